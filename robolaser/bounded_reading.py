@@ -16,26 +16,18 @@ from typing import IO, Any
 
 from robolaser.errors import unreadable
 
-SETTINGS_BYTES = 1 << 21
-"""Of a TOML file: tomllib reads a megabyte a second."""
+SETTINGS_BYTES = 1 << 21  # of a TOML file: tomllib reads a megabyte a second
 ROBOT_BYTES = 10_000_000
 """Of a robot's description; the largest published ones (humanoids with hands) have about 300 kB."""
-TEXT_BYTES = 1 << 28
-"""Of another text that is read whole: results, tables of other programs."""
-TABLE_BYTES = 1 << 33
-"""Of a CSV table, which is read piece by piece."""
-CLOUD_BYTES = 1 << 40
-"""Of a cloud or of line centres, which are mapped into memory and read piece by piece."""
+TEXT_BYTES = 1 << 28  # of another text that is read whole: results, tables of other programs
+TABLE_BYTES = 1 << 33  # of a CSV table, which is read piece by piece
+CLOUD_BYTES = 1 << 40  # of a cloud or of line centres, which are mapped into memory and read piece by piece
 YAML_BYTES = 50_000_000
 IMAGE_BYTES = 1 << 28
-IMAGE_PIXELS = 150_000_000
-"""The largest cameras have 150 megapixels."""
-SEALED_BYTES = 1 << 26
-"""Of a trial's truth; a world takes some two thousand."""
-ARRAY_BYTES = 1 << 30
-"""Of the arrays of a search's state, inflated."""
-KEY_PARTS = 50
-"""Of a dotted key: tomllib's time grows with the cube of their number."""
+IMAGE_PIXELS = 150_000_000  # the largest cameras have 150 megapixels
+SEALED_BYTES = 1 << 26  # of a trial's truth; a world takes some two thousand
+ARRAY_BYTES = 1 << 30  # of the arrays of a search's state, inflated
+KEY_PARTS = 50  # of a dotted key: tomllib's time grows with the cube of their number
 XML_DEPTH = 60
 XML_ATTRIBUTES = 100
 

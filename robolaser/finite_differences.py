@@ -13,8 +13,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 
-BATCH = 4_000_000
-"""Numbers that the values of a function at a batch of shifted candidates may have: 32 MB."""
+BATCH = 4_000_000  # numbers that the values of a function at a batch of shifted candidates may have: 32 MB
 
 
 def central_differences(function: Callable[[Array], Array], steps: Array) -> Array:

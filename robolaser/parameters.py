@@ -10,8 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 
 FIXED_WIDTH = 0.1
-Values = Mapping[str, Array]
-"""One array (c,) for each parameter's name: the same numbers as a batch (c, d), unpacked."""
+Values = Mapping[str, Array]  # one array (c,) for each parameter's name: the same numbers as a batch (c, d), unpacked
 
 
 @final

@@ -1,7 +1,6 @@
 """What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
 
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
@@ -29,6 +28,8 @@ class Looks(Protocol):
     def report(self, result: "Result", path: Path) -> None: ...  # noqa: D102
 
     def summary_of(self, result: "Result") -> str: ...  # noqa: D102
+
+    def html_of(self, result: "Result") -> str: ...  # noqa: D102
 
 
 class Result:
@@ -69,4 +70,4 @@ class Result:
         return Result.looks().summary_of(self)
 
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(str(self))}</pre>"
+        return Result.looks().html_of(self)

@@ -26,16 +26,21 @@ from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import FAULTS, IN_IMAGES
 from robolaser.trials.making import make
 from robolaser.trials.outcome import Outcome, outcome
+from robolaser.trials.physics.faults import PHYSICAL
 from robolaser.trials.score import compile_score, share
-from robolaser.trials.synthetic.fault_models import UNMODELLED
+from robolaser.trials.synthetic.fault_models import MODELLED, UNMODELLED
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
 """Arm, and whether a tracker sees it."""
 RANGES = Ranges(poses=(30, 45), points=(5, 7))
 UNKNOWN = (*UNMODELLED, "play_under_weight")
-YIELDING = ("soft_base", "base_compliance", "giving_mount", "hand_eye_sag", "settling", "joint_coupling")
-KINDS = ("repeatability", "hose", "none", "small_errors", "single", "pair", "repeatability", *UNKNOWN, *YIELDING)
-"""Of one round."""
+CONDITIONS = (
+    "repeatability", "none", "small_errors", "single", "pair", "several", "repeatability", "misstated_noise",
+    "shared_noise", "growing_noise", "outliers",
+)  # fmt: skip
+"""What else may be in a cell, and several effects."""
+KINDS = (*CONDITIONS, *UNKNOWN, *MODELLED, *(form for form in PHYSICAL if form not in UNKNOWN))
+"""Of one round: each effect alone, too, and in MuJoCo where it moves some."""
 KEPT = ("verdict", "effects", "classes", "where", "gap_mm")
 
 

@@ -11,19 +11,12 @@ from robolaser.errors import UsageError
 @final
 @dataclass(frozen=True)
 class AlgorithmSpec:
-    """What a text specifies.
+    """What a text specifies."""
 
-    Attributes:
-        text: As typed.
-        name: Name of the algorithm, or the module that holds it.
-        attribute: Its name in that module; None for one of ours.
-        settings: The algorithm's settings.
-    """
-
-    text: str
-    name: str
-    attribute: str | None = None
-    settings: Mapping[str, Value] = field(default_factory=dict)
+    text: str  # as typed
+    name: str  # name of the algorithm, or the module that holds it
+    attribute: str | None = None  # its name in that module; None for one of ours
+    settings: Mapping[str, Value] = field(default_factory=dict)  # the algorithm's settings
 
     @property
     def path(self) -> str:

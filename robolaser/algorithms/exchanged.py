@@ -22,8 +22,7 @@ from robolaser.algorithms.settings import check
 from robolaser.algorithms.user_code import imported, made_with, no_settings
 from robolaser.errors import UsageError, near
 
-SLOTS = ("sampling", "selection", "crossover", "mutation", "survival", "repair")
-"""What can be exchanged."""
+SLOTS = ("sampling", "selection", "crossover", "mutation", "survival", "repair")  # what can be exchanged
 _PART = re.compile(rf"\+(?=(?:{'|'.join(SLOTS)})=)")
 
 

@@ -13,8 +13,7 @@ from robolaser.operators.non_uniform_mutation import non_uniform
 from robolaser.operators.roulette_selection import roulette_wheel
 
 _LOOPS = Loops("robolaser.algorithms.offspring_loops", pays_after=0.0)
-PAYS_AFTER = 10_000
-"""Generations after which a compiled loop has made up for the half second that numba takes to load."""
+PAYS_AFTER = 10_000  # generations after which a compiled loop has made up for the half second that numba takes to load
 
 
 def make_offspring(

@@ -13,8 +13,7 @@ from robolaser.algorithms.violation import violation_of
 from robolaser.arrays import Array, Ints
 
 _CONSTRAINTS = ("G", "H")
-_DERIVED = ("born", "feas")
-"""Columns that pymoo's individuals work out by themselves, or call otherwise."""
+_DERIVED = ("born", "feas")  # columns that pymoo's individuals work out by themselves, or call otherwise
 
 
 @final
@@ -124,17 +123,18 @@ class PopulationArrays:
 
         Args:
             offspring: Of the same problem, made since.
-            kept: Rows of both, one after the other.
+            kept: Rows of both, one after the other; these come first.
         """
         if self.columns.keys() != offspring.columns.keys():
             both = [one.individual(row) for one in (self, offspring) for row in range(len(one))]
             return PopulationArrays.of([both[row] for row in kept])
-        current = offspring.columns
-        columns = {name: np.concatenate((column, current[name])).take(kept, 0) for name, column in self.columns.items()}
+        current, n = offspring.columns, len(self)
+        old, young = kept[kept < n], kept[kept >= n] - n
+        columns = {name: _joined(column, old, current[name], young) for name, column in self.columns.items()}
         arrays = PopulationArrays(columns, offspring.evaluated)
         if self.made:
             arrays.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
-        offspring._home = arrays, kept - len(self)
+        offspring._home = arrays, kept - n
         return arrays
 
     def individual(self, row: int) -> Individual:
@@ -158,3 +158,12 @@ class PopulationArrays:
                 one.set(name, copy(column[row]))
         one.evaluated.update(self.evaluated)
         return one
+
+
+def _joined(one: Array, rows: Ints, other: Array, others: Ints) -> Array:
+    """Rows of one array and then of another, in one pass."""
+    n = len(rows)
+    both = np.empty((n + len(others), *one.shape[1:]), np.result_type(one, other))
+    np.take(one.astype(both.dtype, copy=False), rows, 0, both[:n], mode="clip")
+    np.take(other.astype(both.dtype, copy=False), others, 0, both[n:], mode="clip")
+    return both

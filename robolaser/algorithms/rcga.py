@@ -18,12 +18,7 @@ from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.stopping import CostReached, Stalled, several_objectives
 from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
-from robolaser.operators import (
-    ArithmeticCrossover,
-    ElitistReplacement,
-    NonUniformMutation,
-    RouletteSelection,
-)
+from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.bounds import bounds_missing
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors

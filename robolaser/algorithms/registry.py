@@ -119,10 +119,7 @@ _ALL = (
     ),
     NamedAlgorithm("es", "pymoo's evolution strategy", _stock("es", "ES"), _ES),
     NamedAlgorithm(
-        "isres",
-        "pymoo's improved stochastic ranking strategy",
-        _stock("isres", "ISRES"),
-        (*_ES, share("alpha")),
+        "isres", "pymoo's improved stochastic ranking strategy", _stock("isres", "ISRES"), (*_ES, share("alpha"))
     ),
     NamedAlgorithm(
         "g3pcx",
@@ -162,8 +159,7 @@ POLISH_ONLY = "gauss-newton"
 """Instead of a global search: straight from the nominal values and closed forms to the polish."""
 
 
-GROUP = "robolaser.algorithms"
-"""Entry points under which installed packages announce pymoo algorithms."""
+GROUP = "robolaser.algorithms"  # entry points under which installed packages announce pymoo algorithms
 
 
 @cache

@@ -10,8 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pymoo.util
 
-_GLOBALS = threading.RLock()
-"""Held while global generators are replaced: a second thread waits."""
+_GLOBALS = threading.RLock()  # held while global generators are replaced: a second thread waits
 
 
 @contextmanager

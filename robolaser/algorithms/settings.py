@@ -7,8 +7,7 @@ from typing import final
 
 from robolaser.errors import RobolaserError, UsageError, near
 
-Value = int | float | bool | str | None
-"""A setting's value."""
+Value = int | float | bool | str | None  # a setting's value
 
 _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 
@@ -16,17 +15,11 @@ _WORDS: Mapping[str, Value] = {"true": True, "false": False, "none": None}
 @final
 @dataclass(frozen=True)
 class Setting:
-    """A setting that an algorithm has.
+    """A setting that an algorithm has."""
 
-    Attributes:
-        name: Its key.
-        expected: The values that make sense, in words.
-        fits: Whether a value makes sense.
-    """
-
-    name: str
-    expected: str
-    fits: Callable[[Value], bool]
+    name: str  # its key
+    expected: str  # the values that make sense, in words
+    fits: Callable[[Value], bool]  # whether a value makes sense
 
     def of(self, slot: str) -> "Setting":
         """The same setting of an operator in a slot: `prob` of the crossover is `crossover.prob`."""

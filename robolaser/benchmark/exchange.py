@@ -75,9 +75,7 @@ def effects(result: BenchmarkResult, family: str, measure: Measure = "evaluation
     import pandas as pd  # noqa: PLC0415 - a third of a second
 
     arrays = result.arrays(family)
-    times, totals = (
-        (arrays.evaluations, arrays.total_evaluations) if measure == "evaluations" else (arrays.seconds, arrays.total_s)
-    )
+    times, totals = arrays.measured(measure)
     headline = times[..., arrays.target(HEADLINE)]
     came = outcomes(headline, arrays.final)
     drawn = running_time.draws(len(arrays.problems), len(arrays.seeds), np.random.default_rng(seed))

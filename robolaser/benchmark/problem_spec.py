@@ -1,19 +1,21 @@
-"""The abstract source of a problem."""
+"""The source of a problem."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
 
 from robolaser.benchmark.problem import BenchmarkProblem
 
 
-class ProblemSpec(ABC):
+@final
+@dataclass(frozen=True, eq=False)
+class ProblemSpec:
     """Builds a problem; unlike the problem, whose functions cannot be pickled, it can be sent to another process.
 
     Attributes:
         name: Name of the problem.
+        problem: Builds it.
     """
 
     name: str
-
-    @abstractmethod
-    def problem(self) -> BenchmarkProblem:
-        """Build the problem."""
+    problem: Callable[[], BenchmarkProblem]

@@ -1,9 +1,8 @@
 """Which problems can be named: data sets, their reductions, the paper's experiment, test functions, the users' own."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import final
 
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import CALIBRATION, BenchmarkProblem
@@ -21,37 +20,6 @@ PAPER, REDUCED = "paper", "reduced:"
 """Names of problems that are not folders."""
 NEGLIGIBLE_M2 = 1e-12
 """Squared error of a point that can be neglected: a micrometre's."""
-
-
-@final
-@dataclass(frozen=True)
-class CalibrationSpec(ProblemSpec):
-    """All parameters of a data set's sensor, within their bounds."""
-
-    name: str
-    dataset: Dataset
-
-    def problem(self) -> BenchmarkProblem:
-        """Minimise J, eq. 18, in all parameters."""
-        model = Model(self.dataset)
-        searched = model.parameters
-        return _calibration(self.name, model, searched, lambda x: x, f"{len(searched)} parameters")
-
-
-@final
-@dataclass(frozen=True)
-class ReducedCalibrationSpec(ProblemSpec):
-    """The parameters of a data set's sensor that do not follow from the others in closed form."""
-
-    name: str
-    dataset: Dataset
-
-    def problem(self) -> BenchmarkProblem:
-        """Minimise J in the remaining parameters; the others are optimal given them."""
-        reduction = Reduction(Model(self.dataset))
-        left = reduction.parameters
-        title = f"{len(left)} parameters left by the closed form"
-        return _calibration(self.name, reduction.model, left, reduction.completed, title)
 
 
 def spec_of(problem: object) -> ProblemSpec:
@@ -75,13 +43,13 @@ def spec_of(problem: object) -> ProblemSpec:
     name, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")
     if not text.startswith(REDUCED):
-        return CalibrationSpec(name, dataset)
+        return ProblemSpec(name, partial(_calibration, name, dataset))
     if not len(Reduction(Model(dataset)).parameters):
         raise BenchmarkError(
             f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
             " Only stripe scanners have a reduced problem worth comparing on."
         )
-    return ReducedCalibrationSpec(REDUCED + name, dataset)
+    return ProblemSpec(REDUCED + name, partial(_reduced, REDUCED + name, dataset))
 
 
 def specs_of(problems: Sequence[object]) -> tuple[ProblemSpec, ...]:
@@ -121,7 +89,21 @@ def _dataset(text: str) -> tuple[str, Dataset]:
     return dataset.name, dataset
 
 
-def _calibration(
+def _calibration(name: str, dataset: Dataset) -> BenchmarkProblem:
+    """Minimise J, eq. 18, in all parameters of the sensor, within their bounds."""
+    model = Model(dataset)
+    return _minimised(name, model, model.parameters, lambda x: x, f"{len(model.parameters)} parameters")
+
+
+def _reduced(name: str, dataset: Dataset) -> BenchmarkProblem:
+    """Minimise J in the parameters that do not follow from the others in closed form; the others are optimal then."""
+    reduction = Reduction(Model(dataset))
+    left = reduction.parameters
+    title = f"{len(left)} parameters left by the closed form"
+    return _minimised(name, reduction.model, left, reduction.completed, title)
+
+
+def _minimised(
     name: str, model: Model, searched: Parameters, completed: Callable[[Array], Array], title: str
 ) -> BenchmarkProblem:
     """Minimise J in some parameters, given how candidates of them are completed for the whole model."""

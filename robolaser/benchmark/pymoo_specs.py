@@ -2,9 +2,8 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, final
+from typing import Any
 
 import numpy as np
 
@@ -27,65 +26,56 @@ NEGLIGIBLE = 1e-6
 """Share of a random candidate's cost that can be neglected in a user's problem."""
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class PymooSpec(ProblemSpec):
-    """A pymoo problem of one objective or several, with or without constraints."""
+def _problem(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
+    """Minimise the objectives of a pymoo problem; what violates constraints costs more than anything that does not.
 
-    name: str
-    make: Callable[[], Any]
-    family: str
+    Raises:
+        UsageError: It is no pymoo problem of real variables, with bounds.
+    """
+    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
 
-    def problem(self) -> BenchmarkProblem:
-        """Minimise the objectives; a candidate that violates constraints costs more than any that does not.
+    from robolaser.algorithms.violation import violation_of  # noqa: PLC0415
 
-        Raises:
-            UsageError: It is no pymoo problem of real variables, with bounds.
-        """
-        from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
-
-        from robolaser.algorithms.violation import violation_of  # noqa: PLC0415
-
-        problem = self.make()
-        if not isinstance(problem, Problem):
-            raise UsageError(
-                f"{self.name} is {problem!r:.80}, expected a pymoo problem: its class, an instance, or a function that"
-                " returns one."
-            )
-        if isinstance(problem.xl, dict) or not problem.has_bounds():
-            raise UsageError(f"{self.name} needs real variables, each with a lower and an upper bound (xl and xu).")
-        constraints = problem.n_ieq_constr + problem.n_eq_constr
-        counted = ((problem.n_var, "variables"), (constraints, "constraints"), (problem.n_obj, "objectives"))
-        many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))
-        title = ", ".join([_title(problem, self.name), *many])
-        lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
-
-        def cost(x: Array) -> Array:
-            values = problem.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-            f: Array = np.asarray(values["F"], np.float64)
-            if constraints:
-                violation, tolerated = violation_of(values)
-                f = np.where(tolerated[:, None], f, INFEASIBLE * (1.0 + violation))
-            return f[:, 0] if problem.n_obj == 1 else f
-
-        front = None if problem.n_obj == 1 else _front(problem, lower, upper)
-        return BenchmarkProblem(
-            self.name,
-            title,
-            self.family,
-            tuple(f"x{i}" for i in range(problem.n_var)),
-            lower,
-            upper,
-            cost=cost,
-            unit="" if front is None else "hypervolume",
-            scale=1.0 if front or self.family == TEST_FUNCTION else _negligible(problem, lower, upper),
-            lowest=_lowest(problem) if front is None else None,
-            constraints=constraints,
-            front=front,
+    problem = make()
+    if not isinstance(problem, Problem):
+        raise UsageError(
+            f"{name} is {problem!r:.80}, expected a pymoo problem: its class, an instance, or a function that"
+            " returns one."
         )
+    if isinstance(problem.xl, dict) or not problem.has_bounds():
+        raise UsageError(f"{name} needs real variables, each with a lower and an upper bound (xl and xu).")
+    constraints = problem.n_ieq_constr + problem.n_eq_constr
+    counted = ((problem.n_var, "variables"), (constraints, "constraints"), (problem.n_obj, "objectives"))
+    many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))
+    title = ", ".join([_title(problem, name), *many])
+    lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
+
+    def cost(x: Array) -> Array:
+        values = problem.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+        f: Array = np.asarray(values["F"], np.float64)
+        if constraints:
+            violation, tolerated = violation_of(values)
+            f = np.where(tolerated[:, None], f, INFEASIBLE * (1.0 + violation))
+        return f[:, 0] if problem.n_obj == 1 else f
+
+    front = None if problem.n_obj == 1 else _front(problem, lower, upper)
+    return BenchmarkProblem(
+        name,
+        title,
+        family,
+        tuple(f"x{i}" for i in range(problem.n_var)),
+        lower,
+        upper,
+        cost=cost,
+        unit="" if front is None else "hypervolume",
+        scale=1.0 if front or family == TEST_FUNCTION else _negligible(problem, lower, upper),
+        lowest=_lowest(problem) if front is None else None,
+        constraints=constraints,
+        front=front,
+    )
 
 
-def named_spec(text: str) -> PymooSpec:
+def named_spec(text: str) -> ProblemSpec:
     """A problem of pymoo's: `pymoo:NAME[-DIMENSION][:key=value...]`, or of BBOB: `bbob:FUNCTION[-DIMENSION]` likewise.
 
     Raises:
@@ -110,10 +100,10 @@ def named_spec(text: str) -> PymooSpec:
         others = "".join(f":{key}={value}" for key, value in settings.items() if key != "n_var")
         name = f"{suite}{function}-{dimension}{others}"
     make = partial(_of_pymoo if suite == PYMOO else _of_bbob, text, function, settings)
-    return _checked(PymooSpec(name, make, TEST_FUNCTION))
+    return _checked(name, make, TEST_FUNCTION)
 
 
-def own_spec(given: object) -> PymooSpec:
+def own_spec(given: object) -> ProblemSpec:
     """A user's problem: an import path with settings, `package.module:attribute[:key=value...]`, or the thing itself.
 
     Raises:
@@ -124,10 +114,11 @@ def own_spec(given: object) -> PymooSpec:
         given = imported(spec)
     else:
         spec = AlgorithmSpec(getattr(given, "__name__", type(given).__name__), "")
-    return _checked(PymooSpec(spec.text, partial(_made, spec, given), OWN))
+    return _checked(spec.text, partial(_made, spec, given), OWN)
 
 
-def _checked(spec: PymooSpec) -> PymooSpec:
+def _checked(name: str, make: Callable[[], Any], family: str) -> ProblemSpec:
+    spec = ProblemSpec(name, partial(_problem, name, make, family))
     spec.problem()
     return spec
 

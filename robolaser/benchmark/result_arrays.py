@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
@@ -123,6 +123,10 @@ class ResultArrays:
         """Runs that were made, (p, a, s)."""
         there: Bools = ~np.isnan(self.total_s)
         return there
+
+    def measured(self, measure: Literal["evaluations", "seconds"]) -> tuple[Array, Array]:
+        """Running times to each target, (p, a, s, t), and of whole runs, (p, a, s), in one measure."""
+        return (self.evaluations, self.total_evaluations) if measure == "evaluations" else (self.seconds, self.total_s)
 
     def target(self, tolerance: float) -> int:
         """Which of the targets has that tolerance."""

@@ -24,8 +24,7 @@ from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
-AT_ONCE = 4
-"""Members of a population that descend together."""
+AT_ONCE = 4  # members of a population that descend together
 
 
 def no_finite_residuals() -> EstimationError:
@@ -39,21 +38,13 @@ def no_finite_residuals() -> EstimationError:
 @final
 @dataclass(frozen=True, eq=False)
 class Start:
-    """The end of the search, where the fit starts.
+    """The end of the search, where the fit starts."""
 
-    Attributes:
-        algorithm: Name of the search.
-        x: The parameters, (d,).
-        evaluations: Candidates evaluated.
-        warnings: What the user should know.
-        history: The course of the search, where it has generations.
-    """
-
-    algorithm: str
-    x: Array
-    evaluations: int
-    warnings: tuple[str, ...] = ()
-    history: History | None = None
+    algorithm: str  # name of the search
+    x: Array  # the parameters, (d,)
+    evaluations: int  # candidates evaluated
+    warnings: tuple[str, ...] = ()  # what the user should know
+    history: History | None = None  # the course of the search, where it has generations
 
 
 def find_start(
@@ -75,10 +66,10 @@ def find_start(
     try:
         return _start(model, plan, state=state, resume=resume, tell=progress or (lambda what, share: None))
     except EstimationError as error:
-        said = misread_joints(model, np.inf)
-        if said is None:
+        sentence = misread_joints(model, np.inf)
+        if sentence is None:
             raise
-        raise EstimationError(f"{said} As it is: {error}") from None
+        raise EstimationError(f"{sentence} As it is: {error}") from None
 
 
 def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:

@@ -19,12 +19,9 @@ from robolaser.model.forward_model import Model
 FALLS = 5.0
 """Factor by which another reading of the joints must lower the error before it is said. A judgement: exchanged columns
 leave centimetres or more, the largest effects of the library millimetres."""
-BEST = 3.0
-"""Factor by which the error of any other hypothesis must be larger: else it is not known what is wrong."""
-FAR_OUTSIDE = 1.0
-"""How far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`."""
-STEPS = 12
-"""Of each descent; an error that has not fallen by then is no sign."""
+BEST = 3.0  # factor by which the error of any other hypothesis must be larger: else it is not known what is wrong
+FAR_OUTSIDE = 1.0  # how far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`
+STEPS = 12  # of each descent; an error that has not fallen by then is no sign
 COARSE = 1e-6
 DEGREE = np.pi / 180.0
 
@@ -32,17 +29,11 @@ DEGREE = np.pi / 180.0
 @final
 @dataclass(frozen=True)
 class Misreading:
-    """Another way to read the joints of `poses.csv`.
+    """Another way to read the joints of `poses.csv`."""
 
-    Attributes:
-        columns: Which column each joint's reading is from, (j,).
-        factors: What it is multiplied by, (j,).
-        said: What is then wrong with the file: the beginning of a sentence.
-    """
-
-    columns: tuple[int, ...]
-    factors: tuple[float, ...]
-    said: str
+    columns: tuple[int, ...]  # which column each joint's reading is from, (j,)
+    factors: tuple[float, ...]  # what it is multiplied by, (j,)
+    fault: str  # what is then wrong with the file: the beginning of a sentence
 
     def of(self, values: Array) -> Array:
         """Readings or velocities (n, j) as they are meant."""
@@ -73,7 +64,7 @@ def misread_joints(model: Model, rms_m: float) -> str | None:
         return None
     instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
     return (
-        f"{readings[int(order[0])].said}: read otherwise, fitted points are {_millimetres(best)} off{instead}."
+        f"{readings[int(order[0])].fault}: read otherwise, fitted points are {_millimetres(best)} off{instead}."
         " Correct poses.csv, or the file that it was made from."
     )
 
@@ -106,16 +97,16 @@ def _exchanged(joints: tuple[str, ...], prismatic: Bools, moves: Bools) -> Itera
         if prismatic[a] == prismatic[b] and (moves[a] or moves[b]):
             columns = list(range(len(joints)))
             columns[a], columns[b] = b, a
-            said = f"The columns q_{joints[a]} and q_{joints[b]} of poses.csv seem to be exchanged"
-            yield Misreading(tuple(columns), (1.0,) * len(joints), said)
+            fault = f"The columns q_{joints[a]} and q_{joints[b]} of poses.csv seem to be exchanged"
+            yield Misreading(tuple(columns), (1.0,) * len(joints), fault)
 
 
 def _all_scaled(turning: Ints, ones: tuple[float, ...], whole: tuple[int, ...]) -> Iterator[Misreading]:
-    for factor, said in (
+    for factor, fault in (
         (DEGREE, "All angles of poses.csv seem to be in degrees"),
         (1 / DEGREE, "All angles of poses.csv seem to be divided by 57.3, as if they had been in degrees"),
     ):
-        yield Misreading(whole, tuple(factor if i in turning else one for i, one in enumerate(ones)), said)
+        yield Misreading(whole, tuple(factor if i in turning else one for i, one in enumerate(ones)), fault)
 
 
 def _but(ones: tuple[float, ...], i: int, factor: float) -> tuple[float, ...]:

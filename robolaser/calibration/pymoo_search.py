@@ -19,36 +19,24 @@ SECONDS_BETWEEN_CHECKPOINTS = 2.0  # an interrupted run loses no more than that
 @final
 @dataclass(frozen=True)
 class History:
-    """The course of a search, one entry a generation (g).
+    """The course of a search, one entry a generation (g)."""
 
-    Attributes:
-        names: The problem's variables.
-        evaluations: Candidates evaluated so far, (g,).
-        best: Best cost so far, (g,) [m²].
-        x: Best candidate so far, (g, d).
-    """
-
-    names: tuple[str, ...]
-    evaluations: Ints
-    best: Array
-    x: Array
+    names: tuple[str, ...]  # the problem's variables
+    evaluations: Ints  # candidates evaluated so far, (g,)
+    best: Array  # best cost so far, (g,) [m²]
+    x: Array  # best candidate so far, (g, d)
 
 
 @final
 @dataclass(frozen=True)
 class Found:
-    """The candidates at the end of a search.
+    """The candidates at the end of a search."""
 
-    Attributes:
-        candidates: The best, those that were the best in earlier generations, then the last members, (k, d). The last
-            members resemble each other; earlier ones lie elsewhere.
-        history: The course of the search.
-        evaluations: Candidates evaluated.
-    """
-
+    # The best, those that were the best in earlier generations, then the last members, (k, d). The last members
+    # resemble each other; earlier ones lie elsewhere.
     candidates: Array
-    history: History
-    evaluations: int
+    history: History  # the course of the search
+    evaluations: int  # candidates evaluated
 
 
 def search(

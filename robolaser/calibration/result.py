@@ -25,22 +25,14 @@ DISTANCES = "distances"
 @final
 @dataclass(frozen=True)
 class RowErrors:
-    """The errors of one kind of rows, in their own unit.
+    """The errors of one kind of rows, in their own unit."""
 
-    Attributes:
-        sensor: The sensor's kind, of several its name, or `distances`.
-        rows: How many rows there are.
-        rms: Root-mean-square length of a fitted row's residual.
-        held_out_rms: The same on poses left out of the fit; None with too few poses, and for known distances, which
-            belong to no pose.
-        unit: "m", "px" …
-    """
-
-    sensor: str
-    rows: int
-    rms: float
+    sensor: str  # the sensor's kind, of several its name, or `distances`
+    rows: int  # how many rows there are
+    rms: float  # root-mean-square length of a fitted row's residual
+    # the same on poses left out of the fit; None with too few poses, and for known distances, which belong to no pose
     held_out_rms: float | None
-    unit: str
+    unit: str  # "m", "px" …
 
 
 @final

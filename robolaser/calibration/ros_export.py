@@ -12,9 +12,8 @@ from robolaser.calibration.simulators.python_module import corrected_module
 from robolaser.calibration.simulators.sdf import sdf
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.model.sensors.camera import OPTICAL
 from robolaser.results import EXPORTED
-
-OPTICAL = "camera_optical"
 
 
 def exported(calibration: Calibration) -> dict[str, str | None]:
@@ -87,10 +86,7 @@ def _frames(calibration: Calibration) -> Sequence[tuple[str, Mapping[str, Array]
     values = model.parameters.values(calibration.x[None])
     perturb = model.perturb(values)
     base, flange = _links(calibration)
-    return [
-        (flange, model.sensor.flange_frames(values, perturb)),
-        (base, model.sensor.base_frames(values, perturb)),
-    ]
+    return [(flange, model.sensor.flange_frames(values, perturb)), (base, model.sensor.base_frames(values, perturb))]
 
 
 def _links(calibration: Calibration) -> tuple[str, str]:

@@ -6,7 +6,7 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.acl_axes import AXES, pitch_by_joints, pitch_in_world, radians_per_count
+from robolaser.cell.acl_axes import AXES, pitch_in_world, radians_per_count
 from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
@@ -34,8 +34,10 @@ NUMBER = r"(-?\d{1,9})"
 PAIRS = re.compile(rf"([1-8])\s*:\s*{NUMBER}(?=\s)")
 WHOLE = re.compile(r"1\s*:[^>]*>")
 PITCH = re.compile(rf"P\s*:\s*{NUMBER}(?=\s)")
-PITCH_OFF = 0.03
-"""Largest difference of the sines of two pitches that are the same."""
+PITCH_OFF = float(np.deg2rad(2.0))
+"""Largest difference of two pitches that are the same: signs and what counts as upside down differ."""
+PITCH_CHANGED = float(np.deg2rad(6.0))
+"""Change of a pitch from which on it is no chance that it follows from the counts as on an ER V plus."""
 SPOILT = 4
 """A disturbed line seldom spoils the pitch so often in a row."""
 FOUND = re.compile(r"HOMING\s+COMPLETE", re.IGNORECASE)
@@ -67,7 +69,8 @@ class AclArm(Arm):
                 column="joints",
             )
         self._line = line
-        self._robot, self._joints, self._axes = robot, joints, arm.axes
+        self._joints, self._axes = joints, arm.axes
+        self._as_er5plus: list[float] = []
         self._talk = AclProtocol(line, self._joints)
         self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
         self._direction = np.array(arm.direction or [1.0] * len(joints))
@@ -109,7 +112,7 @@ class AclArm(Arm):
         """
         for _ in range(SPOILT):
             counts, pitch = self._talk.ask("LISTPV POSITION", self._counts_and_pitch)
-            if self._may_be_ours(counts, pitch):
+            if not self._is_another_arm(counts, pitch):
                 return self._angles(counts)
         raise ArmError(
             f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which its"
@@ -203,22 +206,21 @@ class AclArm(Arm):
         counts, pitch = _listed(answer, len(self._joints)), PITCH.search(answer)
         return None if counts is None else (counts, np.deg2rad(int(pitch[1]) / 10) if pitch else np.nan)
 
-    def _may_be_ours(self, counts: Ints, said: float) -> bool:
-        """Whether the pitch that the controller says [rad] is that of this type of arm at counts, (j,).
+    def _is_another_arm(self, counts: Ints, said: float) -> bool:
+        """Whether the pitch that the controller says [rad] is not that of this type of arm at counts, (j,).
 
-        An ER V plus's pitch follows from its counts alone. Where `direction` is wrong, an ER VII's does not: so its is
-        doubted only where an ER V plus would have it.
+        An ER V plus's pitch follows from its counts and the controller's parameters. An arm that is stated to be an
+        ER VII is none if it follows from them again and again, while it changes.
         """
         if len(counts) < AXES or np.isnan(said):
-            return self._axes == "er7"
-
-        def is_said(pitch: float) -> bool:
-            return bool(abs(abs(np.sin(pitch)) - abs(np.sin(said))) < PITCH_OFF)
-
-        is_er5plus = is_said(pitch_in_world(self._per_quarter, counts - self._at_reference))
+            return self._axes == "er5plus"
+        pitch = pitch_in_world(self._per_quarter, counts - self._at_reference)
+        others = np.array([said, -said, np.pi - said, np.pi + said])
+        off = float(np.abs(np.angle(np.exp(1j * (pitch - others)))).min())
         if self._axes == "er5plus":
-            return is_er5plus
-        return not is_er5plus or is_said(pitch_by_joints(self._robot, self._reference, self._angles(counts)))
+            return off > PITCH_OFF
+        self._as_er5plus = [*self._as_er5plus, pitch] if off <= PITCH_OFF else []
+        return float(np.ptp(self._as_er5plus or [0.0])) > PITCH_CHANGED
 
     def _parameter(self, number: int) -> int:
         """A parameter, as two answers in a row say: there is no check sum."""

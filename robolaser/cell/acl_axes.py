@@ -4,7 +4,6 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Axes
-from robolaser.geometry.kinematics import Robot
 
 AXES = 5
 
@@ -30,21 +29,6 @@ def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
 def pitch_in_world(per_quarter: Array, counts: Array) -> float:
     """Pitch of an ER V plus's hand, by counts since the horizontal reference posture, (5,) [rad]."""
     return float((_differential() @ counts)[3] * np.pi / 2 / per_quarter[3])
-
-
-def pitch_by_joints(robot: Robot, reference: Array, q: Array) -> float:
-    """Pitch of a hand that points outward, level, at a reference posture (5,), at joint angles (5,) [rad].
-
-    Args:
-        robot: Its second joint turns about a horizontal axis.
-        reference: Posture of pitch 0, (5,) [rad].
-        q: (5,) [rad].
-    """
-    shoulder = robot.chain[1]
-    frame = robot.joint_frames(reference[None, None])[0, 0, 1]
-    outward = np.cross(frame[:3, :3] @ robot.axes[shoulder], [0.0, 0.0, 1.0])
-    at_reference, now = robot.forward(np.stack([reference, q])[None])[0, :, :3, :3]
-    return float(np.arcsin(np.clip((now @ at_reference.T @ outward)[2], -1.0, 1.0)))
 
 
 def _differential() -> Array:

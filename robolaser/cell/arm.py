@@ -63,7 +63,11 @@ class Arm(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop where it is and discard its motion. Sends at once and waits for no answer."""
+        """Stop where it is and discard its motion, at once. Whether it stands then is for the caller to see.
+
+        Raises:
+            AnswerUnclear: An arm that can be asked whether it heard this does not say so.
+        """
 
     @abstractmethod
     def home(self) -> None:

@@ -89,11 +89,7 @@ def calibrate(
             for warning in found.warnings:
                 terminal.warn(warning)
             result = json_text(found)
-            texts = {
-                **exported(found),
-                "report.html": page(found, command=typed),
-                "calibration.json": result,
-            }
+            texts = {**exported(found), "report.html": page(found, command=typed), "calibration.json": result}
             write_results(output, texts)
         except KeyboardInterrupt:
             kept = (output / CHECKPOINT).exists()

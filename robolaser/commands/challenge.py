@@ -94,10 +94,7 @@ def new(
     keeping = partial(results_in, secret.parent, command=NEW, files=[secret.name], force=force)
     with keeping():
         pass  # it may be written there; until it is, the folder is anybody's
-    with (
-        results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim,
-        terminal.progress() as tell,
-    ):
+    with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
         names = make(
             folder,
             sources,
@@ -217,13 +214,13 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
     ]
     lines += ["", *_kinds(scored["kinds"]), "", *_intervals(scored["coverage_95_by_effect"]), *_reliability(scored)]
     taken = [
-        (said, f"{true} taken for {column}")
+        (times, f"{true} taken for {column}")
         for true, row in scored["confusion"].items()
-        for column, said in row.items()
+        for column, times in row.items()
         if column not in (true, "no_gap") and true not in ("none", "outliers")
         if column != "unexplained" or true in MODELLED
     ]
-    lines += [f"{said:4d} x {text}" for said, text in sorted(taken, reverse=True)[:MOST_ROWS]]
+    lines += [f"{times:4d} x {text}" for times, text in sorted(taken, reverse=True)[:MOST_ROWS]]
     return lines
 
 

@@ -33,10 +33,10 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
 
 
 def _text(found: "DataCheck") -> str:
-    said = found.to_dict()
+    check_json = found.to_dict()
     lines = [
-        f"{said['dataset']}: {found.dataset.format.title}, {said['points']} points in {said['poses_with_points']} of"
-        f" {said['poses']} poses",
+        f"{check_json['dataset']}: {found.dataset.format.title}, {check_json['points']} points in"
+        f" {check_json['poses_with_points']} of {check_json['poses']} poses",
         "",
         "Calibration",
     ]

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 RESULT_FILE, RUNS, PAGE = "comparison.json", "runs.csv", "report.html"
 GB = 1e9
-MOST_SHOWN = 4
-"""Runs under way that a line has room for."""
+MOST_SHOWN = 4  # runs under way that a line has room for
 
 
 def compare(
@@ -104,7 +103,7 @@ def compare(
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
-        DaskCluster(scheduler) if scheduler else ThisMachine(jobs) as engine,
+        DaskCluster(scheduler, plan.packages) if scheduler else ThisMachine(jobs) as engine,
         results_in(
             output,
             command="compare",

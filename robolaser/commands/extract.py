@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -16,19 +16,11 @@ if TYPE_CHECKING:
     from robolaser.data.atomic_write import Contents
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
+    from robolaser.vision.recordings import StripeOptions
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
 Centre = Literal["gauss", "gravity", "steger"]
 Channel = Literal["auto", "grey", "red", "green", "blue", "red-excess", "green-excess", "blue-excess"]
-
-
-class Light(TypedDict):
-    """How the stripe is looked for."""
-
-    step: int | None
-    detector: str
-    channel: str
-    exposures: bool
 
 
 def extract(
@@ -84,7 +76,7 @@ def extract(
         if not has_stripe:
             _corners(dataset, recording, output, images, terminal=terminal)
             return
-        seen: Light = {"step": step, "detector": centre, "channel": channel, "exposures": exposures}
+        seen: StripeOptions = {"step": step, "detector": centre, "channel": channel, "exposures": exposures}
         write(dataset, recording, output, images, seen, terminal=terminal)
 
 
@@ -93,12 +85,10 @@ def _points(
     source: Path,
     output: Path | None,
     copied: Sequence[str],
-    seen: Light,
+    seen: "StripeOptions",
     *,
     terminal: Terminal,
 ) -> None:
-    from robolaser.data.result_folder import write_results
-    from robolaser.data.writing import point_texts, texts_of
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
@@ -116,10 +106,7 @@ def _points(
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
     for doubt in found.doubts:
         terminal.warn(doubt)
-    if output is None:
-        write_results(source, point_texts(dataset))
-    else:
-        _write(output, source, copied, texts_of(_with_noise_stated(dataset, found.pixel_noise_px)))
+    _save(_with_noise_stated(dataset, found.pixel_noise_px), source, output, copied)
     file = (output or source) / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
@@ -144,8 +131,6 @@ def _points(
 def _corners(
     recording: "Dataset", source: Path, output: Path | None, copied: Sequence[str], *, terminal: Terminal
 ) -> None:
-    from robolaser.data.result_folder import write_results
-    from robolaser.data.writing import point_texts, texts_of
     from robolaser.vision.target_corners import points_of_target
 
     with terminal.progress() as progress:
@@ -154,10 +139,7 @@ def _corners(
     for one in seen:
         rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
         terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
-    if output is None:
-        write_results(source, point_texts(dataset))
-    else:
-        _write(output, source, copied, texts_of(dataset))
+    _save(dataset, source, output, copied)
     file = (output or source) / POINTS
     skipped = {one.pose: "no target" for one in seen if not one.points}
     points, images = len(dataset.points), len(seen) - len(skipped)
@@ -172,7 +154,7 @@ def _stripes(
     source: Path,
     output: Path | None,
     copied: Sequence[str],
-    seen: Light,
+    seen: "StripeOptions",
     *,
     terminal: Terminal,
 ) -> None:
@@ -220,6 +202,17 @@ def _images(recording: "Dataset", source: Path) -> list[str]:
     from robolaser.data.image_list import images_of_poses
 
     return [str(file.relative_to(source)) for shots in images_of_poses(recording) for file in shots.files]
+
+
+def _save(dataset: "Dataset", source: Path, output: Path | None, copied: Sequence[str]) -> None:
+    """Write a data set's points, or all of it where it is a new one."""
+    from robolaser.data.result_folder import write_results
+    from robolaser.data.writing import point_texts, texts_of
+
+    if output is None:
+        write_results(source, point_texts(dataset))
+    else:
+        _write(output, source, copied, texts_of(dataset))
 
 
 def _write(output: Path, source: Path, copied: Sequence[str], files: "Mapping[str, str | Contents | None]") -> None:

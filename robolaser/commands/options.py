@@ -6,8 +6,7 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-RESULT = Group("Result", sort_key=1)
-"""The options that say where a result goes."""
+RESULT = Group("Result", sort_key=1)  # the options that say where a result goes
 
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
 Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]

@@ -139,11 +139,7 @@ def record(
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
-    """Refuse an option that has no effect without another.
-
-    Raises:
-        UsageError: It was given, and the other was not.
-    """
+    """Refuse an option that has no effect without another."""
     if given and not there:
         raise UsageError(f"{option} has no effect without {other}: add that, or leave {option} out.")
 
@@ -164,11 +160,7 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
 
 
 def _series(cell: "Cell", repeats: int | None, watch: int | None) -> int | None:
-    """How many images are taken with the laser on at each pose: repeats or exposures; None: not stated.
-
-    Raises:
-        UsageError: There is a series of exposures, and repeats or an arm that moves as well.
-    """
+    """How many images are taken with the laser on at each pose: repeats or exposures; None: not stated."""
     exposures = len(cell.camera.exposures)
     if exposures and (watch is not None or repeats):
         raise UsageError(
@@ -198,11 +190,7 @@ def _planned(
 
 
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
-    """Each place, the time to it and the height of the arm's lowest part there.
-
-    Raises:
-        PlanError: It breaks the cell's limits.
-    """
+    """Each place, the time to it and the height of the arm's lowest part there."""
     from robolaser.cell.cell_collisions import collision_model, tool_points
     from robolaser.cell.joint_text import joint_text
     from robolaser.cell.motion_time import seconds_for

@@ -110,7 +110,7 @@ def scan(
     box = None if region is None else region_of(region)
     scans = [prepare(calibrated.as_drawn() if nominal else calibrated, one) for one in recordings]
     made = merged(scans)
-    for warning in (*dict.fromkeys(said for one in scans for said in one.recording.warnings), *made.warnings):
+    for warning in (*dict.fromkeys(sentence for one in scans for sentence in one.recording.warnings), *made.warnings):
         terminal.warn(warning)
     if made.calibrated.setup_warning is not None:
         terminal.warn(made.calibrated.setup_warning)

@@ -12,8 +12,7 @@ from cyclopts import Group, Parameter
 
 from robolaser.report.printable import printable
 
-PATIENCE_S = 2.0
-"""What takes longer shows its progress."""
+PATIENCE_S = 2.0  # what takes longer shows its progress
 
 
 def say(text: str) -> None:
@@ -25,15 +24,10 @@ def say(text: str) -> None:
 @Parameter(name="*", group=Group("Terminal", sort_key=2))
 @dataclass(frozen=True)
 class Terminal:
-    """What a command shows.
+    """What a command shows."""
 
-    Attributes:
-        json: Print nothing but the result, as JSON, on standard output.
-        quiet: Print warnings and errors only.
-    """
-
-    json: bool = False
-    quiet: bool = False
+    json: bool = False  # print nothing but the result, as JSON, on standard output
+    quiet: bool = False  # print warnings and errors only
 
     def print(self, text: str) -> None:
         """Print a part of what people read."""
@@ -86,5 +80,4 @@ class Terminal:
             bar.stop()
 
 
-TERMINAL = Terminal()
-"""Text on standard output, progress on a terminal."""
+TERMINAL = Terminal()  # text on standard output, progress on a terminal

@@ -83,11 +83,7 @@ def _planned(cell: "Cell", poses: Path) -> "Dataset":
 
 
 def _collisions(cell: "Cell", data: "Dataset") -> "CollisionScene":
-    """What the poses of a data set would hit in a cell.
-
-    Raises:
-        UsageError: The data set's arm has other joints.
-    """
+    """What the poses of a data set would hit in a cell."""
     from robolaser.cell.cell_collisions import collision_model
     from robolaser.cell.plan_validation import cell_violations
     from robolaser.report.viewer.collision_scene import CollisionScene

@@ -8,8 +8,7 @@ import numba
 
 from robolaser.compiled.kept import folder
 
-MADE_FREELY = {"contract", "reassoc"}
-"""Sums may be taken in any order and products fused; what is not finite stays so."""
+MADE_FREELY = {"contract", "reassoc"}  # sums may be taken in any order and products fused; what is not finite stays so
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -10,8 +10,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-FOLDER = "ROBOLASER_CACHE"
-"""Environment variable: where to keep machine code instead of the user's cache folder."""
+FOLDER = "ROBOLASER_CACHE"  # environment variable: where to keep machine code instead of the user's cache folder
 VERSIONS_KEPT = 4
 PACKAGE = Path(__file__).parents[1]
 

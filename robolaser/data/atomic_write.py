@@ -119,8 +119,8 @@ def finish_writing(folder: Path) -> None:
     if not journal.is_file():
         return
     try:
-        said = read_json(journal)
-        renamed, deleted = dict(said["rename"]), list(said["delete"])
+        steps = read_json(journal)
+        renamed, deleted = dict(steps["rename"]), list(steps["delete"])
         homes = {(folder / name).parent.resolve() for name in (*renamed, *renamed.values(), *deleted)}
     except (DataError, KeyError, TypeError, ValueError, OSError):
         return

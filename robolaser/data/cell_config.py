@@ -30,56 +30,36 @@ USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach 
 @final
 @dataclass(frozen=True)
 class ArmLine:
-    """The arm's controller and the line to it.
+    """The arm's controller and the line to it."""
 
-    Attributes:
-        kind: Name of its language, see `robolaser.cell.arms.ARMS`.
-        port: A device or any URL that pyserial opens.
-        baud: Bits a second.
-        flow: "none" or "xonxoff".
-        ids: Addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
-        reference_rad: Joint angles at the controller's reference posture; empty: all zero.
-        direction: +1 or -1 for each joint: which way it counts; empty: all +1.
-        home: Whether it searches its home before it measures.
-        unattended_s: Longest motion that the controller is given at a time: how long the arm may move on when this
-            computer dies [s].
-        axes: What a SCORBOT's encoders count, see `robolaser.cell.acl_axes`; stated for each of them.
-    """
-
-    kind: Text
-    port: Text
-    baud: Annotated[int, Meta(ge=1)] = USUAL_BAUD
-    flow: Literal["none", "xonxoff"] = "none"
+    kind: Text  # name of its language, see `robolaser.cell.arms.ARMS`
+    port: Text  # a device or any URL that pyserial opens
+    baud: Annotated[int, Meta(ge=1)] = USUAL_BAUD  # bits a second
+    flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
+    # addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
     ids: tuple[Address, ...] = ()
-    reference_rad: tuple[float, ...] = ()
-    direction: tuple[float, ...] = ()
-    home: bool = False
+    reference_rad: tuple[float, ...] = ()  # joint angles at the controller's reference posture; empty: all zero
+    direction: tuple[float, ...] = ()  # +1 or -1 for each joint: which way it counts; empty: all +1
+    home: bool = False  # whether it searches its home before it measures
+    # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
     unattended_s: Positive = UNATTENDED_S
-    axes: Axes | None = None
+    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl_axes`; stated for each of them
 
 
 @final
 @dataclass(frozen=True)
 class CameraLine:
-    """The camera.
+    """The camera."""
 
-    Attributes:
-        kind: Name under which an installed package announces it; empty: the source decides.
-        source: Whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL.
-        exposure: In the driver's own unit; None: as it is.
-        exposures: A series of them, one image each with the laser on; empty: none.
-        gain: Likewise.
-        channel: What is kept of a colour camera: grey, or the one of its colours that shows both board and laser.
-        settle_s: Wait between the arm's rest, or the laser's switching, and the shot [s].
-    """
-
+    # whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL
     source: Text | Annotated[int, Meta(ge=0)]
-    exposure: float | None = None
-    exposures: tuple[float, ...] = ()
-    gain: float | None = None
+    exposure: float | None = None  # in the driver's own unit; None: as it is
+    exposures: tuple[float, ...] = ()  # a series of them, one image each with the laser on; empty: none
+    gain: float | None = None  # likewise
+    # what is kept of a colour camera: grey, or the one of its colours that shows both board and laser
     channel: Literal["grey", "red", "green", "blue"] = "grey"
-    settle_s: Positive = USUAL_SETTLE_S
-    kind: str = ""
+    settle_s: Positive = USUAL_SETTLE_S  # wait between the arm's rest, or the laser's switching, and the shot [s]
+    kind: str = ""  # name under which an installed package announces it; empty: the source decides
 
 
 @final
@@ -89,53 +69,37 @@ class Limits:
 
     Links are straight lines between their joints here, as thick as nothing, so the ends of each say how low it reaches:
     state a floor higher than the real one by half of what the thickest link measures. Only the flange's reach counts.
-
-    Attributes:
-        floor_m: Height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no
-            floor.
-        reach_m: Farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes.
-        speed_rad_s: Fastest that any joint turns [rad/s or m/s].
-        margin_m: Least distance between links, scanner and boxes that could hit each other [m].
-        link_radius_m: Of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length.
     """
 
+    # height in the base frame that no joint, flange, camera or light projector goes below [m]; None: no floor
     floor_m: float | None = None
+    # farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes
     reach_m: float | None = None
-    speed_rad_s: Positive = USUAL_SPEED_RAD_S
+    speed_rad_s: Positive = USUAL_SPEED_RAD_S  # fastest that any joint turns [rad/s or m/s]
+    # least distance between links, scanner and boxes that could hit each other [m]
     margin_m: NotNegative = USUAL_MARGIN_M
+    # of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length
     link_radius_m: Positive | None = None
 
 
 @final
 @dataclass(frozen=True)
 class Box:
-    """Something in the cell, or on a link of the arm, that nothing may hit.
+    """Something in the cell, or on a link of the arm, that nothing may hit."""
 
-    Attributes:
-        name: For people.
-        centre_m: In the frame of its link, (3,) [m].
-        size_m: Edges along its own x, y and z, (3,) [m].
-        quat: Its rotation there, (x, y, z, w).
-        link: The link that carries it; None: it stands in the base frame.
-    """
-
-    name: Text
-    centre_m: tuple[float, float, float]
-    size_m: tuple[Positive, Positive, Positive]
-    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
-    link: Text | None = None
+    name: Text  # for people
+    centre_m: tuple[float, float, float]  # in the frame of its link, (3,) [m]
+    size_m: tuple[Positive, Positive, Positive]  # edges along its own x, y and z, (3,) [m]
+    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)  # its rotation there, (x, y, z, w)
+    link: Text | None = None  # the link that carries it; None: it stands in the base frame
 
 
 @final
 @dataclass(frozen=True)
 class LaserLine:
-    """The laser.
+    """The laser."""
 
-    Attributes:
-        output: The controller's output that switches it; None: it is always on.
-    """
-
-    output: Annotated[int, Meta(ge=1)] | None = None
+    output: Annotated[int, Meta(ge=1)] | None = None  # the controller's output that switches it; None: it is always on
 
 
 @final
@@ -154,25 +118,15 @@ class CellFile:
 @final
 @dataclass(frozen=True)
 class Cell:
-    """A folder with dataset.toml, as its recordings will have it, and cell.toml.
+    """A folder with dataset.toml, as its recordings will have it, and cell.toml."""
 
-    Attributes:
-        description: Robot, sensor and target, without a pose.
-        arm: The arm's controller.
-        camera: The camera.
-        laser_output: The controller's output that switches the laser; None: it is always on.
-        limits: What no pose may break.
-        boxes: What stands in the cell, or is carried, and must not be hit.
-        warnings: What is odd, but no error.
-    """
-
-    description: Dataset
-    arm: ArmLine
-    camera: CameraLine
-    laser_output: int | None
-    limits: Limits
-    boxes: tuple[Box, ...] = ()
-    warnings: tuple[str, ...] = ()
+    description: Dataset  # robot, sensor and target, without a pose
+    arm: ArmLine  # the arm's controller
+    camera: CameraLine  # the camera
+    laser_output: int | None  # the controller's output that switches the laser; None: it is always on
+    limits: Limits  # what no pose may break
+    boxes: tuple[Box, ...] = ()  # what stands in the cell, or is carried, and must not be hit
+    warnings: tuple[str, ...] = ()  # what is odd, but no error
 
     @property
     def robot(self) -> Robot:

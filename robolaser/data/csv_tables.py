@@ -22,21 +22,13 @@ BLOCK_LETTERS = 200_000  # the same, where rows are lines
 @final
 @dataclass(frozen=True)
 class Table:
-    """A CSV file, column by column.
+    """A CSV file, column by column."""
 
-    Attributes:
-        file: Its name, for messages.
-        header: The names of all columns.
-        columns: The cells of each column that was read as text.
-        lines: Line of the file at which each row starts, counted from one.
-        known: The columns that were read as numbers, (rows,) each.
-    """
-
-    file: str
-    header: Sequence[str]
-    columns: Mapping[str, tuple[str, ...]]
-    lines: Sequence[int]
-    known: Mapping[str, Array]
+    file: str  # its name, for messages
+    header: Sequence[str]  # the names of all columns
+    columns: Mapping[str, tuple[str, ...]]  # the cells of each column that was read as text
+    lines: Sequence[int]  # line of the file at which each row starts, counted from one
+    known: Mapping[str, Array]  # the columns that were read as numbers, (rows,) each
 
     def __len__(self) -> int:
         return len(self.lines)

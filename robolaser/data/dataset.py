@@ -356,9 +356,7 @@ class Dataset:
         number = np.cumsum(chosen) - 1
         points = self.points.take(chosen[self.points.pose])
         return replace(
-            self,
-            poses=self.poses.take(np.flatnonzero(chosen)),
-            points=replace(points, pose=number[points.pose]),
+            self, poses=self.poses.take(np.flatnonzero(chosen)), points=replace(points, pose=number[points.pose])
         )
 
     def subsampled(self, most: int) -> "Dataset":

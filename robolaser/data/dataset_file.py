@@ -15,13 +15,12 @@ from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.toml_schema import read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
-from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.parameters import Parameter
 
 FILE = "dataset.toml"
 FORMAT = "robolaser-dataset/1"
-GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
 
@@ -37,7 +36,7 @@ class RobotTable:
     urdf: Text
     flange: Text
     joints: Annotated[tuple[Text, ...], Meta(min_length=1)]
-    gravity: tuple[float, float, float] = GRAVITY
+    gravity: tuple[float, float, float] = DOWN
     time: Literal["seconds", "order"] = "seconds"
     path: Literal["consecutive", "unknown"] = "consecutive"
 
@@ -150,8 +149,8 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
     read = typed(contents, DatasetFile, file=FILE)
     declared = sensor_format(_kind(read))
     _check(read, declared)
-    said = {key: value for key, value in read.sensor.items() if key != "kind"}
-    options: Any = typed(said, declared.options or SensorTable, file=FILE, at=("sensor",))
+    own_keys = {key: value for key, value in read.sensor.items() if key != "kind"}
+    options: Any = typed(own_keys, declared.options or SensorTable, file=FILE, at=("sensor",))
     image = read.image if "image" in declared.tables else None
     return Dataset(
         name=read.name or folder.resolve().name,
@@ -302,11 +301,7 @@ def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, P
 
 
 def _bound(entry: ParameterEntry, end: str, at: tuple[str, str]) -> float:
-    """One end of a parameter's range; of a fixed one the nominal value.
-
-    Raises:
-        DataError: It is missing, or the parameter is fixed and has one.
-    """
+    """One end of a parameter's range; of a fixed one the nominal value."""
     value: float | None = getattr(entry, end)
     key = f"[{at[0]}] {at[1]}.{end}"
     if entry.fixed:

@@ -9,30 +9,20 @@ from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import inside
 from robolaser.errors import DataError
 
-LIT = "image"
-"""Column of poses.csv with the first image taken with the laser on."""
-UNLIT = "image_off"
-"""Column with the image taken with the laser off."""
-REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")
-"""Columns with further images of the unmoved arm, laser on."""
+LIT = "image"  # column of poses.csv with the first image taken with the laser on
+UNLIT = "image_off"  # column with the image taken with the laser off
+REPEAT = re.compile(r"image_([2-9]|[1-9]\d+)")  # columns with further images of the unmoved arm, laser on
 
 
 @final
 @dataclass(frozen=True)
 class PoseImages:
-    """Files of one pose's images.
+    """Files of one pose's images."""
 
-    Attributes:
-        row: Of poses.csv, the first is 0.
-        pose: Its name.
-        lit: With the laser on: one, or several of the unmoved arm.
-        unlit: With the laser off, where it was taken.
-    """
-
-    row: int
-    pose: str
-    lit: tuple[Path, ...]
-    unlit: Path | None = None
+    row: int  # of poses.csv, the first is 0
+    pose: str  # its name
+    lit: tuple[Path, ...]  # with the laser on: one, or several of the unmoved arm
+    unlit: Path | None = None  # with the laser off, where it was taken
 
     @property
     def files(self) -> tuple[Path, ...]:

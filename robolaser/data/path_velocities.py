@@ -14,8 +14,7 @@ measured, poses are seconds apart."""
 ROUGHEST = 0.3
 """Distance of poses from the line between their neighbours, over half the way between these, root mean squares: of
 places visited in any order it is above 1, of a sine read six times a period 0.5, ten times a period 0.3."""
-LEAST_SHARE = 0.9
-"""Of the poses, that must have neighbours so near."""
+LEAST_SHARE = 0.9  # of the poses, that must have neighbours so near
 WARNING = (
     "poses.csv has no joint velocities: they are taken from the path by finite differences, since its poses follow one"
     ' another in motion. Where the arm did stop at each pose, set path = "unknown" in [robot].'

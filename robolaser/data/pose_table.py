@@ -11,17 +11,16 @@ from robolaser.arrays import Array
 from robolaser.data.csv_tables import Table, bad_cell, finite, read_table
 from robolaser.data.dataset import Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, inside, no_rotation
-from robolaser.data.sensor_format import XYZ
+from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion, pose
 
 FILE = "poses.csv"
-FLANGE_COLUMNS = (*XYZ, "qx", "qy", "qz", "qw")
+FLANGE_COLUMNS = (*XYZ, *QUATERNION)
 OUT_OF_RANGE_RAD = 1.0  # real arms stand a little outside their URDF's limits; nobody by a radian
 FARTHEST_M = 200.0  # a laser tracker's range; larger numbers are millimetres
-IMAGES = "image"
-"""Columns whose names begin so hold paths of images."""
+IMAGES = "image"  # columns whose names begin so hold paths of images
 MOST_NAMED = 5
 
 

@@ -11,8 +11,7 @@ from robolaser.bounded_reading import read_json
 from robolaser.data.atomic_write import Contents, clear_staged, finish_writing, locked, write_text, write_together
 from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
-MANIFEST = ".robolaser.json"
-"""What commands wrote into a folder: {"format": …, "files": {name: command}}."""
+MANIFEST = ".robolaser.json"  # what commands wrote into a folder: {"format": …, "files": {name: command}}
 
 FORMAT = "robolaser-results/1"
 

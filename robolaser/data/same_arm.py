@@ -7,8 +7,7 @@ import numpy as np
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 
-SAME = 1e-6
-"""[m, and of rotation matrices] URDFs that round their digits differ by less."""
+SAME = 1e-6  # [m, and of rotation matrices] URDFs that round their digits differ by less
 
 
 def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:

@@ -17,8 +17,8 @@ class SavedResult(Result, dict[str, Any]):
         folder: Where it was saved.
     """
 
-    def __init__(self, said: Mapping[str, Any], folder: Path) -> None:
-        super().__init__(said)
+    def __init__(self, contents: Mapping[str, Any], folder: Path) -> None:
+        super().__init__(contents)
         self.folder = folder
 
 
@@ -42,6 +42,6 @@ def load_diagnosis(path: str | Path) -> SavedResult:
 
 def _load(path: Path, name: str, expected: str) -> SavedResult:
     file = path / name if path.is_dir() else path
-    said = read_json(file)
-    check_format(said if isinstance(said, dict) else {}, expected, file.name)
-    return SavedResult(said, file.parent)
+    contents = read_json(file)
+    check_format(contents if isinstance(contents, dict) else {}, expected, file.name)
+    return SavedResult(contents, file.parent)

@@ -9,22 +9,16 @@ T = TypeVar("T")
 
 OWN = ("base.*", "target.*", "socket.*", "ball.*")
 """Parameters that are each session's own unless `[sessions] own` says otherwise: where things were put."""
-FEWEST_POSES = 3
-"""Poses with points that each session must have: fewer leave the place of its base or target open."""
+FEWEST_POSES = 3  # poses with points that each session must have: fewer leave the place of its base or target open
 
 
 @final
 @dataclass(frozen=True)
 class Sessions:
-    """The sessions of a data set.
+    """The sessions of a data set."""
 
-    Attributes:
-        names: In the order in which poses.csv has them; a part of a data set keeps those of the whole.
-        own: Patterns of parameters' names, `*` for any text, of which each session has a copy.
-    """
-
-    names: tuple[str, ...]
-    own: tuple[str, ...] = OWN
+    names: tuple[str, ...]  # in the order in which poses.csv has them; a part of a data set keeps those of the whole
+    own: tuple[str, ...] = OWN  # patterns of parameters' names, `*` for any text, of which each session has a copy
 
     def is_own(self, parameter: str) -> bool:
         """Whether each session has a copy of a parameter."""

@@ -15,10 +15,8 @@ from robolaser.errors import DataError
 FILE = "dataset.toml"
 TABLES = ("scanner", "image", "board", "target", "noise")
 """Tables of dataset.toml that a sensor may have for itself, as `[sensors.noise]`; else it has those of all."""
-CORNERS = "corners.csv"
-"""Where `extract` writes the corners that a stripe scanner's images show."""
-USUAL_M_PER_PX = 1e-4
-"""What a pixel shows where the points of no pose tell."""
+CORNERS = "corners.csv"  # where `extract` writes the corners that a stripe scanner's images show
+USUAL_M_PER_PX = 1e-4  # what a pixel shows where the points of no pose tell
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9_-]+$")]
 
@@ -67,15 +65,15 @@ def _member(
 ) -> Member:
     tables = {key: value for key, value in entry.items() if key in TABLES and isinstance(value, dict)}
     own = {key: value for key, value in entry.items() if key in SensorEntry.__annotations__ and key not in tables}
-    said = typed(own, SensorEntry, file=FILE, at=("sensors", number))
+    read = typed(own, SensorEntry, file=FILE, at=("sensors", number))
     kind = {key: value for key, value in entry.items() if key not in own and key not in tables}
     shared = {key: value for key, value in contents.items() if key not in ("sensors", "parameters", *tables)}
     try:
-        one = described({**shared, **tables, "sensor": {"kind": said.kind, **kind}})
+        one = described({**shared, **tables, "sensor": {"kind": read.kind, **kind}})
     except DataError as error:
-        raise DataError(f"{error} (sensor {said.name})", file=FILE, column=f"[[sensors]] {said.name}") from None
-    camera = said.camera or (said.name if one.kind == "camera" else "camera")
-    return Member(said.name, one, said.points, camera, said.target or "target")
+        raise DataError(f"{error} (sensor {read.name})", file=FILE, column=f"[[sensors]] {read.name}") from None
+    camera = read.camera or (read.name if one.kind == "camera" else "camera")
+    return Member(read.name, one, read.points, camera, read.target or "target")
 
 
 def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:

@@ -19,8 +19,7 @@ from robolaser.data.array_damage import DAMAGE
 from robolaser.data.record_stream import write_streamed
 from robolaser.errors import DataError, unreadable
 
-FILE = "stripes.npy"
-"""Its name in the recording's folder."""
+FILE = "stripes.npy"  # its name in the recording's folder
 STRIPE = np.dtype([("pose", "<u4"), ("u", "<f4"), ("v", "<f4"), ("std", "<f4"), ("intensity", "<f4")])
 """Row of poses.csv, the first is 0; the middle, lens distortion included [px]; standard deviation of the middle across
 the stripe [px]; and its grey above the background at the peak, 0 to 255. Twenty bytes."""

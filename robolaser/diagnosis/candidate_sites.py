@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
-from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives
+from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives, stage_derivatives
 from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX, SMOOTH_FORCE
 from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
@@ -65,7 +65,7 @@ def sites(fit: Fit) -> tuple[Site, ...]:
 
 def _sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
-    derivatives, coordinates = StageDerivatives(fit), OfPoses(dataset, fit.model.run)
+    derivatives, coordinates = stage_derivatives(fit), OfPoses(dataset, fit.model.run)
     yield from _of_joints(fit, derivatives, coordinates)
     yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
@@ -117,7 +117,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     It is a function of the posture, one for each of these joints, all of one size; or a force, a function of where the
     flange is, to which they give way alike. The joint in their middle is named.
     """
-    dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, StageDerivatives(fit)
+    dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, stage_derivatives(fit)
     joints = moving_joints(dataset.robot)[::-1]
     if len(joints) < SEVERAL:
         return
@@ -154,9 +154,10 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
     tilt = fit.model.run.tilt
     if np.ptp(tilt) > 0:
         yield Site("laser", "tilt of the surface", seen[:, [1 - along]], smooth(tilt[:, None]), rows)
+    moved = np.hstack([plane, derivatives.turned_laser_plane() / LEVER_M])
     for coordinate, basis in coordinates.run():
         drift = np.concatenate([basis, basis * _centred(pixel[:, along], dataset.points.pose, len(basis))], axis=1)
-        yield Site("laser", coordinate, plane, drift, fit.pose_of_number)
+        yield Site("laser", coordinate, moved, drift, fit.pose_of_number)
 
 
 def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.forward_model import Model
@@ -65,7 +65,7 @@ class Columns:
         if stage is Stage.JOINTS:
             return self._by_joints(fit, joint_moves(fit.model, candidate_effect, grid))
         if stage not in self._passing:
-            self._passing[stage] = StageDerivatives(fit).passing(stage)
+            self._passing[stage] = stage_derivatives(fit).passing(stage)
         value = self._passing[stage]
         if value is None:  # each session has its own
             columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
@@ -97,7 +97,7 @@ class Columns:
     def _by_stage(self, fit: Fit, stage: Stage, joint: str = "") -> Array:
         """By small motions of what passes a stage, each row by its own, (K, q)."""
         if (stage, joint) not in self._by_motion:
-            self._by_motion[stage, joint] = StageDerivatives(fit).by_motion(stage, joint)
+            self._by_motion[stage, joint] = stage_derivatives(fit).by_motion(stage, joint)
         return self._by_motion[stage, joint]
 
 

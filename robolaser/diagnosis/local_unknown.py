@@ -15,7 +15,7 @@ from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
 from robolaser.diagnosis.localization import likelihood_ratio
-from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
@@ -26,20 +26,29 @@ GEOMETRY: Final = "arm_geometry"
 
 
 def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
-    """Whether an effect varies at a joint, in a form that may be wrong: an offset or a placement has none."""
-    is_constant = candidate_effect.effect.cause == GEOMETRY
-    return not is_constant and candidate_effect.where in moving_joints(fit.model.dataset.robot)
+    """Whether an effect varies at a joint, in a form that may be wrong: an offset or a placement has none.
+
+    What begins at a moment may be a joint that slipped, wherever it seems to be.
+    """
+    effect, joints = candidate_effect.effect, moving_joints(fit.model.dataset.robot)
+    begins = any(each.name == "moment" for each in effect.nonlinear_parameters())
+    return effect.cause != GEOMETRY and (candidate_effect.where in joints or (begins and bool(joints)))
 
 
-def local_unknown_chi2(fit: Fit, joint: str) -> float:
+def local_unknown_chi2(fit: Fit, site: str) -> float:
     """Chi-squared that a rough function of a joint's coordinate, or chance there, explains beyond its freedom's cost.
 
     Args:
         fit: The model.
-        joint: A joint that moves.
+        site: A joint that moves; or another site, in the place of which any joint may be off by a function of time.
     """
-    by_joint = StageDerivatives(fit).joint(joint)
-    columns = (by_joint * basis[fit.pose_of_number] for basis in _coordinates(fit, joint))
+    derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
+    if site in joints:
+        pairs = [(derivatives.joint(site), basis) for basis in _coordinates(fit, site)]
+    else:
+        in_time = rough(fit.model.run.progress)
+        pairs = [(derivatives.joint(joint), in_time) for joint in joints]
+    columns = (by_joint * basis[fit.pose_of_number] for by_joint, basis in pairs)
     return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns)
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.chi_squared import median
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
-from robolaser.diagnosis.thresholds import OUTLIER_SIGMA
+from robolaser.diagnosis.thresholds import MOST_POSES_OFF, OUTLIER_SIGMA
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve
 from robolaser.model.noise.whitening import group_sums
@@ -64,16 +64,21 @@ def outliers_within_poses(fit: Fit) -> Bools:
         b = group_sums(weight[:, None] * (np.swapaxes(B, 1, 2) @ r[..., None])[..., 0], of_pose)
         move = np.linalg.solve(A, b[..., None])[..., 0]
         left = r - (B @ move[of_pose][..., None])[..., 0]
-    return _far(left)
+    return _far(left, of_pose)
 
 
 def outliers_of(fit: Fit) -> Bools:
     """Mark rows that a model which explains the others leaves far off, (m,)."""
-    return _far((_roots(fit) @ fit.at.plain[..., None])[..., 0])
+    return _far((_roots(fit) @ fit.at.plain[..., None])[..., 0], fit.model.dataset.points.pose)
 
 
-def _far(rows: Array) -> Bools:
-    return np.asarray(np.linalg.norm(rows, axis=-1) > OUTLIER_SIGMA * _scale(rows))
+def _far(rows: Array, of_pose: Ints) -> Bools:
+    """Rows (m, k) that are far off; but if at many poses most are, the arm or the base stood elsewhere then."""
+    far = np.asarray(np.linalg.norm(rows, axis=-1) > OUTLIER_SIGMA * _scale(rows))
+    taken = np.bincount(of_pose)
+    off = 2 * np.bincount(of_pose, far) >= np.maximum(taken, 1)
+    many = np.count_nonzero(off) > MOST_POSES_OFF * np.count_nonzero(taken)
+    return far & ~off[of_pose] if many else far
 
 
 def _scale(rows: Array) -> float:

@@ -200,6 +200,7 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) ->
         localized=sum(place.likelihood_ratio for place in left),
         floor_m=gap.noise_floor_m,
         gap_m=gap.after_m,
+        gap_before_m=gap.calibrated_m,
         has_effects=bool(final.effects),
     )
 

@@ -21,6 +21,7 @@ from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, EVEN, INDEPENDENT_SH
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.joints import moving_joints
 
 
 @final
@@ -133,7 +134,7 @@ class Refits:
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
         """Probability that a function of unknown form at a joint explains what an effect there does, or its rest.
 
-        Or what all effects there do together.
+        Or what all effects there do together. The rest of an effect elsewhere is no joint's.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         sets = [without]
@@ -142,6 +143,8 @@ class Refits:
                 without = self.refit(without, removed=one)
         sets.append(without)
         final = self._cost_and_local_unknown(fit, joint)
+        if joint not in moving_joints(fit.model.dataset.robot):
+            final = final[0], 0.0
         return max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
 
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:

@@ -128,14 +128,33 @@ def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Col
 
 def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Columns) -> ScoreTest:
     white = known.by_effect(fit, candidate_effect, grid)
-    columns = fit.at.project(white)
+    columns = np.asfortranarray(fit.at.project(white))
     a = white.shape[1] // len(grid)
     spans = [slice(i * a, (i + 1) * a) for i in range(len(grid))]
     options = [
         ScoreTest(candidate_effect, tuple(values), white[:, span], columns[:, span], fit, tried)
         for values, span in zip(grid.tolist(), spans, strict=True)
     ]
-    return max(options, key=lambda option: option.gain)
+    if len(options) == 1:
+        return options[0]
+    bounds = _gains_at_most(columns.reshape(len(columns), len(grid), a), fit)
+    order = np.argsort(-bounds, kind="stable")
+    best: ScoreTest = options[order[0]]
+    for i in order[1:]:
+        if bounds[i] <= best.gain:
+            break
+        best = max(best, options[i], key=lambda option: option.gain)
+    return best
+
+
+def _gains_at_most(columns: Array, fit: Fit) -> Array:
+    """Gains of effects' columns (K + e, g, a) if amplitudes of either sign were permitted, (g,)."""
+    apart = np.moveaxis(columns, 0, 2)
+    release = np.broadcast_to(fit.release.T, (len(apart), *fit.release.T.shape))
+    both = np.concatenate([apart, release], axis=1)
+    along = both @ fit.at.r
+    products = both @ np.swapaxes(both, 1, 2)
+    return np.asarray((along[:, None] @ np.linalg.pinv(products, hermitian=True) @ along[..., None])[:, 0, 0])
 
 
 @final

@@ -1,6 +1,7 @@
 """Small motions at the stages: how a row would move if its pose, pixel, laser plane or target were off by a little."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -13,6 +14,8 @@ from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 
 SHIFT_M, TURN_RAD, PIXEL_PX, IMAGE_M = 1e-5, 1e-5, 1e-2, 1e-7
 """Steps of the derivatives."""
+REMEMBERED = 3
+"""Fits whose derivatives are kept."""
 TWIST = np.repeat([SHIFT_M, TURN_RAD], 3)
 SHIFTS = {
     Stage.PIXELS: (2, PIXEL_PX),
@@ -34,6 +37,7 @@ class StageDerivatives:
 
     def __init__(self, fit: Fit) -> None:
         self._fit, self._model = fit, fit.model
+        self._known: dict[tuple[Stage, str], Array] = {}
 
     def passing(self, stage: Stage) -> Array | None:
         """What passes a stage; None where the sensor does not have it, or sessions differ in what all rows share."""
@@ -98,10 +102,16 @@ class StageDerivatives:
             stage: Which.
             joint: Where it is one of the arm's, the joint.
         """
+        if (stage, joint) not in self._known:
+            self._known[stage, joint] = self._by_motion(stage, joint)
+        return self._known[stage, joint]
+
+    def _by_motion(self, stage: Stage, joint: str) -> Array:
         if stage is Stage.JOINTS:
-            return self.joint(joint)
+            robot, _ = self._model.dataset.arm
+            return self._by_shift(stage, np.eye(len(robot.joints))[[robot.joints.index(joint)]], TURN_RAD)
         if stage is Stage.LINKS:
-            return self.placement(joint)
+            return self._by_placement(joint)
         if stage in (Stage.FLANGE, Stage.MOUNT):
             return self._by(stage, _motions, TWIST)
         numbers, step = SHIFTS[stage]
@@ -109,11 +119,13 @@ class StageDerivatives:
 
     def joint(self, name: str) -> Array:
         """By a joint's value, (K, 1) [1/rad or 1/m]."""
-        robot, _ = self._model.dataset.arm
-        return self._by_shift(Stage.JOINTS, np.eye(len(robot.joints))[[robot.joints.index(name)]], TURN_RAD)
+        return self.by_motion(Stage.JOINTS, name)
 
     def placement(self, joint: str) -> Array:
         """By shifts and turns of a joint on the link before it, in its own frame, (K, 6) [1/m, 1/rad]."""
+        return self.by_motion(Stage.LINKS, joint)
+
+    def _by_placement(self, joint: str) -> Array:
         robot, _ = self._model.dataset.arm
 
         def of_one(twists: Array) -> Array:
@@ -138,11 +150,21 @@ class StageDerivatives:
 
     def laser_plane(self) -> Array:
         """By the distance of the laser plane from where it should be, (K, 1) [1/m]."""
-        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 0.0, 1.0]]), SHIFT_M)
+        return self.by_motion(Stage.LASER_PLANE)[:, 3:]
+
+    def turned_laser_plane(self) -> Array:
+        """By its distance from where it should be, in proportion to the depth: it turns, (K, 1)."""
+        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 1.0, 0.0]]), TURN_RAD)
 
     def target(self) -> Array:
         """By the point's place on the target, (K, 3) [1/m]."""
         return self.by_motion(Stage.TARGET)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def stage_derivatives(fit: Fit) -> StageDerivatives:
+    """Those of a fit, each worked out once; of the last fits only."""
+    return StageDerivatives(fit)
 
 
 def _motions(twists: Array) -> Array:

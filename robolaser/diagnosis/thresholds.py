@@ -101,6 +101,9 @@ OUTLIER_SIGMA: Final = 5.5
 """Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four
 million there, one of three in a million."""
 
+MOST_POSES_OFF: Final = 0.1
+"""Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
+
 # An unmodelled cause: a smooth function of unknown form at some site.
 
 LIKELIHOOD_RATIO_OF_SITE: Final = 18.0
@@ -197,6 +200,10 @@ LEAST_PROBABILITY: Final = 0.01
 
 GAP_OVER_FLOOR: Final = 1.1
 """Held-out gap over the noise floor, up to which a remainder may be an effect's form and needs no further cause."""
+OPEN_SHARE: Final = 0.005
+"""Share of the squared gap above the noise, up to which such a remainder needs no further cause either, where the noise
+is so small beside the gap that any other form shows. A judgement: of twelve blind worlds with a remainder, two true
+effects each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
 FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""
 CHI2_EXCESS_SIGMA: Final = 6.0

@@ -18,6 +18,7 @@ from robolaser.diagnosis.thresholds import (
     FORM_SHARE,
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
+    OPEN_SHARE,
     UNEXPLAINED_DISCOUNT,
 )
 
@@ -94,6 +95,7 @@ class Evidence:
         localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
         floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
         gap_m: Held-out gap that is left [m].
+        gap_before_m: Of the model without effects [m].
         has_effects: Whether any effect was found.
     """
 
@@ -103,6 +105,7 @@ class Evidence:
     localized: float
     floor_m: float
     gap_m: float
+    gap_before_m: float
     has_effects: bool
 
 
@@ -113,5 +116,6 @@ def judge(evidence: Evidence) -> str:
     left = max(evidence.localized, excess)
     if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"
-    at_floor = evidence.gap_m <= GAP_OVER_FLOOR * evidence.floor_m
-    return "explained" if evidence.has_effects and left <= FORM_SHARE * explained and at_floor else "unexplained"
+    open_m2, before_m2 = (gap**2 - evidence.floor_m**2 for gap in (evidence.gap_m, evidence.gap_before_m))
+    closed = evidence.gap_m <= GAP_OVER_FLOOR * evidence.floor_m or open_m2 <= OPEN_SHARE * before_m2
+    return "explained" if evidence.has_effects and left <= FORM_SHARE * explained and closed else "unexplained"

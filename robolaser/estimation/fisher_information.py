@@ -24,19 +24,12 @@ the moment of a `base_shift` does between two poses."""
 @final
 @dataclass(frozen=True, eq=False)
 class Information:
-    """The information of rows about the parameters. It adds up over parts of the rows that share no errors.
+    """The information of rows about the parameters. It adds up over parts of the rows that share no errors."""
 
-    Attributes:
-        plain: R factor of the plain residuals' derivatives J by all parameters, (d or less, d).
-        weighed: The same of the residuals that were minimised, W^(1/2) J.
-        spread: JᵀWΣWJ, (d, d): covariance of the fit's gradient under the noise Σ.
-        reach: Largest derivative by each parameter, (d,).
-    """
-
-    plain: Array
-    weighed: Array
-    spread: Array
-    reach: Array
+    plain: Array  # R factor of the plain residuals' derivatives J by all parameters, (d or less, d)
+    weighed: Array  # the same of the residuals that were minimised, W^(1/2) J
+    spread: Array  # JᵀWΣWJ, (d, d): covariance of the fit's gradient under the noise Σ
+    reach: Array  # largest derivative by each parameter, (d,)
 
     @classmethod
     def of(

@@ -17,14 +17,11 @@ from robolaser.model.forward_model import Model
 from robolaser.model.pose_blocks import with_rows
 
 FOLDS = 10
-FEWEST = 3
-"""Groups of poses; fewer cannot be held out, since what is left fits anything."""
-ALIKE = 1e-4
-"""[rad, m] Configurations that differ by less are copies of each other."""
+FEWEST = 3  # groups of poses; fewer cannot be held out, since what is left fits anything
+ALIKE = 1e-4  # [rad, m] Configurations that differ by less are copies of each other
 TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
-SAMPLE = 10_000
-"""Rows on which these fits of large data are made."""
+SAMPLE = 10_000  # rows on which these fits of large data are made
 MOST_STEPS = 30
 """Of a fit without one fold that need not be exact: beyond, it follows a valley that the others hardly see. Of a real
 scanner's, 20, 50 and 644 steps gave 0.460, 0.466 and 0.463 mm on held-out poses."""
@@ -36,17 +33,12 @@ does not lower the cost is tried again, shorter."""
 @final
 @dataclass(frozen=True, eq=False)
 class Folds:
-    """Which rows are held out together.
+    """Which rows are held out together."""
 
-    Attributes:
-        of_row: Number of each row's fold, (m,).
-        whole: Whether folds are the sensor's groups of rows: whatever only these rows locate is located from them.
-        copies: How many poses repeat another pose's configuration.
-    """
-
-    of_row: Ints
+    of_row: Ints  # number of each row's fold, (m,)
+    # whether folds are the sensor's groups of rows: whatever only these rows locate is located from them
     whole: bool = False
-    copies: int = 0
+    copies: int = 0  # how many poses repeat another pose's configuration
 
     @property
     def count(self) -> int:
@@ -100,17 +92,11 @@ def _configurations(dataset: Dataset) -> tuple[Ints, int]:
 @final
 @dataclass(frozen=True, eq=False)
 class FoldFits:
-    """What fits without each fold say.
+    """What fits without each fold say."""
 
-    Attributes:
-        errors: Residuals of each row by the fit without its fold, in the sensor's unit, (m, k).
-        x: The parameters of each of these fits, (f, d).
-        evaluations: Residual vectors evaluated.
-    """
-
-    errors: Array
-    x: Array
-    evaluations: int
+    errors: Array  # residuals of each row by the fit without its fold, in the sensor's unit, (m, k)
+    x: Array  # the parameters of each of these fits, (f, d)
+    evaluations: int  # residual vectors evaluated
 
 
 def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
@@ -132,7 +118,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
         unmoved = np.zeros((folds.count, len(x)))
         fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough, slopes)
         if len(going):
-            kept, hopeless = folds.of_row != going[:, None], _in_a_valley if enough else None
+            kept, hopeless = folds.of_row != going[:, None], _many_steps if enough else None
             ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough, hopeless=hopeless)
             fits[going], evaluations = ends.x, evaluations + ends.evaluations
     else:
@@ -143,7 +129,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
     return FoldFits(errors, fits, evaluations + folds.count)
 
 
-def _in_a_valley(cost: Array, converged: Bools, steps: Ints) -> Bools:
+def _many_steps(cost: Array, converged: Bools, steps: Ints) -> Bools:
     return np.asarray(steps >= MOST_STEPS)
 
 

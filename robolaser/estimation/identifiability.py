@@ -21,22 +21,16 @@ that of a uniform distribution between them."""
 WEAK_LOADING = 0.2
 """Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
 
-UNIFORM = 12**-0.5
-"""Standard deviation of a number that lies anywhere in an interval, as a share of its width."""
+UNIFORM = 12**-0.5  # standard deviation of a number that lies anywhere in an interval, as a share of its width
 
 
 @final
 @dataclass(frozen=True)
 class Unidentifiable:
-    """Parameters that these data cannot identify, alone or together.
+    """Parameters that these data cannot identify, alone or together."""
 
-    Attributes:
-        parameters: Their names, in the model's order.
-        reason: A sentence for the user.
-    """
-
-    parameters: tuple[str, ...]
-    reason: str
+    parameters: tuple[str, ...]  # their names, in the model's order
+    reason: str  # a sentence for the user
 
 
 def standard_errors(known: Information, *, fixed: Bools, bounded: Array | None = None) -> Array:

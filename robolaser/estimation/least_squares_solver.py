@@ -13,20 +13,14 @@ from robolaser.estimation.least_squares import LeastSquares
 from robolaser.estimation.solver import solve
 from robolaser.plugins import announced
 
-GROUP: Final = "robolaser.solvers"
-"""Entry points under which installed packages announce solvers."""
+GROUP: Final = "robolaser.solvers"  # entry points under which installed packages announce solvers
 
 
 class LeastSquaresSolver(ABC):
-    """A method that minimises sums of squares within bounds.
+    """A method that minimises sums of squares within bounds."""
 
-    Attributes:
-        name: By which it is chosen.
-        title: A description for a person.
-    """
-
-    name: ClassVar[str]
-    title: ClassVar[str]
+    name: ClassVar[str]  # by which it is chosen
+    title: ClassVar[str]  # a description for a person
 
     @abstractmethod
     def minimize(self, problem: LeastSquares, start: Array, *, tol: float) -> tuple[Array, int]:

@@ -12,27 +12,19 @@ from robolaser.estimation.r_factor import triangle
 from robolaser.finite_differences import differences
 from robolaser.model.effects.effect import CandidateEffect
 
-STEP = 1e-3
-"""Of a derivative by an effect's parameter, in units of its prior scale."""
-TOUCH = 1e-6
-"""Distance from a bound, as a share of the range, up to which a parameter stands on it."""
-RANK = 1e-12
-"""Singular values below this share of the largest belong to directions that move no row."""
+STEP = 1e-3  # of a derivative by an effect's parameter, in units of its prior scale
+TOUCH = 1e-6  # distance from a bound, as a share of the range, up to which a parameter stands on it
+RANK = 1e-12  # singular values below this share of the largest belong to directions that move no row
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """Rows are the K whitened numbers of the data and beneath them e extra ones: known distances, then the prior's.
+    """Rows are the K whitened numbers of the data and beneath them e extra ones: known distances, then the prior's."""
 
-    Attributes:
-        problem: Of which.
-        x: Where, (d,).
-        known: Derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known.
-    """
-
-    problem: Problem
-    x: Array
+    problem: Problem  # of which
+    x: Array  # where, (d,)
+    # derivatives of the data's residuals there by each parameter over its scale, (K, d), where they are known
     known: Array | None = None
 
     @cached_property
@@ -105,8 +97,7 @@ class Linearization:
     def Q(self) -> Array:  # noqa: N802 - likewise
         """Orthonormal basis of what the parameters can do to `r`, (K + e, n)."""
         s, Vt = self._svd
-        Q: Array = np.linalg.qr(self.J @ (Vt.T / s))[0]
-        return Q
+        return np.linalg.qr(self.J @ (Vt.T / s))[0]
 
     def step(self, r: Array | None = None) -> Array:
         """The undamped step against `r`, or against other residuals (K + e,), as changes of the parameters, (d,)."""
@@ -160,8 +151,7 @@ class Linearization:
         """
         s, Vt = self._svd
         inverse = Vt.T / s
-        found: Array = self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
-        return found
+        return self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
 
 
 def _nominal_shapes(effect: CandidateEffect) -> Array:

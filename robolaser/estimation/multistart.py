@@ -15,62 +15,40 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
 
-SEARCH_POINTS = 200
-"""Rows, about, of the subsample that is searched on: it ranks candidates as the whole does."""
-SEARCH_POSES = 200
-"""Poses of it at most, evenly taken, where rows have no names: each keeps three rows."""
-CANDIDATES = 256
-"""Sampled in a round."""
-STARTS = 4
-"""Candidates of a round that go downhill."""
-AGREEING = 3
-"""Descents that must end at the same lowest cost before it counts as found."""
-FIRST_ROUND = 2
-"""Times as many of both in the first round, whose descents run together."""
+SEARCH_POINTS = 200  # rows, about, of the subsample that is searched on: it ranks candidates as the whole does
+SEARCH_POSES = 200  # poses of it at most, evenly taken, where rows have no names: each keeps three rows
+CANDIDATES = 256  # sampled in a round
+STARTS = 4  # candidates of a round that go downhill
+AGREEING = 3  # descents that must end at the same lowest cost before it counts as found
+FIRST_ROUND = 2  # times as many of both in the first round, whose descents run together
 MOST_ROUNDS = 49
-PATIENCE = 2
-"""Times the steps of the agreeing after which a descent that is still above them is given up."""
-SAME = 1e-6
-"""Relative difference of cost below which two optima are one."""
-NOTHING_M2 = 1e-18
-"""Two costs whose difference is below this are one: a nanometre altogether."""
+PATIENCE = 2  # times the steps of the agreeing after which a descent that is still above them is given up
+SAME = 1e-6  # relative difference of cost below which two optima are one
+NOTHING_M2 = 1e-18  # two costs whose difference is below this are one: a nanometre altogether
 TOLERANCE = 1e-10
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The lowest cost that was found.
+    """The lowest cost that was found."""
 
-    Attributes:
-        x: Where, (d,).
-        cost: J of all rows there [m²]; infinite where all candidates lie at poles.
-        evaluations: Candidates evaluated.
-        descents: How many went downhill.
-        agreeing: How many of them ended there.
-    """
-
-    x: Array
-    cost: float
-    evaluations: int
-    descents: int
-    agreeing: int
+    x: Array  # where, (d,)
+    cost: float  # J of all rows there [m²]; infinite where all candidates lie at poles
+    evaluations: int  # candidates evaluated
+    descents: int  # how many went downhill
+    agreeing: int  # how many of them ended there
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class SoFar:
-    """How far the search has come.
+    """How far the search has come."""
 
-    Attributes:
-        share: Of the rounds that it may take.
-        evaluations: Candidates evaluated.
-        x: The best of the round's candidates, then of all that have gone downhill, (d,), by the cost of the rows that
-            are searched on.
-    """
-
-    share: float
-    evaluations: int
+    share: float  # of the rounds that it may take
+    evaluations: int  # candidates evaluated
+    # the best of the round's candidates, then of all that have gone downhill, (d,), by the cost of the rows that are
+    # searched on
     x: Array
 
 

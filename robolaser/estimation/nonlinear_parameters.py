@@ -11,37 +11,26 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.estimation.fisher_information import NULL, lengths
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
-AGAIN = 2
-"""Times that several effects choose in turn: the first to choose may have explained what is another's."""
-NULL = 1e-7
-"""Singular values of unit columns below this share of the largest move nothing."""
-IMITATED = 1e-8
-"""Share of a column's square up to which what is left, once what imitates it is taken out, is rounding."""
-CANDIDATES = 1000
-"""Evaluated at a time: a long grid would fill the memory."""
+AGAIN = 2  # times that several effects choose in turn: the first to choose may have explained what is another's
+IMITATED = 1e-8  # share of a column's square up to which what is left, once what imitates it is taken out, is rounding
+CANDIDATES = 1000  # evaluated at a time: a long grid would fill the memory
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class GridPoint:
-    """A value of an effect's nonlinear parameters, and what the effect does with it.
+    """A value of an effect's nonlinear parameters, and what the effect does with it."""
 
-    Attributes:
-        nonlinear: The nonlinear parameters, (s,).
-        amplitudes: The linear parameters that go with it, (q,).
-        columns: Residuals by its amplitudes, (K, q).
-        gain: By how much the cost shrinks, as far as the model is linear.
-    """
-
-    nonlinear: Array
-    amplitudes: Array
-    columns: Array
-    gain: float
+    nonlinear: Array  # the nonlinear parameters, (s,)
+    amplitudes: Array  # the linear parameters that go with it, (q,)
+    columns: Array  # residuals by its amplitudes, (K, q)
+    gain: float  # by how much the cost shrinks, as far as the model is linear
 
 
 def with_nonlinear_grid(model: Model) -> tuple[CandidateEffect, ...]:
@@ -101,7 +90,5 @@ def _best_of(columns: Array, grid: Array, effect: CandidateEffect, rest: Array, 
 
 def _basis(columns: Array) -> Array:
     """Orthonormal basis of what columns (K, d) reach, (K, n)."""
-    length = np.linalg.norm(columns, axis=0)
-    U, s, _ = np.linalg.svd(columns / np.where(length > 0, length, 1.0), full_matrices=False)
-    reached: Array = U[:, s > NULL * s.max(initial=0.0)]
-    return reached
+    U, s, _ = np.linalg.svd(columns / lengths(columns), full_matrices=False)
+    return U[:, s > NULL * s.max(initial=0.0)]

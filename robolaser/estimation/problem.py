@@ -22,24 +22,20 @@ class Problem:
 
     Residuals are flat, (c, K): the numbers of row 0, of row 1, and so on, however many numbers a row has.
     `calibrate` solves it without priors, `diagnose` with weak ones.
-
-    Attributes:
-        model: Data and effects.
-        parameters: The model's; those of another one where the closed forms of all data are to be kept for some of it.
-        noise: Whitens the rows; None leaves them in the sensor's unit.
-        loss: What a whitened row costs.
-        prior: Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it
-            may differ freely. None: all may.
-        row_size: Standard deviation of a row's numbers, where they are not whitened by all their noise: by it they and
-            known distances bind as their noise says; None: as at the nominal values.
     """
 
-    model: Model
+    model: Model  # data and effects
+    # the model's; those of another one where the closed forms of all data are to be kept for some of it
     parameters: Parameters
-    noise: NoiseModel | None = None
-    loss: Loss = SQUARE
+    noise: NoiseModel | None = None  # whitens the rows; None leaves them in the sensor's unit
+    loss: Loss = SQUARE  # what a whitened row costs
+    # Standard deviation by which each parameter may differ from its nominal value, (d,); infinite where it may differ
+    # freely. None: all may.
     prior: Array | None = None
+    # standard deviation of a row's numbers, where they are not whitened by all their noise: by it they and known
+    # distances bind as their noise says; None: as at the nominal values
     row_size: float | None = None
+    shift: Array | None = None  # a constant that is added to the residuals, (K,)
 
     @classmethod
     def of(
@@ -114,7 +110,8 @@ class Problem:
 
     def residuals(self, x: Array) -> Array:
         """Whitened residuals, (c, d) -> (c, K)."""
-        return self.whitened(self.plain(x))
+        white = self.whitened(self.plain(x))
+        return white if self.shift is None else white + self.shift
 
     def whitened(self, plain: Array) -> Array:
         """Plain residuals (c, m, k) as the problem weighs them, (c, K)."""
@@ -184,11 +181,11 @@ class Problem:
     def blocks(self) -> tuple[tuple[Ints, "Problem"], ...]:
         """The rows in blocks of whole poses, so that little is kept of large data: row numbers (m,), and their problem.
 
-        Extra rows belong to the whole alone.
+        Extra rows belong to the whole alone; shifted rows are one block.
         """
-        parts = blocks_of(self.model)
-        if len(parts) == 1:
-            return ((parts[0].rows, self),)
+        parts = blocks_of(self.model) if self.shift is None else ()
+        if len(parts) <= 1:
+            return ((np.arange(self.rows, dtype=np.int64), self),)
         return tuple(
             (
                 part.rows,

@@ -36,12 +36,9 @@ LOSSES: Mapping[str, Callable[[Array], tuple[Array, Array, Array]] | None] = {
 EFFICIENT: Mapping[str, float] = {"huber": 1.345, "cauchy": 2.385}
 """Scales, in standard deviations, at which 5 % of the efficiency is lost where all errors are normal and lie along a
 line, as a scanner's nearly do; less is lost where they lie all around."""
-MEDIAN = 0.6745
-"""Median length of such errors, in standard deviations."""
-NOTHING = 1e-12
-"""z of a row below which it costs its square: the root of a relative cost has no digits there."""
-HALF = 0.5
-"""Weight of a row below which it counts as a gross error."""
+MEDIAN = 0.6745  # median length of such errors, in standard deviations
+NOTHING = 1e-12  # z of a row below which it costs its square: the root of a relative cost has no digits there
+HALF = 0.5  # weight of a row below which it counts as a gross error
 
 
 @final
@@ -151,8 +148,7 @@ class Loss:
         return np.asarray(J * _of_numbers(factor, residuals, starts)[:, None] + turned)
 
     def _z(self, residuals: Array, starts: Ints) -> Array:
-        z: Array = np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2
-        return z
+        return np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2
 
 
 def _of_numbers(of_rows: Array, residuals: Array, starts: Ints) -> Array:

@@ -18,19 +18,13 @@ ROUNDS = 3  # weights depend on the estimate; a fourth round changes nothing any
 FEWER, CROWD = 20_000, 4
 """Rows to fit first where there are so many times more: from there on the steps on all rows are few."""
 COARSE = 1e-9  # tolerance of that
-PASSES = 3
-"""Over all rows, before the solver takes them: what is left to go then is below its tolerance, or nearly so."""
+PASSES = 3  # over all rows, before the solver takes them: what is left to go then is below its tolerance, or nearly so
 CROWDED = 1e-11
 """Tolerance on so many rows: a million of them put the optimum a hundredth of a standard error from there."""
 
 
 def fit(
-    model: Model,
-    start: Array,
-    *,
-    weights: str = "plain",
-    loss: str = "square",
-    solver: LeastSquaresSolver = DEFAULT,
+    model: Model, start: Array, *, weights: str = "plain", loss: str = "square", solver: LeastSquaresSolver = DEFAULT
 ) -> tuple[Problem, Array, int]:
     """Fit all rows from a good start.
 

@@ -6,22 +6,16 @@ then the sample is fitted. What the cost of all rows is above its optimum then f
 of each of 1000 poses: the better the sample's curvature agrees with that of all rows, the further.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import final
+from dataclasses import replace
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.estimation.least_squares import Rows
+from robolaser.estimation.linearization import RANK
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
-from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
-
-RANK = 1e-12
-"""Singular values below this share of the largest belong to directions that move no row."""
 
 
 def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
@@ -60,7 +54,7 @@ def solve_corrected(
     _, s, Vt = np.linalg.svd(triangle(J.T), full_matrices=False)
     seen = s > RANK * s.max(initial=0.0)
     shift = ((Vt[seen] @ lacking) / s[seen] ** 2) @ Vt[seen] @ J
-    return solve(_Shifted(sample, shift), x[None], kept=None if kept is None else kept[None], tol=tol)
+    return solve(replace(sample, shift=shift), x[None], kept=None if kept is None else kept[None], tol=tol)
 
 
 def gradients(problem: Problem, x: Array, groups: Ints | None = None, count: int | None = None) -> Array:
@@ -74,73 +68,3 @@ def gradients(problem: Problem, x: Array, groups: Ints | None = None, count: int
             r = r * (groups[rows][block.row_of_number] == np.arange(count)[:, None])
         total += r @ block.jacobian(x[None])[0].T
     return total
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Shifted:
-    """A problem without extra rows, with a constant added to its residuals.
-
-    Attributes:
-        problem: Which.
-        shift: What is added, (K,).
-    """
-
-    problem: Problem
-    shift: Array
-
-    @property
-    def lower(self) -> Array:
-        """As the problem's."""
-        return self.problem.lower
-
-    @property
-    def upper(self) -> Array:
-        """As the problem's."""
-        return self.problem.upper
-
-    @property
-    def scale(self) -> Array:
-        """As the problem's."""
-        return self.problem.scale
-
-    @property
-    def rows(self) -> int:
-        """As the problem's."""
-        return self.problem.rows
-
-    @property
-    def starts(self) -> Ints:
-        """As the problem's."""
-        return self.problem.starts
-
-    @property
-    def row_of_number(self) -> Ints:
-        """As the problem's."""
-        return self.problem.row_of_number
-
-    @property
-    def loss(self) -> Loss:
-        """As the problem's."""
-        return self.problem.loss
-
-    @property
-    def blocks(self) -> Sequence[tuple[Ints, Rows]]:
-        """All rows at once."""
-        return ((np.arange(self.rows, dtype=np.int64), self),)
-
-    def residuals(self, x: Array) -> Array:
-        """The problem's, shifted, (c, d) -> (c, K)."""
-        return self.problem.residuals(x) + self.shift
-
-    def jacobian(self, x: Array) -> Array:
-        """As the problem's."""
-        return self.problem.jacobian(x)
-
-    def extra_residuals(self, x: Array) -> Array:
-        """None."""
-        return np.empty((len(x), 0))
-
-    def extra_jacobian(self, x: Array) -> Array:
-        """None."""
-        return np.empty((*x.shape, 0))

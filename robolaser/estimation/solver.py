@@ -19,16 +19,12 @@ from robolaser.estimation.bounded_step import EPS, bounded_steps
 from robolaser.estimation.least_squares import LeastSquares
 
 TOLERANCE = 1e-13
-MOST_STEPS = 3000
-"""Few points leave long curved valleys: 200 steps were needed along one, 20 are usual."""
+MOST_STEPS = 3000  # few points leave long curved valleys: 200 steps were needed along one, 20 are usual
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 """In units of the squared length of each column; with the least, directions that move no row are not moved along."""
-MOST_RELIEF = 0.1
-"""Factor by which the damping falls after a step that lowered the cost as predicted."""
-PROBE = 0.1
-"""Share of a step at which the residuals' second derivative along it is measured."""
-ACCELERATED = 0.75
-"""Length of the acceleration, relative to the step, up to which it is applied."""
+MOST_RELIEF = 0.1  # factor by which the damping falls after a step that lowered the cost as predicted
+PROBE = 0.1  # share of a step at which the residuals' second derivative along it is measured
+ACCELERATED = 0.75  # length of the acceleration, relative to the step, up to which it is applied
 AS_PREDICTED, FALL = 0.1, 0.1
 """Share of the predicted gain by which a step's gain may differ for the next one to be taken with the same derivatives;
 and the share of the gain promised before that such a step may still promise."""
@@ -39,25 +35,16 @@ KEPT = 4_000_000
 @final
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Where the solver ended, for each of c candidates.
+    """Where the solver ended, for each of c candidates."""
 
-    Attributes:
-        x: The parameters, (c, d).
-        cost: Their cost, (c,); infinite where it is not finite at the start, which is then x.
-        to_go: By how much the best undamped step would lower the cost, (c,); at least by so much where it has not
-            converged.
-        converged: Whether that is no more than the tolerance, or the rounding error, (c,).
-        iterations: Steps taken, (c,).
-        evaluations: Residual vectors evaluated in all; a Jacobian counts as one for each parameter.
-        slopes: Derivatives of the residuals there by each parameter over its scale, (c, d, K), where they are known.
-    """
-
-    x: Array
-    cost: Array
+    x: Array  # the parameters, (c, d)
+    cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x
+    # by how much the best undamped step would lower the cost, (c,); at least by so much where it has not converged
     to_go: Array
-    converged: Bools
-    iterations: Ints
-    evaluations: int
+    converged: Bools  # whether that is no more than the tolerance, or the rounding error, (c,)
+    iterations: Ints  # steps taken, (c,)
+    evaluations: int  # residual vectors evaluated in all; a Jacobian counts as one for each parameter
+    # derivatives of the residuals there by each parameter over its scale, (c, d, K), where they are known
     slopes: Array | None = None
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.rigid_motion import pose
+from robolaser.geometry.rigid_motion import pose, rotation_to_axis
 from robolaser.geometry.urdf.tree import Joint
 
 SHARE_OF_ARM = 0.028
@@ -22,22 +22,15 @@ USUAL_ARM_M = 0.6
 @final
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A rigid body on a link.
+    """A rigid body on a link."""
 
-    Attributes:
-        name: For people.
-        link: The link that carries it.
-        kind: "box", "sphere", "cylinder" or "capsule"; round ones have their axis along z.
-        size: A box's edges (x, y, z), a sphere's (radius,), of the others (radius, length); a capsule's caps come on
-            top of its length [m].
-        T_link_body: Its centre, (4, 4).
-    """
-
-    name: str
-    link: str
-    kind: str
+    name: str  # for people
+    link: str  # the link that carries it
+    kind: str  # "box", "sphere", "cylinder" or "capsule"; round ones have their axis along z
+    # a box's edges (x, y, z), a sphere's (radius,), of the others (radius, length); a capsule's caps come on top of
+    # its length [m]
     size: tuple[float, ...]
-    T_link_body: Array
+    T_link_body: Array  # its centre, (4, 4)
 
 
 def arm_length(robot: Robot | None) -> float:
@@ -81,8 +74,9 @@ def capsules(name: str, link: str, lines: Sequence[tuple[Array, Array]], radius:
     """A capsule about each straight line between two points (3,) of a link."""
     found = []
     for start, end in lines:
-        T = pose(_along(end - start), (start + end) / 2)
-        found.append(Body(name, link, "capsule", (radius, float(np.linalg.norm(end - start))), T))
+        length = float(np.linalg.norm(end - start))
+        R = rotation_to_axis((end - start) / length) if length else np.eye(3)
+        found.append(Body(name, link, "capsule", (radius, length), pose(R, (start + end) / 2)))
     return found
 
 
@@ -96,14 +90,3 @@ def _to_joint(joint: Joint) -> list[Array]:
     end = joint.origin[:3, 3]
     axis = joint.origin[:3, :3] @ joint.axis if joint.moves else np.zeros(3)
     return [np.zeros(3), end - (end @ axis) * axis, end]
-
-
-def _along(direction: Array) -> Array:
-    """Some rotation whose z is along a direction (3,); the identity where it has none."""
-    length = np.linalg.norm(direction)
-    if length == 0:
-        return np.eye(3)
-    z = direction / length
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(z, x), z])

@@ -15,8 +15,7 @@ from robolaser.geometry.visibility import random_configurations
 
 NEAR = 2.0
 """Way along the arm between two links, in the sum of their radii, up to which arms are built to clear themselves."""
-TRIED = 100
-"""Configurations all over the joints' range: two bodies that overlap in each of them are neighbours."""
+TRIED = 100  # configurations all over the joints' range: two bodies that overlap in each of them are neighbours
 
 
 @final

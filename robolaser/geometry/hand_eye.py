@@ -15,12 +15,9 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.geometry.rigid_motion import log_so3, nearest_rotation, pose
 
-LEAST_TURN = np.deg2rad(2.0)
-"""Root-mean-square turn about a second axis below which rotations do not fix a hand-eye."""
-ALTERNATIONS = 200
-"""Of the two rotations, each the best for the other; mostly ten settle it."""
-SETTLED = 1e-13
-"""Change of a rotation's entries below which they have."""
+LEAST_TURN = np.deg2rad(2.0)  # root-mean-square turn about a second axis below which rotations do not fix a hand-eye
+ALTERNATIONS = 200  # of the two rotations, each the best for the other; mostly ten settle it
+SETTLED = 1e-13  # change of a rotation's entries below which they have
 
 
 def turn_about_second_axis(R: Array) -> float:
@@ -109,7 +106,7 @@ def _mean(R: Array) -> Array:
     return nearest
 
 
-def too_few_turns(T_base_flange: Array) -> str:
+def undetermined_reason(T_base_flange: Array) -> str:
     """A sentence where flange poses (n, 4, 4) turn about one axis only, or not at all; "" where they turn about two."""
     about_second = turn_about_second_axis(T_base_flange[:, :3, :3])
     if about_second >= LEAST_TURN:

@@ -11,8 +11,7 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
 
-Forward = Callable[[Array], Array]
-"""Joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm."""
+Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm
 
 NEWTON_STEPS = 40
 NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]
@@ -54,8 +53,7 @@ def _slopes(robot: Robot, tool: Array, q: Array) -> Array:
     """Derivatives of a point on the flange by the joint values (n, j), (n, 3, j); one-sided, enough for Newton."""
 
     def moved(shifts: Array) -> Array:
-        place: Array = apply(robot.forward(q + shifts[:, None]), tool)
-        return place
+        return apply(robot.forward(q + shifts[:, None]), tool)
 
     return forward_differences(moved, np.full(q.shape[1], JOINT_STEP), apply(robot.forward(q[None]), tool)[0])
 

@@ -11,13 +11,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import RobotError
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rotation_to_axis
 from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
 
-DOWN = (0.0, 0.0, -9.81)
-"""Gravity in the frame of a base that stands upright [m/s²]."""
+DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
 
 
 @final
@@ -29,28 +28,17 @@ class Robot:
     """
 
     name: str
-    joints: tuple[str, ...]
-    """The moving joints, in the order of the columns of q."""
-    flange: str
-    """The link that carries the sensor."""
-    gravity: tuple[float, float, float]
-    """In the base frame [m/s²]."""
-    urdf: str
-    """The URDF as it was read."""
-    lower: Array
-    """(j,) [rad] or [m]; -inf for continuous joints."""
-    upper: Array
-    """(j,) [rad] or [m]; inf for continuous joints."""
-    placements: Array
-    """Each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral."""
-    axes: Array
-    """Unit axis in the joint frame, (j, 3)."""
-    prismatic: Bools
-    """(j,)"""
-    end: Array
-    """Last joint of the chain to flange, (4, 4)."""
-    chain: tuple[int, ...]
-    """Indices into `joints` of those that move the flange, from base to flange."""
+    joints: tuple[str, ...]  # the moving joints, in the order of the columns of q
+    flange: str  # the link that carries the sensor
+    gravity: tuple[float, float, float]  # in the base frame [m/s²]
+    urdf: str  # the URDF as it was read
+    lower: Array  # (j,) [rad] or [m]; -inf for continuous joints
+    upper: Array  # (j,) [rad] or [m]; inf for continuous joints
+    placements: Array  # each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral
+    axes: Array  # unit axis in the joint frame, (j, 3)
+    prismatic: Bools  # (j,)
+    end: Array  # last joint of the chain to flange, (4, 4)
+    chain: tuple[int, ...]  # indices into `joints` of those that move the flange, from base to flange
 
     @classmethod
     def from_urdf(
@@ -249,7 +237,7 @@ class Robot:
     @cached_property
     def _to_axis(self) -> Array:
         """Turns that lay z along each joint's axis, (j, 4, 4): about z, turning is two columns mixed."""
-        return pose(np.array([_z_along(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
+        return pose(np.array([rotation_to_axis(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
 
     @cached_property
     def _from_axis(self) -> Array:
@@ -271,15 +259,6 @@ def _poses(T: Array, onward: Array) -> Array:
     out[..., :3, :] = np.moveaxis(_times(T, onward[None, None]), 3, 1).swapaxes(-1, -2)
     out[..., 3, 3] = 1.0
     return out
-
-
-def _z_along(axis: Array) -> Array:
-    """Some rotation whose third column is `axis`; exact for the axes of coordinates."""
-    if axis[2] == 1.0:
-        return np.eye(3)
-    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])
 
 
 def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[Joint]:

@@ -4,8 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-SIGMAS_PER_MEDIAN = 1.4826
-"""Standard deviation of a Gaussian over the median of its distances from zero."""
+SIGMAS_PER_MEDIAN = 1.4826  # standard deviation of a Gaussian over the median of its distances from zero
 
 
 def mad_scale(values: Array) -> float:

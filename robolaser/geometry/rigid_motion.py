@@ -49,13 +49,21 @@ def exp_so3(turn: Array) -> Array:
     return R
 
 
+def rotation_to_axis(axis: Array) -> Array:
+    """Some rotation whose third column is a unit vector (3,); exact for the axes of coordinates."""
+    if axis[2] == 1.0:
+        return np.eye(3)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])
+
+
 def log_so3(R: Array) -> Array:
     """Turn vectors (axis times angle, at most π) of rotations (..., 3, 3) -> (..., 3) [rad]; inverse of `exp_so3`."""
     q = _along_quaternion(R)
     sine = np.linalg.norm(q[..., :3], axis=-1)
     angle = 2.0 * np.arctan2(sine, q[..., 3])
-    turn: Array = q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)[..., None]
-    return turn
+    return q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)[..., None]
 
 
 def log_slopes(turn: Array) -> Array:
@@ -67,8 +75,7 @@ def log_slopes(turn: Array) -> Array:
     half = np.where(angle < SMALL_RAD, 1.0, 0.5 * angle)
     second = np.where(angle < SMALL_RAD, 1.0 / 12.0, (1.0 - half / np.tan(half)) / np.square(2.0 * half))
     K = skew(turn)
-    slopes: Array = np.eye(3) + 0.5 * K + second * (K @ K)
-    return slopes
+    return np.eye(3) + 0.5 * K + second * (K @ K)
 
 
 def pose(R: Array, t: Array) -> Array:
@@ -127,8 +134,7 @@ def carry(T: Array, of_row: Ints, points: Array) -> Array:
 def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
     """R_x(w) R_y(φ) R_z(ψ), or with `order` "zyz" R_z(w) R_y(φ) R_z(ψ) (eq. 10); (...) [rad] -> (..., 3, 3)."""
     first = rot_x(w) if order == "xyz" else rot_z(w)
-    R: Array = first @ rot_y(phi) @ rot_z(psi)
-    return R
+    return first @ rot_y(phi) @ rot_z(psi)
 
 
 def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
@@ -136,8 +142,7 @@ def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array
     first, x_or_z = (rot_x(w), _X) if order == "xyz" else (rot_z(w), _Z)
     second = first @ rot_y(phi)
     axis = np.broadcast_to(np.eye(3)[x_or_z], (*np.shape(w), 3))
-    axes: Array = np.stack([axis, first[..., :, _Y], second[..., :, _Z]], axis=-2)
-    return axes
+    return np.stack([axis, first[..., :, _Y], second[..., :, _Z]], axis=-2)
 
 
 def to_angles(R: Array, *, order: str = "xyz") -> tuple[Array, Array, Array]:

@@ -30,19 +30,12 @@ MOST_SPARE = 80  # but no more than this beyond them
 @final
 @dataclass(frozen=True)
 class View:
-    """What a stripe scanner on a flange sees.
+    """What a stripe scanner on a flange sees."""
 
-    Attributes:
-        T_flange_camera: (4, 4).
-        values: Uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `b`, `theta`.
-        stripe_axis: Image axis the stripe runs along.
-        image_px: Width and height [px].
-    """
-
-    T_flange_camera: Array
-    values: Mapping[str, float]
-    stripe_axis: str
-    image_px: tuple[int, int]
+    T_flange_camera: Array  # (4, 4)
+    values: Mapping[str, float]  # uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `b`, `theta`
+    stripe_axis: str  # image axis the stripe runs along
+    image_px: tuple[int, int]  # width and height [px]
 
     @property
     def along(self) -> int:
@@ -104,8 +97,7 @@ def limits(robot: Robot) -> tuple[Array, Array]:
 def random_configurations(robot: Robot, count: int, rng: np.random.Generator) -> Array:
     """Configurations drawn uniformly within the limits, (count, j)."""
     lower, upper = limits(robot)
-    q: Array = rng.uniform(lower, upper, (count, len(lower)))
-    return q
+    return rng.uniform(lower, upper, (count, len(lower)))
 
 
 def configurations_looking_down(

@@ -49,17 +49,11 @@ def _started(dataset: Dataset) -> Dataset:
 @final
 @dataclass(frozen=True)
 class Model:
-    """A data set seen through the nominal model and the effects added to it.
+    """A data set seen through the nominal model and the effects added to it."""
 
-    Attributes:
-        dataset: What was measured.
-        effects: Effects that are in the model; those at one stage act in this order.
-        course: How far a run had come, where that is not counted from its own beginning.
-    """
-
-    dataset: Dataset
-    effects: tuple[CandidateEffect, ...] = ()
-    course: Course | None = None
+    dataset: Dataset  # what was measured
+    effects: tuple[CandidateEffect, ...] = ()  # effects that are in the model; those at one stage act in this order
+    course: Course | None = None  # how far a run had come, where that is not counted from its own beginning
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dataset", started(self.dataset))

@@ -12,13 +12,9 @@ from robolaser.arrays import Array, Ints
 @final
 @dataclass(frozen=True, eq=False)
 class GroupedRows:
-    """Rows by the number of their group, which need not be in order, nor of one size.
+    """Rows by the number of their group, which need not be in order, nor of one size."""
 
-    Attributes:
-        group: Of each row, (m,).
-    """
-
-    group: Ints
+    group: Ints  # of each row, (m,)
 
     @cached_property
     def _order(self) -> Ints | None:

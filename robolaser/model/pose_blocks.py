@@ -17,15 +17,10 @@ ROWS = 6_000
 @final
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A part of a model's rows.
+    """A part of a model's rows."""
 
-    Attributes:
-        model: Sees no more than these rows and their poses; its parameters are those of the whole.
-        rows: Which of the whole model's rows they are, (m,).
-    """
-
-    model: Model
-    rows: Ints
+    model: Model  # sees no more than these rows and their poses; its parameters are those of the whole
+    rows: Ints  # which of the whole model's rows they are, (m,)
 
 
 def blocks_of(model: Model) -> tuple[Block, ...]:

@@ -34,12 +34,9 @@ OF_ROWS = frozenset({Stage.PIXELS, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS,
 @final
 @dataclass(frozen=True)
 class Perturbation:
-    """Passes a value through all effects at a stage; called with both.
+    """Passes a value through all effects at a stage; called with both."""
 
-    Attributes:
-        steps: What each effect does, and at which stage; those at one stage act in this order.
-    """
-
+    # what each effect does, and at which stage; those at one stage act in this order
     steps: tuple[tuple[Stage, Callable[[Array], Array]], ...] = ()
 
     def __call__(self, stage: Stage, value: Array) -> Array:

@@ -22,17 +22,11 @@ from robolaser.parameters import Values
 @final
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """A value and how it moves.
+    """A value and how it moves."""
 
-    Attributes:
-        value: (c or 1, ...).
-        slopes: Its derivatives by some of the parameters, (c or 1, q, ...).
-        of: Numbers of these parameters, (q,).
-    """
-
-    value: Array
-    slopes: Array
-    of: Ints
+    value: Array  # (c or 1, ...)
+    slopes: Array  # its derivatives by some of the parameters, (c or 1, q, ...)
+    of: Ints  # numbers of these parameters, (q,)
 
     @classmethod
     def constant(cls, value: Array) -> "Tangent":
@@ -43,17 +37,11 @@ class Tangent:
 @final
 @dataclass(frozen=True, eq=False)
 class Acting:
-    """An effect of the model, as the chain rule sees it.
+    """An effect of the model, as the chain rule sees it."""
 
-    Attributes:
-        stage: Where it acts.
-        names: Its parameters.
-        act: What it makes of a value (c or 1, ...) with its parameters (c,) each.
-    """
-
-    stage: Stage
-    names: Sequence[str]
-    act: Callable[[Array, Values], Array]
+    stage: Stage  # where it acts
+    names: Sequence[str]  # its parameters
+    act: Callable[[Array, Values], Array]  # what it makes of a value (c or 1, ...) with its parameters (c,) each
 
 
 @final

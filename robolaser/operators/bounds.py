@@ -28,8 +28,7 @@ def within_bounds(X: Array, problem: Any) -> Array:
     """Candidates (..., d) with what lies beyond a bound moved onto it; a problem without bounds leaves them alone."""
     lower = -np.inf if problem.xl is None else problem.xl
     upper = np.inf if problem.xu is None else problem.xu
-    clipped: Array = np.clip(X, lower, upper)
-    return clipped
+    return np.clip(X, lower, upper)
 
 
 def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:

@@ -20,9 +20,7 @@ class _GeneMutation(Mutation, ABC):
         bounds = finite_bounds(problem, self.name)
         mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
         return np.where(
-            mutated,
-            self._values(*bounds, random_state.random(X.shape)),
-            within_bounds(X.astype(np.float64), problem),
+            mutated, self._values(*bounds, random_state.random(X.shape)), within_bounds(X.astype(np.float64), problem)
         )
 
     @abstractmethod

@@ -83,13 +83,7 @@ class NonUniformMutation(Mutation):
         self.progress = progress
 
     def _do(
-        self,
-        problem: Any,
-        X: Array,
-        *args: Any,
-        random_state: Any = None,
-        algorithm: Any = None,
-        **kwargs: Any,
+        self, problem: Any, X: Array, *args: Any, random_state: Any = None, algorithm: Any = None, **kwargs: Any
     ) -> Array:
         lower, upper = finite_bounds(problem, self.name)
         mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]

@@ -33,14 +33,7 @@ class _Wheel(Selection, ABC):
         self.scaling = scaling
 
     def _do(
-        self,
-        problem: Any,
-        pop: Any,
-        n_select: int,
-        n_parents: int = 1,
-        *,
-        random_state: Any = None,
-        **kwargs: Any,
+        self, problem: Any, pop: Any, n_select: int, n_parents: int = 1, *, random_state: Any = None, **kwargs: Any
     ) -> Ints:
         weights = SCALINGS[self.scaling](cost.of_population(pop))
         return roulette_wheel(weights, self._stops((n_select, n_parents), random_state))

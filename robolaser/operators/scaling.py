@@ -59,8 +59,7 @@ SCALINGS: Mapping[str, Callable[[Array], Array]] = {
 def _from_ranks(J: Array) -> Array:
     order = np.sort(J)
     better = (order.searchsorted(J, "left") + order.searchsorted(J, "right") - 1) / 2.0
-    weights: Array = 2.0 * (1.0 - better / max(len(J) - 1, 1))
-    return weights
+    return 2.0 * (1.0 - better / max(len(J) - 1, 1))
 
 
 def _weights(J: Array, scaled: Callable[[Array], Array]) -> Array:

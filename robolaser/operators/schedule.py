@@ -9,8 +9,7 @@ from pymoo.termination.delta import DeltaToleranceTermination
 from pymoo.termination.fmin import MinimumFunctionValueTermination
 from pymoo.termination.indicator import IndicatorTermination
 
-HORIZON = 10_000
-"""Generations that a run is taken to last where nothing says so: Lee et al.'s stop."""
+HORIZON = 10_000  # generations that a run is taken to last where nothing says so: Lee et al.'s stop
 
 _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunctionValueTermination)
 """Their share says how little still changes, which is no clock: it starts near 1 where costs are small."""
@@ -32,8 +31,8 @@ def progress(algorithm: Any, last_generation: float | None = None) -> float:
     budgets = [leaf for leaf in leaves if _limits([leaf], "n_max_evals") or _limits([leaf], "max_time")]
     if budgets:
         return _share(max(leaf.perc for leaf in budgets))
-    said = [getattr(leaf, "perc", 0.0) for leaf in leaves if not isinstance(leaf, _CONVERGENCE)]
-    return _share(max([k / HORIZON, *said]))
+    shares = [getattr(leaf, "perc", 0.0) for leaf in leaves if not isinstance(leaf, _CONVERGENCE)]
+    return _share(max([k / HORIZON, *shares]))
 
 
 def _leaves(termination: Any) -> Iterator[Any]:

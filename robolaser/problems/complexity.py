@@ -11,48 +11,31 @@ from pymoo.core.repair import Repair
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import AlgorithmError
 
-IN_THE_MODEL = 0.5
-"""Inclusion number above which an effect is in the model."""
-SEEN = 1e-9
-"""Share of the largest singular value, or eigenvalue, below which the data see nothing of a combination."""
+IN_THE_MODEL = 0.5  # inclusion number above which an effect is in the model
+SEEN = 1e-9  # share of the largest singular value, or eigenvalue, below which the data see nothing of a combination
 
 
 @final
 @dataclass(frozen=True)
 class Neighbourhood:
-    """A fitted model, and how its residuals change near the optimum, as far as that is linear.
+    """A fitted model, and how its residuals change near the optimum, as far as that is linear."""
 
-    Attributes:
-        white: Whitened residuals, the distances from the priors beneath, (k,).
-        white_slopes: The same by the ordinary parameters, (k, d).
-        plain: Residuals, (m, 3) [m].
-        plain_slopes: The same by the ordinary parameters, in the same units, (m, 3, d) [m].
-        row: To which plain row each whitened one belongs, (k,); -1 for priors, which are never held out.
-    """
-
-    white: Array
-    white_slopes: Array
-    plain: Array
-    plain_slopes: Array
-    row: Ints
+    white: Array  # whitened residuals, the distances from the priors beneath, (k,)
+    white_slopes: Array  # the same by the ordinary parameters, (k, d)
+    plain: Array  # residuals, (m, 3) [m]
+    plain_slopes: Array  # the same by the ordinary parameters, in the same units, (m, 3, d) [m]
+    row: Ints  # to which plain row each whitened one belongs, (k,); -1 for priors, which are never held out
 
 
 @final
 @dataclass(frozen=True)
 class Addition:
-    """An effect that may be in the model.
+    """An effect that may be in the model."""
 
-    Attributes:
-        name: For people.
-        white: Whitened residuals by its amplitudes, (k, a).
-        plain: Residuals by its amplitudes, (m, 3, a) [m].
-        reach: Largest amplitudes either way, (a,); also how large they are thought to be beforehand.
-    """
-
-    name: str
-    white: Array
-    plain: Array
-    reach: Array
+    name: str  # for people
+    white: Array  # whitened residuals by its amplitudes, (k, a)
+    plain: Array  # residuals by its amplitudes, (m, 3, a) [m]
+    reach: Array  # largest amplitudes either way, (a,); also how large they are thought to be beforehand
 
 
 @final
@@ -112,8 +95,7 @@ class GapAgainstComplexity(Problem):
 
     def chosen(self, x: Array) -> Bools:
         """The effects in the model, (c, n_var) -> (c, n)."""
-        found: Bools = x[:, : len(self.names)] > IN_THE_MODEL
-        return found
+        return x[:, : len(self.names)] > IN_THE_MODEL
 
     def settled(self, x: Array) -> Array:
         """The same choices with the amplitudes that make their gap smallest, (c, n_var) -> (c, n_var).
@@ -150,15 +132,10 @@ class BestAmplitudes(Repair):
 @final
 @dataclass(frozen=True)
 class _Folds:
-    """What is left of all rows once the ordinary parameters are gone: quadratic forms of the amplitudes, for each fold.
+    """What is left of all rows without the ordinary parameters: quadratic forms of the amplitudes, for each fold."""
 
-    Attributes:
-        gap: Squared error of the fold as seen from the others: (f, a, a), (f, a), (f,) [m²].
-        normal: Squared whitened misfit of the others: (f, a, a), (f, a).
-    """
-
-    gap: tuple[Array, Array, Array]
-    normal: tuple[Array, Array]
+    gap: tuple[Array, Array, Array]  # squared error of the fold as seen from the others: (f, a, a), (f, a), (f,) [m²]
+    normal: tuple[Array, Array]  # squared whitened misfit of the others: (f, a, a), (f, a)
 
 
 def _folds(model: Neighbourhood, additions: Sequence[Addition], fold: Ints, reach: Array) -> _Folds:
@@ -181,10 +158,7 @@ def _folds(model: Neighbourhood, additions: Sequence[Addition], fold: Ints, reac
         missed = (plain[fold == k] - turned[fold == k] @ moves).reshape(-1, plain.shape[-1])
         gaps.append(missed.T @ missed)
     gap, normal = np.stack(gaps), np.stack(normals)
-    return _Folds(
-        (gap[:, :-1, :-1], gap[:, :-1, -1], gap[:, -1, -1]),
-        (normal[:, :-1, :-1], normal[:, :-1, -1]),
-    )
+    return _Folds((gap[:, :-1, :-1], gap[:, :-1, -1], gap[:, -1, -1]), (normal[:, :-1, :-1], normal[:, :-1, -1]))
 
 
 def _solve(square: Array, right: Array, inside: Bools) -> Array:
@@ -192,5 +166,4 @@ def _solve(square: Array, right: Array, inside: Bools) -> Array:
     size = 1.0 / np.sqrt(np.diag(square))
     both = inside[:, :, None] & inside[:, None, :]
     scaled = np.where(both, size[:, None] * square * size, np.eye(len(size)))
-    found: Array = size * np.linalg.solve(scaled, np.where(inside, size * right, 0.0)[..., None])[..., 0]
-    return found
+    return size * np.linalg.solve(scaled, np.where(inside, size * right, 0.0)[..., None])[..., 0]

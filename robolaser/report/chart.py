@@ -73,8 +73,13 @@ class Chart:
     @property
     def json(self) -> str:
         """The specification as text that may stand in a script element, whatever names the data have."""
-        text = json.dumps(self.spec, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+        return embedded(self.spec)
+
+
+def embedded(values: Any) -> str:
+    """JSON as text that may stand in a script element."""
+    text = json.dumps(values, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def chart(

@@ -1,15 +1,22 @@
-"""Where summaries are printed: in colour on a terminal, as plain text anywhere else."""
+"""A document in a few lines: in colour on a terminal, as plain text anywhere else."""
 
 from collections.abc import Iterator
 
 from rich import box
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook
 from rich.segment import Segment
-from rich.table import Table
+from rich.table import Table as Grid
+from rich.text import Text
 
+from robolaser.report.document import Block, Document, Figures, Notes, Table
+from robolaser.report.document import Text as Paragraph
 from robolaser.report.printable import printable
 
 WIDE = 160  # letters in a line of text that goes to a file
+LEAST_VALUE = 10  # letters of a figure's column
+STYLES = {"held-out": "bold", "fitted": "dim"}
+NAME = 24
+"""Letters of a name that stay in a line."""
 
 
 def plain_unless_terminal(console: Console | None) -> Console:
@@ -37,9 +44,67 @@ class _PrintableText:
             yield Segment(text if control else printable(text), style, control)
 
 
-def table(*headings: str) -> Table:
+def table(*headings: str) -> Grid:
     """A table with these columns, none of which is broken."""
-    made = Table(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    made = Grid(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     for heading in headings:
         made.add_column(heading, no_wrap=True)
+    return made
+
+
+def print_document(document: Document, out: Console) -> None:
+    """Print a report's answer, figures and the first rows of the tables that matter.
+
+    Args:
+        document: The report.
+        out: From `plain_unless_terminal`.
+    """
+    out.print(Text(f"{document.name}: {document.setting}", style="bold"))
+    if document.prints_lead:
+        out.print(Text(f"{document.lead} {document.sense}".strip()))
+    for block in document.head:
+        _print(block, out)
+    if document.sense and not document.prints_lead:
+        out.print(Text(document.sense))
+    for section in document.sections:
+        for block in section.blocks:
+            _print(block, out)
+
+
+def _print(block: Block, out: Console) -> None:
+    match block:
+        case Paragraph(printed=True):
+            out.print(Text(block.text, style="dim" if block.kind else ""))
+        case Notes():
+            for item in block.items[: block.printed]:
+                out.print(Text(f"- {item}"))
+        case Figures():
+            print_figures(block, out)
+        case Table() if block.printed and block.rows:
+            if block.title:
+                out.print(Text(block.title, style="bold"))
+            out.print(_printed(block))
+
+
+def print_figures(figures: Figures, out: Console) -> None:
+    """Print figures, a line each."""
+    label = 1 + max(len(row.label) for row in figures.rows)
+    value = max(LEAST_VALUE, *(len(row.value) for row in figures.rows))
+    for row in figures.rows:
+        line = Text(f"  {row.label:<{label}} {row.value:>{value}}   ", style=STYLES.get(row.kind, ""))
+        out.print(line + Text(row.remark, style="dim"))
+
+
+def _printed(block: Table) -> Grid:
+    """Its first rows; cells with their first line and caveat."""
+    headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
+    made, shown = table(*headings.values()), list(headings)
+    for row in block.cells[: block.printed]:
+        texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
+        notes = [Text(f" {row[i].note.partition(chr(10))[0]}".rstrip(), style="dim") for i in shown]
+        made.add_row(*(text + note if text else Text(note.plain.strip(), style="dim")
+                       for text, note in zip(texts, notes, strict=True)))  # fmt: skip
+    left = len(block.rows) - block.printed
+    if left > 0:
+        made.add_row(f"and {left} more", "in the report")
     return made

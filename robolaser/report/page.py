@@ -1,38 +1,52 @@
-"""Pages: templates filled, with everything a browser needs inside; one file that can be mailed."""
+"""A document as a page: one HTML file with everything a browser needs inside, which can be mailed."""
 
+import base64
+import hashlib
 import json
 import re
 from functools import cache
 from importlib import resources
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
-from typing import Any
+from typing import Final
 
 import jinja2
 from markupsafe import Markup
 
-from robolaser.report.chart import CONFIG, Chart
+from robolaser.report.chart import CONFIG
+from robolaser.report.document import Block, Charts, Document
 from robolaser.report.printable import printable
+from robolaser.report.still_chart import still
 
-ASSETS = "report/assets"
-SCRIPTS = ("vega.min.js", "vega-lite.min.js", "draw.js")
-MADE_BY_A_MAP = "//# sourceMappingURL"
+ASSETS: Final = "report/assets"
+FOR_CHARTS: Final = ("vega.min.js", "vega-lite.min.js", "vega-interpreter.js")
+OURS: Final = ("page.js", "charts.js", "scenes.js")
+MADE_BY_A_MAP: Final = "//# sourceMappingURL"
+POLICY: Final = "default-src 'none'; base-uri 'none'; form-action 'none'; img-src data:; style-src 'unsafe-inline'"
+"""What a page may do: nothing from elsewhere, no code but its own scripts, which are named by their hashes."""
 
 
-def render(template: str, **facts: Any) -> str:
-    """Fill a template of this package; whatever comes from data is escaped."""
-    text: str = _environment().get_template(template).render(version=version(), **facts)
-    has_charts = '<figure class="chart">' in text
-    scripts = [_script(name) for name in SCRIPTS] if has_charts else []
+def render(document: Document) -> str:
+    """The document as HTML; whatever comes from data is escaped."""
+    names = (*FOR_CHARTS, *OURS) if any(isinstance(one, Charts) for one in document.blocks) else OURS
+    scripts = [_script(name) for name in names]
+    hashes = " ".join(f"'sha256-{_hash(name)}'" for name in names)
+    sections = [section for section in document.sections if section.blocks]
+    text: str = (
+        _environment()
+        .get_template("document.html")
+        .render(document=document, sections=sections, version=version(), policy=f"{POLICY}; script-src {hashes}")
+    )
     look = json.dumps(CONFIG, separators=(",", ":"))
-    tail = [f'<script type="application/json" id="chart-look">{look}</script>'] if has_charts else []
+    tail = [f'<script type="application/json" id="chart-look">{look}</script>']
     tail += [f"<script>{script}</script>" for script in scripts]
     return printable(text).replace("</body>", "\n".join([*tail, "</body>"]))
 
 
-def drawn(charts: list[Chart | None]) -> list[Chart]:
-    """The charts that have something to show."""
-    return [one for one in charts if one is not None]
+def fragment(document: Document) -> str:
+    """The answer and what a terminal would show, for a notebook."""
+    text: str = _environment().get_template("notebook.html").render(document=document)
+    return printable(text)
 
 
 def version() -> str:
@@ -43,15 +57,21 @@ def version() -> str:
         return "of a source tree"
 
 
+def prose(text: str) -> Markup:
+    """Text with proper minus signs, and what stands between backticks as code."""
+    parts = text.split("`")
+    return Markup("").join(
+        Markup("<code>{}</code>").format(part) if i % 2 else minus(part) for i, part in enumerate(parts)
+    )
+
+
 def minus(text: str) -> str:
     """Numbers with a proper minus sign; hyphens between letters stay."""
     return re.sub(r"(?<![\w-])-(?=\d)", "\u2212", text)
 
 
-def code(text: str) -> Markup:
-    """Text between backticks as code."""
-    parts = text.split("`")
-    return Markup("").join(Markup("<code>{}</code>").format(part) if i % 2 else part for i, part in enumerate(parts))
+def _kind(block: Block) -> str:
+    return type(block).__name__.lower()
 
 
 @cache
@@ -63,7 +83,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"minus": minus, "code": code}
+    environment.filters |= {"minus": minus, "prose": prose, "kind": _kind, "still": still}
     return environment
 
 
@@ -72,3 +92,8 @@ def _script(name: str) -> str:
     """A script of this package, without the pointer to its source map, which is not there."""
     text = (resources.files("robolaser") / ASSETS / name).read_text(encoding="utf-8")
     return text.partition(MADE_BY_A_MAP)[0]
+
+
+@cache
+def _hash(name: str) -> str:
+    return base64.b64encode(hashlib.sha256(_script(name).encode()).digest()).decode()

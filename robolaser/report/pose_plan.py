@@ -7,11 +7,13 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.chart import FITTED, INK, Chart, chart, hover, layer, records
-from robolaser.report.console import plain_unless_terminal, table
+from robolaser.report.console import plain_unless_terminal, print_document, table
 from robolaser.report.digits import millimetres, plain
+from robolaser.report.document import Column, Document, Figure, Figures, Section, Table, charts
 from robolaser.report.page import render
 from robolaser.report.setting import noise_lines
 
@@ -37,20 +39,40 @@ def print_plan(plan: PosePlan, folder: Path | None = None, *, console: Console |
         console: Where to print.
     """
     out = plain_unless_terminal(console)
-    out.print(Text(f"{plan.dataset.name}: {_setting(plan)}", style="bold"))
-    if _is_guessed(plan):
-        out.print(Text(GUESSED))
-    for name, what, size in _noise(plan):
-        out.print(Text(f"  {name:<10} {size:>10}   ") + Text(what, style="dim"))
-    sizes = table(*COLUMNS)
-    for limit in plan.limits:
-        sizes.add_row(*_row(limit))
-    out.print(sizes)
+    print_document(document(plan), out)
     _print_matrix(plan, out)
     for name, reason in _untried(plan):
-        out.print(Text(f"Not testable: {name}: {reason}", style="dim"))
+        out.print(Text(f"Not testable: {name.replace('_', ' ')}: {reason}", style="dim"))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
+
+
+def document(plan: PosePlan, *, command: str = "") -> Document:
+    """The report.
+
+    Args:
+        plan: What it shows.
+        command: What to type to repeat it.
+    """
+    noise = [Figure("", name, size, what) for name, what, size in _noise(plan)]
+    sizes = Table([Column(title, "name" if title == "effect" else "text", brief=title) for title in COLUMNS],
+                  [_row(limit) for limit in plan.limits], fold=1000, printed=1000)  # fmt: skip
+    untried = Table([Column("Effect", "name", 30), Column("Why not", "wide")],
+                    [(name.replace("_", " "), reason) for name, reason in _untried(plan)],
+                    "What these poses cannot test")  # fmt: skip
+    return Document(
+        plan.dataset.name,
+        "planned",
+        _setting(plan),
+        "What these poses could tell, before anything is measured.",
+        GUESSED if _is_guessed(plan) else "",
+        [Figures(noise)] if noise else [],
+        [
+            Section("Smallest sizes", [sizes, untried]),
+            Section("Which effects look alike", charts([_heat_map(plan)])),
+        ],
+        command=command,
+    )
 
 
 def page(plan: PosePlan, *, command: str = "") -> str:
@@ -60,18 +82,7 @@ def page(plan: PosePlan, *, command: str = "") -> str:
         plan: What it shows.
         command: What to type to repeat it.
     """
-    return render(
-        "plan.html",
-        name=plan.dataset.name,
-        setting=_setting(plan),
-        guessed=GUESSED if _is_guessed(plan) else "",
-        noise=list(_noise(plan)),
-        columns=COLUMNS,
-        limits=[_row(limit) for limit in plan.limits],
-        charts=[_heat_map(plan)],
-        untried=list(_untried(plan)),
-        command=command,
-    )
+    return render(document(plan, command=command))
 
 
 def _setting(plan: PosePlan) -> str:
@@ -130,8 +141,8 @@ def _row(limit: DetectionLimit) -> tuple[str, ...]:
     size = "never" if limit.size is None else plain(limit.size, limit.unit, DIGITS)
     distinguishable = "never" if limit.identifiable is None else plain(limit.identifiable, limit.unit, DIGITS)
     at_tool = "" if limit.at_tool_m is None else millimetres(limit.at_tool_m)
-    nearest = "" if rival is None else f"{rival.effect.name} {rival.where}"
-    return one.effect.name, one.where, size, distinguishable, at_tool, nearest
+    nearest = "" if rival is None else named(rival)
+    return one.effect.name.replace("_", " "), one.where, size, distinguishable, at_tool, nearest
 
 
 def _print_matrix(plan: PosePlan, out: Console) -> None:

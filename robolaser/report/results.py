@@ -4,6 +4,7 @@ import io
 import json
 from collections.abc import Mapping
 from functools import singledispatch
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -25,6 +26,7 @@ from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.report import calibration as of_calibration
 from robolaser.report import comparison as of_comparison
 from robolaser.report import diagnosis as of_diagnosis
+from robolaser.report.page import fragment
 from robolaser.results import CALIBRATION_FILES, DIAGNOSIS_FILES, Result
 
 if TYPE_CHECKING:
@@ -93,7 +95,7 @@ def save(result: Result, folder: Path) -> None:
 def report(result: Result, path: Path) -> None:
     """Write the report."""
     page = files_of(result).get(PAGE)
-    write_text(path, page or f"<!doctype html><meta charset=utf-8>{result._repr_html_()}")
+    write_text(path, page or f"<!doctype html><meta charset=utf-8>{html_of(result)}")
 
 
 def dict_of(result: Result) -> dict[str, Any]:
@@ -129,6 +131,17 @@ def summary_of(result: Result) -> str:
     text = io.StringIO()
     _print(result, Console(file=text))
     return text.getvalue()
+
+
+def html_of(result: Result) -> str:
+    """The summary for a notebook."""
+    if isinstance(result, Calibration):
+        return fragment(of_calibration.document(result, brief=True))
+    if isinstance(result, DiagnosisResult):
+        return fragment(of_diagnosis.document(result.diagnosis, brief=True))
+    if isinstance(result, BenchmarkResult):
+        return fragment(of_comparison.document(result, _ranked(result), brief=True))
+    return f"<pre>{escape(summary_of(result))}</pre>"
 
 
 def _print(result: Result, console: Console) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from robolaser.data.dataset import Dataset
 from robolaser.model.error_source import ErrorSource
 from robolaser.report.digits import plain
+from robolaser.report.document import Column, Table
 
 SOURCES: Mapping[str, str] = {
     "pixel": "position in the image",
@@ -39,3 +40,15 @@ def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> I
     for name, sigma in noise.items():
         size = plain(sigma, units.get(name, ""), 2) if sigma > 0 else "not known, taken as none"
         yield name, SOURCES.get(name, name), size
+
+
+def noise_table(noise: Mapping[str, float], sources: Iterable[ErrorSource], origins: Mapping[str, str]) -> Table:
+    """Each source of noise, its size, and how that is known."""
+    columns = [Column("Source", width=34), Column("Standard deviation", "number"), Column("Known from", "wide")]
+    return Table(columns, [(what, size, origins[name]) for name, what, size in noise_lines(noise, sources)])
+
+
+def origin(dataset: Dataset) -> str:
+    """Where the data are from, for the end of a page."""
+    source = f"Data: {dataset.source}." if dataset.source else ""
+    return f"{source} Licence of the data: {dataset.licence}." if dataset.licence else source

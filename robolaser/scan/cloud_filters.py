@@ -11,6 +11,8 @@ from robolaser.scan.ply import COLOURS, NORMALS, Vertices, positions_of
 
 NEIGHBOURS = 16
 """Points, itself among them, whose plane gives a point's normal."""
+BLOCK = 100_000
+"""Points whose neighbours are in memory at a time: 50 MB."""
 GATHERED = 2_000_000
 """Points, at least, after which voxels are gathered anew."""
 
@@ -64,13 +66,16 @@ def with_normals(cloud: Vertices, cameras: Array) -> Vertices:
         cameras: Positions of the camera in the base frame by pose, (poses, 3) [m].
     """
     places = positions_of(cloud)
-    _, near = cKDTree(places).query(places, k=min(NEIGHBOURS, len(cloud)))
-    around = places[near.reshape(len(cloud), -1)]
-    around -= around.mean(axis=1, keepdims=True)
-    normal = np.linalg.eigh(np.swapaxes(around, 1, 2) @ around)[1][:, :, 0]
-    away = ((cameras[cloud["pose"]] - places) * normal).sum(axis=1) < 0
-    normal[away] *= -1
-    return _extended(cloud, NORMALS, normal.T)
+    tree, count = cKDTree(places), min(NEIGHBOURS, len(cloud))
+    normals = np.empty((len(cloud), 3))
+    for begin in range(0, len(cloud), BLOCK):
+        here = slice(begin, begin + BLOCK)
+        around = places[tree.query(places[here], k=count)[1].reshape(-1, count)]
+        around -= around.mean(axis=1, keepdims=True)
+        normal = np.linalg.eigh(np.swapaxes(around, 1, 2) @ around)[1][:, :, 0]
+        away = ((cameras[cloud["pose"][here]] - places[here]) * normal).sum(axis=1) < 0
+        normals[here] = np.where(away[:, None], -normal, normal)
+    return _extended(cloud, NORMALS, normals.T)
 
 
 def with_colours(cloud: Vertices) -> Vertices:

@@ -12,14 +12,11 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 
-ALONG = 5
-"""Squares of the board along a stripe that crosses the image."""
-ROUNDS = 40
-"""Of a fixed point that settles by a factor of ten or more each."""
+ALONG = 5  # squares of the board along a stripe that crosses the image
+ROUNDS = 40  # of a fixed point that settles by a factor of ten or more each
 SETTLED_PX = 1e-9
 MARGIN_PX = 2.0
-FEWEST = 6
-"""Corners of a pose that tell where the board is; a pose with fewer has none."""
+FEWEST = 6  # corners of a pose that tell where the board is; a pose with fewer has none
 
 
 def seen_beside(

@@ -11,16 +11,12 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.visibility import farthest_first, random_configurations
 
-DEPTH_M = (0.35, 0.8)
-"""Distances from the camera to the board."""
-TILT = 40 * np.pi / 180
-"""Of the view against the vertical at most: beyond, squares get too narrow."""
+DEPTH_M = (0.35, 0.8)  # distances from the camera to the board
+TILT = 40 * np.pi / 180  # of the view against the vertical at most: beyond, squares get too narrow
 BATCH, BATCHES = 4000, 40
 SPARE, MOST_SPARE = 3, 60
-CLEAR = 0.3
-"""Of the arm's reach, about the base's axis, in which nothing stands."""
-NEAR_M = 0.2
-"""From the middle of what stands in the cell to the point that is looked at, along each axis of it."""
+CLEAR = 0.3  # of the arm's reach, about the base's axis, in which nothing stands
+NEAR_M = 0.2  # from the middle of what stands in the cell to the point that is looked at, along each axis of it
 
 
 def configurations_facing(
@@ -80,11 +76,7 @@ def _looking_down(T: Array, within: float) -> Bools:
 
 
 def _place(robot: Robot, T_flange_carried: Array, rng: np.random.Generator) -> Array:
-    """The point that most configurations look down on, clear of the base, (3,) [m].
-
-    Raises:
-        RobotError: None look down.
-    """
+    """The point that most configurations look down on, clear of the base, (3,) [m]."""
     T = _carried(robot, random_configurations(robot, 5 * BATCH, rng), T_flange_carried)
     foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
     reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())

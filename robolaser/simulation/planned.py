@@ -15,30 +15,21 @@ from robolaser.parameters import Values
 from robolaser.simulation.sensors import simulated_sensor
 from robolaser.simulation.setup import Mount, RandomStreams, SensorSetup
 
-DRAWN = 8
-"""Sensors that are drawn, at most: how one is mounted decides what it sees."""
-TRIED = 4
-"""Planned poses, and poses that see a target, by pairs of which it is placed."""
+DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
+TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed
 MOVED = 1e-6
 """Change of a joint [rad or m], from which on something else is measured: an arm in a socket stands as that has it."""
-ENOUGH = 0.9
-"""Share of the poses that see the target, from which on no other place is tried."""
+ENOUGH = 0.9  # share of the poses that see the target, from which on no other place is tried
 
 
 @final
 @dataclass(frozen=True)
 class Planned:
-    """A planned run as the sensor would see it.
+    """A planned run as the sensor would see it."""
 
-    Attributes:
-        dataset: All poses, and the points of those that see the target.
-        truth: Every parameter of the sensor by name.
-        seeing: How many poses see it.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, float]
-    seeing: int
+    dataset: Dataset  # all poses, and the points of those that see the target
+    truth: Mapping[str, float]  # every parameter of the sensor by name
+    seeing: int  # how many poses see it
 
 
 def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flange", seed: int = 0) -> Planned:

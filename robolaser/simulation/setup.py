@@ -12,24 +12,16 @@ Mount = Literal["flange", "base"]
 @final
 @dataclass(frozen=True)
 class SensorSetup:
-    """What is asked of a sensor; a kind takes from it what concerns it.
+    """What is asked of a sensor; a kind takes from it what concerns it."""
 
-    Attributes:
-        points: In each pose, or names of points.
-        placed: Whether target points are given in the base frame.
-        level: Height of the target in the base frame [m]; None: one that the arm can look at.
-        stripe_axis: Image axis the stripe runs along.
-        bracket_quat: Nominal turn of the camera on the flange; None: it looks away from the arm.
-        mount: "flange" or "base": what carries the sensor.
-        effects: Names of the effects that the cell has: a camera that fitted a term of its lens itself would hide them.
-    """
-
-    points: int
-    placed: bool = True
-    level: float | None = None
-    stripe_axis: str = "u"
+    points: int  # in each pose, or names of points
+    placed: bool = True  # whether target points are given in the base frame
+    level: float | None = None  # height of the target in the base frame [m]; None: one that the arm can look at
+    stripe_axis: str = "u"  # image axis the stripe runs along
+    # nominal turn of the camera on the flange; None: it looks away from the arm
     bracket_quat: Quaternion | None = None
-    mount: Mount = "flange"
+    mount: Mount = "flange"  # "flange" or "base": what carries the sensor
+    # names of the effects that the cell has: a camera that fitted a term of its lens itself would hide them
     effects: frozenset[str] = frozenset()
 
 

@@ -28,19 +28,12 @@ EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the ti
 @final
 @dataclass(frozen=True)
 class Simulated:
-    """A simulated data set and what no cell would tell.
+    """A simulated data set and what no cell would tell."""
 
-    Attributes:
-        dataset: As the cell would give it.
-        truth: Every parameter of the sensor, and the numbers of the effects, by name.
-        effects: The effects that are in it.
-        gross: Rows with gross errors.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, float]
-    effects: tuple[CandidateEffect, ...] = ()
-    gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    dataset: Dataset  # as the cell would give it
+    truth: Mapping[str, float]  # every parameter of the sensor, and the numbers of the effects, by name
+    effects: tuple[CandidateEffect, ...] = ()  # the effects that are in it
+    gross: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  # rows with gross errors
 
 
 def simulate(
@@ -165,14 +158,7 @@ def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
 def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:
     """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no noise stated."""
     return simulate(
-        robot,
-        poses=5,
-        points=5,
-        noise=Noise(target_m=3e-4),
-        stated=Noise(),
-        effects=effects,
-        name="paper",
-        seed=seed,
+        robot, poses=5, points=5, noise=Noise(target_m=3e-4), stated=Noise(), effects=effects, name="paper", seed=seed
     )
 
 
@@ -219,8 +205,7 @@ def _measure(
 
 def _times(q: Array, pause_s: float) -> Array:
     travel = np.abs(np.diff(q, axis=0)).max(axis=1) / TRAVEL
-    times: Array = np.concatenate([[0.0], np.cumsum(pause_s + travel)]).round(3)
-    return times
+    return np.concatenate([[0.0], np.cumsum(pause_s + travel)]).round(3)
 
 
 def _add_noise(exact: Dataset, sensor: SimulatedSensor, noise: Noise, repeats: int, random: RandomStreams) -> Dataset:

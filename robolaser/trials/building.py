@@ -39,49 +39,29 @@ LEAST_POINTS = 3  # of a pose: with fewer it is left out
 @final
 @dataclass(frozen=True)
 class Ranges:
-    """What is left to chance, least and most.
+    """What is left to chance, least and most."""
 
-    Attributes:
-        poses: Of a run.
-        points: Of a pose.
-        pixel_px: Noise of a pixel.
-        target_m: Noise of a target point.
-        point_m: Noise of a point that a tracker measures.
-        repeats: Images at each pose.
-    """
-
-    poses: tuple[int, int] = (36, 72)
-    points: tuple[int, int] = (6, 12)
-    pixel_px: tuple[float, float] = (0.06, 0.2)
-    target_m: tuple[float, float] = (2e-5, 6e-5)
-    point_m: tuple[float, float] = (1e-5, 3e-5)
-    repeats: int = 2
+    poses: tuple[int, int] = (36, 72)  # of a run
+    points: tuple[int, int] = (6, 12)  # of a pose
+    pixel_px: tuple[float, float] = (0.06, 0.2)  # noise of a pixel
+    target_m: tuple[float, float] = (2e-5, 6e-5)  # noise of a target point
+    point_m: tuple[float, float] = (1e-5, 3e-5)  # noise of a point that a tracker measures
+    repeats: int = 2  # images at each pose
 
 
 @final
 @dataclass(frozen=True)
 class BlankTrial:
-    """A cell, and the data set that its readings go into.
+    """A cell, and the data set that its readings go into."""
 
-    Attributes:
-        cell: Where everything truly is.
-        blank: The data set without points.
-        noise: What chance adds to the readings, stated or not.
-        repeats: Images at each pose.
-        scatter: How well the arm repeats; None: exactly.
-        image_px: By how much an image is off as a whole, one standard deviation [px].
-        growth: Power of the range with which the noise of a pixel, or of a tracker's point, grows.
-        background: What is off a little, whatever else is wrong.
-    """
-
-    cell: SyntheticCell | TrackerCell
-    blank: Dataset
-    noise: Noise
-    repeats: int
-    scatter: PoseScatter | None = None
-    image_px: float = 0.0
-    growth: float = 0.0
-    background: tuple[FaultModel, ...] = ()
+    cell: SyntheticCell | TrackerCell  # where everything truly is
+    blank: Dataset  # the data set without points
+    noise: Noise  # what chance adds to the readings, stated or not
+    repeats: int  # images at each pose
+    scatter: PoseScatter | None = None  # how well the arm repeats; None: exactly
+    image_px: float = 0.0  # by how much an image is off as a whole, one standard deviation [px]
+    growth: float = 0.0  # power of the range with which the noise of a pixel, or of a tracker's point, grows
+    background: tuple[FaultModel, ...] = ()  # what is off a little, whatever else is wrong
 
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> BlankTrial:

@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.estimation.fisher_information import lengths
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.derivatives import jacobian_matrix
@@ -28,16 +29,11 @@ AT_LEAST = 2  # a rival may have so many parameters whatever the true effect has
 @final
 @dataclass(frozen=True)
 class Detectability:
-    """One fault's noise-free data, and the fit of the ordinary parameters to it.
+    """One fault's noise-free data, and the fit of the ordinary parameters to it."""
 
-    Attributes:
-        dataset: One row a point, without noise.
-        truth: The ordinary parameters; those that follow from the data may be left out.
-        sigmas: Standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, float]
+    dataset: Dataset  # one row a point, without noise
+    truth: Mapping[str, float]  # the ordinary parameters; those that follow from the data may be left out
+    # standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero
     sigmas: Mapping[str, float]
 
     @cached_property
@@ -79,12 +75,12 @@ class Detectability:
         ordinary = len(x)
         J = self._whitened(jacobian_matrix(model, start))[:, ~problem.fixed]
         r = self._noise.whiten(self._model.residuals(x[None]))[0]
-        step, *_ = np.linalg.lstsq(J / _lengths(J), -r, rcond=1e-10)
-        promised = float(np.square(r + J / _lengths(J) @ step).sum())
+        step, *_ = np.linalg.lstsq(J / lengths(J), -r, rcond=1e-10)
+        promised = float(np.square(r + J / lengths(J) @ step).sum())
         if promised > max(WORTH_A_FIT * AS_WELL, 0.3 * cost):
             return promised
         moved = start.copy()
-        moved[~problem.fixed] += step / _lengths(J)
+        moved[~problem.fixed] += step / lengths(J)
         moved[:ordinary] = x
         return min(cost, float(solve(problem, moved[None], tol=TOL).cost[0]))
 
@@ -124,8 +120,3 @@ class Detectability:
 
     def _whitened(self, J: Array) -> Array:
         return self._noise.whiten(np.ascontiguousarray(J.T)).T
-
-
-def _lengths(J: Array) -> Array:
-    lengths: Array = np.linalg.norm(J, axis=0)
-    return np.where(lengths > 0, lengths, 1.0)

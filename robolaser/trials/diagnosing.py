@@ -14,8 +14,7 @@ from robolaser.data.result_folder import write_results
 from robolaser.diagnosis import diagnose
 from robolaser.errors import TrialError
 
-TIME_LIMIT_S, MEMORY_LIMIT_B = 3600.0, 16_000_000_000
-"""Of one diagnosis: only what hangs or runs wild is stopped."""
+TIME_LIMIT_S, MEMORY_LIMIT_B = 3600.0, 16_000_000_000  # of one diagnosis: only what hangs or runs wild is stopped
 
 
 @final

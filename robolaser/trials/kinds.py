@@ -20,33 +20,19 @@ BESIDE_UNKNOWN = 0.4  # of the worlds with an unknown cause have an effect of th
 @final
 @dataclass(frozen=True)
 class Kind:
-    """What chance decides of a kind of worlds.
+    """What chance decides of a kind of worlds."""
 
-    Attributes:
-        number: Least and most number of faults.
-        among: Names of the faults that they are drawn from.
-        beside: How likely an effect of the library comes on top.
-        outliers: How likely gross errors come on top.
-        scatters: Whether the arm repeats only so well, which nobody stated.
-        misstated: Whether the stated noise is wrong.
-        shared: Whether an image is off as a whole.
-        growing: Whether the noise grows with the range.
-        background: Whether everything is off a little, and the faults stand out of it.
-        tracked: Whether a tracker sees the arm, instead of a scanner on it.
-        share: Of the worlds, where no kinds are asked for.
-    """
-
-    number: tuple[int, int] = (0, 0)
-    among: tuple[str, ...] = MODELLED
-    beside: float = 0.0
-    outliers: float = 0.0
-    scatters: bool = False
-    misstated: bool = False
-    shared: bool = False
-    growing: bool = False
-    background: bool = False
-    tracked: bool = False
-    share: float = 0.0
+    number: tuple[int, int] = (0, 0)  # least and most number of faults
+    among: tuple[str, ...] = MODELLED  # names of the faults that they are drawn from
+    beside: float = 0.0  # how likely an effect of the library comes on top
+    outliers: float = 0.0  # how likely gross errors come on top
+    scatters: bool = False  # whether the arm repeats only so well, which nobody stated
+    misstated: bool = False  # whether the stated noise is wrong
+    shared: bool = False  # whether an image is off as a whole
+    growing: bool = False  # whether the noise grows with the range
+    background: bool = False  # whether everything is off a little, and the faults stand out of it
+    tracked: bool = False  # whether a tracker sees the arm, instead of a scanner on it
+    share: float = 0.0  # of the worlds, where no kinds are asked for
 
 
 KINDS: dict[str, Kind] = {
@@ -67,10 +53,8 @@ KINDS: dict[str, Kind] = {
 }
 """By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so unasked for it has no
 share."""
-USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}
-"""Share of each kind where none is asked for."""
-IN_IMAGES = ("outliers", "shared_noise")
-"""Kinds that a tracker knows nothing of."""
+USUAL = {name: kind.share for name, kind in KINDS.items() if kind.share}  # share of each kind where none is asked for
+IN_IMAGES = ("outliers", "shared_noise")  # kinds that a tracker knows nothing of
 TRACKED = ("none", "single", "several", "repeatability", "growing_noise", "small_errors", "unknown")
 """What may be wrong with an arm that a tracker sees."""
 

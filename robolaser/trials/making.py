@@ -38,15 +38,10 @@ _LIBRARY = {effect.name: effect for effect in EFFECTS}
 @final
 @dataclass(frozen=True)
 class BlindDataset:
-    """A blind data set and its truth.
+    """A blind data set and its truth."""
 
-    Attributes:
-        dataset: As the cell gives it.
-        truth: What the seal hides, as plain numbers and texts.
-    """
-
-    dataset: Dataset
-    truth: Mapping[str, Any]
+    dataset: Dataset  # as the cell gives it
+    truth: Mapping[str, Any]  # what the seal hides, as plain numbers and texts
 
 
 def make(
@@ -138,11 +133,7 @@ def _locations(built: BlankTrial, fault_name: str) -> tuple[str, ...]:
 
 
 def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Generator) -> list[str]:
-    """Faults of a kind, of those that have a place in this cell.
-
-    Raises:
-        TrialError: None has.
-    """
+    """Faults of a kind, of those that have a place in this cell."""
     possible = [name for name in asked.among if _locations(built, name)]
     number = int(rng.integers(asked.number[0], asked.number[1] + 1))
     if number and not possible:

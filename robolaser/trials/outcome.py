@@ -13,8 +13,7 @@ FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
 SURE = 0.9  # a probability by which people act
 LIKELY = 0.5
 NORMAL_95 = 1.959964
-UNKNOWN = "unknown"
-"""The class of causes that no effect of the library describes."""
+UNKNOWN = "unknown"  # the class of causes that no effect of the library describes
 
 _CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
 _AMPLITUDES = {effect.name: {each.name for each in effect.amplitudes()} for effect in EFFECTS}
@@ -25,42 +24,29 @@ LocatedEffect = tuple[str, str]
 @final
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one world.
+    """What became of one world."""
 
-    Attributes:
-        kind: Of the world.
-        group: `none`, `outliers`, `one` (identifiable), `confusable`, `several`, `unknown`, or `faint`: with a known
-            effect too small to be asked for.
-        right: Whether the diagnosis is what one may ask for in this group.
-        class_right: Whether every true class is likely and no wrong one is sure; None where nothing may be asked for,
-            or where the diagnosis states no classes.
-        verdict_right: Whether the verdict is; None where nothing may be asked for.
-        truth: Effects and places, outliers left out.
-        named: Those of the diagnosis, likewise, first things first; small errors that are truly there left out.
-        verdict: Of the diagnosis.
-        stated: For each effect named, its probability and whether it is in the world.
-        stated_classes: The same of classes.
-        sure_and_wrong: Whether a wrong name is all but certain.
-        site: Whether `where` begins with a true site; None where there is nothing to find.
-        left: Gap after the diagnosis over the noise floor; None where it says nothing.
-        closed: Share of the squared gap above the noise that the diagnosis closed; None where there was hardly one.
-        covered: For each number with a 95 % interval: its effect, and whether the interval holds the truth.
-    """
-
-    kind: str
+    kind: str  # of the world
+    # `none`, `outliers`, `one` (identifiable), `confusable`, `several`, `unknown`, or `faint`: with a known effect
+    # too small to be asked for
     group: str
-    right: bool
+    right: bool  # whether the diagnosis is what one may ask for in this group
+    # whether every true class is likely and no wrong one is sure; None where nothing may be asked for, or where the
+    # diagnosis states no classes
     class_right: bool | None
-    verdict_right: bool | None
-    truth: tuple[LocatedEffect, ...]
+    verdict_right: bool | None  # whether the verdict is; None where nothing may be asked for
+    truth: tuple[LocatedEffect, ...]  # effects and places, outliers left out
+    # those of the diagnosis, likewise, first things first; small errors that are truly there left out
     named: tuple[LocatedEffect, ...]
-    verdict: str
-    stated: tuple[tuple[float, bool], ...]
-    stated_classes: tuple[tuple[float, bool], ...]
-    sure_and_wrong: bool
-    site: bool | None
-    left: float | None
+    verdict: str  # of the diagnosis
+    stated: tuple[tuple[float, bool], ...]  # for each effect named, its probability and whether it is in the world
+    stated_classes: tuple[tuple[float, bool], ...]  # the same of classes
+    sure_and_wrong: bool  # whether a wrong name is all but certain
+    site: bool | None  # whether `where` begins with a true site; None where there is nothing to find
+    left: float | None  # gap after the diagnosis over the noise floor; None where it says nothing
+    # share of the squared gap above the noise that the diagnosis closed; None where there was hardly one
     closed: float | None
+    # for each number with a 95 % interval: its effect, and whether the interval holds the truth
     covered: tuple[tuple[str, bool], ...]
 
 

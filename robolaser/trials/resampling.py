@@ -29,17 +29,11 @@ ROUNDS = 4
 @final
 @dataclass(frozen=True)
 class ReferenceCell:
-    """A data set to be imitated, and its scanner.
+    """A data set to be imitated, and its scanner."""
 
-    Attributes:
-        dataset: A placed stripe with joint angles, or a tracker's points of an arm whose joint angles are known.
-        found: The sensor's parameters as calibrated.
-        drawn: The same with nominal values and bounds.
-    """
-
-    dataset: Dataset
-    found: Mapping[str, float]
-    drawn: Mapping[str, Parameter]
+    dataset: Dataset  # a placed stripe with joint angles, or a tracker's points of an arm whose joint angles are known
+    found: Mapping[str, float]  # the sensor's parameters as calibrated
+    drawn: Mapping[str, Parameter]  # the same with nominal values and bounds
 
     @property
     def is_tracked(self) -> bool:
@@ -155,8 +149,7 @@ def _steps(height: Array) -> Ints:
 
 
 def _ranks(order: Array | None, n: int) -> Array:
-    ranks: Array = np.argsort(np.argsort(np.arange(n) if order is None else order)).astype(np.float64)
-    return ranks
+    return np.argsort(np.argsort(np.arange(n) if order is None else order)).astype(np.float64)
 
 
 def _near(model: ReferenceCell, rng: np.random.Generator) -> dict[str, float]:

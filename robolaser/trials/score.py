@@ -12,8 +12,7 @@ from robolaser.trials.outcome import FLOOR, Outcome
 FORMAT = "robolaser-score/1"
 TARGETS = {"one": 0.97, "confusable": 0.98, "none": 0.98, "outliers": 0.98, "several": 0.9, "unknown": 0.9}
 """What one may ask for in each group of worlds."""
-BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
-"""Edges of the reliability curve."""
+BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
 
 
 def share(hits: Sequence[bool]) -> dict[str, Any]:
@@ -116,10 +115,10 @@ def _confusion(outcomes: Sequence[Outcome]) -> dict[str, dict[str, int]]:
         if len(o.truth) > 1:
             continue
         true = o.truth[0] if o.truth else (o.group, "")
-        said = o.named[0] if o.named else (o.verdict, "")
-        same_effect_elsewhere = said[0] == true[0] and said != true
+        first_named = o.named[0] if o.named else (o.verdict, "")
+        same_effect_elsewhere = first_named[0] == true[0] and first_named != true
         row = table.setdefault(true[0], {})
-        column = f"{said[0]} (elsewhere)" if same_effect_elsewhere else said[0]
+        column = f"{first_named[0]} (elsewhere)" if same_effect_elsewhere else first_named[0]
         row[column] = row.get(column, 0) + 1
     return {true: dict(sorted(row.items(), key=lambda item: -item[1])) for true, row in sorted(table.items())}
 

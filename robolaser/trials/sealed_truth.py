@@ -104,9 +104,11 @@ def _opened(folder: Path, key: Path) -> dict[str, Any]:
             " `robolaser challenge new`."
         )
     try:
-        said = json.loads(MultiFernet([*map(Fernet, _secrets(key))]).decrypt(read_bytes(sealed, SEALED_BYTES).strip()))
-        if said["format"] == FORMAT:
-            return dict(said["worlds"])
+        opened = json.loads(
+            MultiFernet([*map(Fernet, _secrets(key))]).decrypt(read_bytes(sealed, SEALED_BYTES).strip())
+        )
+        if opened["format"] == FORMAT:
+            return dict(opened["worlds"])
     except (InvalidToken, ValueError, KeyError, TypeError):
         pass
     raise TrialError(f"{key} does not open {sealed}: it is the key of another trial, or one of the two was changed.")

@@ -18,12 +18,7 @@ CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
 
 
 def sized_fault(
-    built: BlankTrial,
-    name: str,
-    places: tuple[str, ...],
-    rng: np.random.Generator,
-    *,
-    least_misfit: float = DETECTABLE,
+    built: BlankTrial, name: str, places: tuple[str, ...], rng: np.random.Generator, *, least_misfit: float = DETECTABLE
 ) -> tuple[FaultModel, Detectability]:
     """A fault of chance, nearly always large enough to be seen.
 

@@ -18,36 +18,28 @@ SMALLEST_PX = 24
 """Short side [px] of an image that is searched, at least: of smaller ones the search's neighbourhoods are nothing."""
 STRIPE_SHARES = (1 / 40, 1 / 20)
 """Breadths of a stripe that cuts squares apart, as shares of the image's longer side: it is wiped off to search."""
-GLARE = 1.3
-"""Grey of the stripe at least, against the image's light parts."""
-CELL_PX = 8
-"""Side [px] of a square in the image straightened to look at the squares' colours."""
+GLARE = 1.3  # grey of the stripe at least, against the image's light parts
+CELL_PX = 8  # side [px] of a square in the image straightened to look at the squares' colours
 LEAST_ALTERNATING = 0.8
 """Share of squares that must differ from their neighbours as a checkerboard's do; a stripe may hide some."""
 LARGEST_UNEVENNESS = 0.15
 """Corners off a plane's perspective, median [squares]: beyond any lens, within a false grid's disorder."""
 STRAY_MEDIANS = 6.0
 """Distance of a corner from the others' perspective, in medians of all, beyond which the stripe dragged it off."""
-STRAY_LEAST_PX = 0.7
-"""The same at least [px]."""
-LEAST_ON_PATTERN = 0.6
-"""Share of the corners that must be left; a median judges no fewer than half."""
+STRAY_LEAST_PX = 0.7  # the same at least [px]
+LEAST_ON_PATTERN = 0.6  # share of the corners that must be left; a median judges no fewer than half
 _SEARCH = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 
 
 @final
 @dataclass(frozen=True)
 class BoardCorners:
-    """A checkerboard as one image shows it.
+    """A checkerboard as one image shows it."""
 
-    Attributes:
-        orientations: One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px]
-            as (u, v), the first with its x nearest to image u. Corners that something hides are NaN.
-        white_level: Grey of the light squares where no stripe falls on them.
-    """
-
+    # One grid of corners for each way to lay the frame that the colours allow, (rows, columns, 2) [px] as (u, v), the
+    # first with its x nearest to image u. Corners that something hides are NaN.
     orientations: tuple[Array, ...]
-    white_level: float
+    white_level: float  # grey of the light squares where no stripe falls on them
 
 
 def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:

@@ -7,40 +7,30 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.candidates import LineCentres
 
-STRATA = 20
-"""Lines tried are drawn through centres in this many parts of the image."""
+STRATA = 20  # lines tried are drawn through centres in this many parts of the image
 WIDEST_GATE_PX = 3.0
 """Distance [px] beyond which no centre is kept, however much the board bows, nor speaks for a line that is tried."""
-NARROWEST_GATE_PX = 1.0
-"""Distance [px] within which a centre is always kept: no board is perfectly flat."""
-GATE_SIGMAS = 3.0
-"""The same in standard deviations of the centres kept."""
-JUMP_LEAST_PX = 0.1
-"""Distance from the neighbours' median [px] that no centre is dropped for."""
+NARROWEST_GATE_PX = 1.0  # distance [px] within which a centre is always kept: no board is perfectly flat
+GATE_SIGMAS = 3.0  # the same in standard deviations of the centres kept
+JUMP_LEAST_PX = 0.1  # distance from the neighbours' median [px] that no centre is dropped for
 JUMP_SIGMAS = 4.0
 """Distance from the neighbours' median, in its own standard deviations, beyond which a centre is a stray."""
-NEIGHBOURS = 15
-"""Lines of pixels on either side that are asked whether the stripe is straight here."""
+NEIGHBOURS = 15  # lines of pixels on either side that are asked whether the stripe is straight here
 LEAST_SUPPORT = 0.5
 """Share of those that must agree: a stripe on something else crosses the straight line only briefly."""
-CHANGE_SPAN = 10
-"""Lines of pixels on either side between which the stripe's width is compared."""
+CHANGE_SPAN = 10  # lines of pixels on either side between which the stripe's width is compared
 MOST_CHANGE = 0.12
 """Relative change of width between them beyond which a square's edge or a shadow bites into the stripe."""
-ROUNDS = 6
-"""Fits of the straight line at most, each to the centres near the one before; mostly two settle it."""
+ROUNDS = 6  # fits of the straight line at most, each to the centres near the one before; mostly two settle it
 APART = 0.8
 """Distance of two centres that a line is tried through, at least, in the parts' lengths: nearer ones tell no slope."""
-JURY = 200
-"""Centres that judge a line, at least, where there are as many: more tell no more."""
+JURY = 200  # centres that judge a line, at least, where there are as many: more tell no more
 
 
 STEP_LEAST_PX = 0.3
 """Step of the stripe beside the board's squares [px] up to which it lies on the board: 0.2 mm of height or so."""
-STEP_SIGMAS = 5.0
-"""The same in standard deviations of the difference of two medians."""
-FEWEST_LINES = 20
-"""Lines of pixels that must show the stripe on the board, for a straight line to mean something."""
+STEP_SIGMAS = 5.0  # the same in standard deviations of the difference of two medians
+FEWEST_LINES = 20  # lines of pixels that must show the stripe on the board, for a straight line to mean something
 
 
 def on_plane(

@@ -15,27 +15,16 @@ MOST_ASYMMETRY = 0.15
 @final
 @dataclass(frozen=True)
 class LineCentres:
-    """Centres of bright runs, several to a line of pixels where light is double.
+    """Centres of bright runs, several to a line of pixels where light is double."""
 
-    Attributes:
-        line: Row (column, where the stripe runs along u) of each centre, (n,).
-        pixel: The centre, (n, 2) [px] as (u, v).
-        std: Standard deviation of the centre along its line of pixels, by the image's noise, (n,) [px].
-        width: Between the flanks, (n,) [px].
-        light: Grey above the background, summed over the run, (n,).
-        peak: Brightest grey of the run, (n,).
-        ground: Grey beside the run, (n,).
-        asymmetry: Middle near the foot against centre near the top, (n,) [px].
-    """
-
-    line: Ints
-    pixel: Array
-    std: Array
-    width: Array
-    light: Array
-    peak: Array
-    ground: Array
-    asymmetry: Array
+    line: Ints  # row (column, where the stripe runs along u) of each centre, (n,)
+    pixel: Array  # the centre, (n, 2) [px] as (u, v)
+    std: Array  # standard deviation of the centre along its line of pixels, by the image's noise, (n,) [px]
+    width: Array  # between the flanks, (n,) [px]
+    light: Array  # grey above the background, summed over the run, (n,)
+    peak: Array  # brightest grey of the run, (n,)
+    ground: Array  # grey beside the run, (n,)
+    asymmetry: Array  # middle near the foot against centre near the top, (n,) [px]
 
     def __len__(self) -> int:
         return len(self.line)

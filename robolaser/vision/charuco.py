@@ -10,8 +10,7 @@ from robolaser.data.dataset import Board
 from robolaser.errors import DataError, meant
 from robolaser.vision.board import Image
 
-WINDOW_PX = (2, 8)
-"""Half sides of the window in which a corner is sharpened, least and most."""
+WINDOW_PX = (2, 8)  # half sides of the window in which a corner is sharpened, least and most
 
 
 def find_charuco(image: Image, board: Board) -> Array | None:

@@ -22,65 +22,44 @@ POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
-MUCH = 0.05
-"""Share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much."""
-SQUARES_BEYOND = 0.9
-"""Squares beyond the inner corners that surely are the board: it has a whole one there."""
+MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
+SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
 
 
 @final
 @dataclass(frozen=True)
 class Frame:
-    """What became of the images of one pose.
+    """What became of the images of one pose."""
 
-    Attributes:
-        pose: Its name.
-        skipped: Why they gave no points; empty if they did.
-        points: Points they gave.
-        corner_rms_px: Corners of the board against its pattern [px]; NaN without a board.
-        line_rms_px: Stripe against a straight line, all its lines of pixels that were kept [px]; NaN without.
-        beside: Whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane.
-        left_out: Share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else.
-    """
-
-    pose: str
-    skipped: str = ""
-    points: int = 0
-    corner_rms_px: float = float("nan")
+    pose: str  # its name
+    skipped: str = ""  # why they gave no points; empty if they did
+    points: int = 0  # points they gave
+    corner_rms_px: float = float("nan")  # corners of the board against its pattern [px]; NaN without a board
+    # stripe against a straight line, all its lines of pixels that were kept [px]; NaN without
     line_rms_px: float = float("nan")
+    # whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane
     beside: bool = False
+    # share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else
     left_out: float = 0.0
 
 
 @final
 @dataclass(frozen=True)
 class Extraction:
-    """Pixels of the stripe and the places on the board they show, one entry a point (m).
+    """Pixels of the stripe and the places on the board they show, one entry a point (m)."""
 
-    Attributes:
-        pose: Pose of each.
-        point: Name of each, unique within its image: the line of pixels it was found in.
-        repeat: Number of the image at its pose, from 1, (m,).
-        pixel: u and v as seen, lens distortion included, (m, 2) [px].
-        place: x, y and z in the board's frame, (m, 3) [m].
-        frames: What became of each pose, in the order given.
-        lens: The lens that was taken off before planes were laid.
-        pixel_noise_px: Scatter of the stripe's centre about its smooth course [px]; NaN without points, and where
-            centres share their noise.
-        corners: Those of the board by pose, (rows, columns, 2) [px]; NaN where one is hidden.
-        channel: Name of the channel in which the light was looked for.
-    """
-
-    pose: tuple[str, ...]
-    point: tuple[str, ...]
-    repeat: Ints
-    pixel: Array
-    place: Array
-    frames: tuple[Frame, ...]
-    lens: Lens
+    pose: tuple[str, ...]  # pose of each
+    point: tuple[str, ...]  # name of each, unique within its image: the line of pixels it was found in
+    repeat: Ints  # number of the image at its pose, from 1, (m,)
+    pixel: Array  # u and v as seen, lens distortion included, (m, 2) [px]
+    place: Array  # x, y and z in the board's frame, (m, 3) [m]
+    frames: tuple[Frame, ...]  # what became of each pose, in the order given
+    lens: Lens  # the lens that was taken off before planes were laid
+    # scatter of the stripe's centre about its smooth course [px]; NaN without points, and where centres share their
+    # noise
     pixel_noise_px: float
-    corners: Mapping[str, Array]
-    channel: str = "grey"
+    corners: Mapping[str, Array]  # those of the board by pose, (rows, columns, 2) [px]; NaN where one is hidden
+    channel: str = "grey"  # name of the channel in which the light was looked for
 
     def __len__(self) -> int:
         return len(self.pose)

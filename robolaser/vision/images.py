@@ -15,18 +15,13 @@ from robolaser.vision.board import Image
 from robolaser.vision.candidates import Axis
 from robolaser.vision.profile_levels import FULL
 
-DEPTHS = (8, 10, 12, 14, 16)
-"""Bits of grey that cameras tell apart; files of sixteen bits hold any of them."""
-PEDESTAL = 16
-"""Least grey of a difference where nothing was added, so that noise below nothing is not cut off."""
-BRIGHTEST_ROOM = 200
-"""Grey without the laser from which on a pixel is a lamp, full by itself."""
-SATURATED_FULL = 95.0
-"""Percentage of the pixels that the laser saturated which are to be full in the difference."""
+DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
+PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off
+BRIGHTEST_ROOM = 200  # grey without the laser from which on a pixel is a lamp, full by itself
+SATURATED_FULL = 95.0  # percentage of the pixels that the laser saturated which are to be full in the difference
 
 
-Weights = tuple[float, float, float]
-"""Of blue, green and red in a channel."""
+Weights = tuple[float, float, float]  # of blue, green and red in a channel
 Raw = NDArray[Any]
 
 

@@ -9,21 +9,17 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-FEWEST_VIEWS = 3
-"""Boards from which focal length and distortion are told apart at all."""
-MOST_VIEWS = 40
-"""Boards, spread over the recording, that the lens is found from; more cost much and add little."""
+FEWEST_VIEWS = 3  # boards from which focal length and distortion are told apart at all
+MOST_VIEWS = 40  # boards, spread over the recording, that the lens is found from; more cost much and add little
 FREED_SIGMAS = 5.0
 """Standard deviations by which what a freer lens frees must leave the place where a stiffer one holds it.
 
 That many, since a print's errors are alike in all views and look surer than chance would let them.
 """
-FOCAL_RANGE = (0.3, 30.0)
-"""Focal lengths [image widths] that lenses have; a fit outside them saw too little tilt."""
+FOCAL_RANGE = (0.3, 30.0)  # focal lengths [image widths] that lenses have; a fit outside them saw too little tilt
 STRAY_MEDIANS = 5.0
 """Distance of a corner from where the plane puts it, in medians of all, beyond which the stripe has dragged it off."""
-STRAY_LEAST_PX = 0.3
-"""The same at least [px]."""
+STRAY_LEAST_PX = 0.3  # the same at least [px]
 _ALWAYS = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
 _CENTRE, _K2 = (2, 3), (5,)  # among OpenCV's intrinsics: fx fy cx cy k1 k2 ...
 MODELS: tuple[tuple[int, tuple[int, ...]], ...] = (
@@ -38,17 +34,11 @@ way by a part in some hundreds."""
 @final
 @dataclass(frozen=True)
 class Lens:
-    """A pinhole and its radial distortion, as OpenCV writes them.
+    """A pinhole and its radial distortion, as OpenCV writes them."""
 
-    Attributes:
-        matrix: Camera matrix, (3, 3) [px].
-        distortion: k1, k2, p1, p2, k3; all zero for a lens that nothing is known of.
-        known: Whether it was found from the boards.
-    """
-
-    matrix: Array
-    distortion: Array
-    known: bool
+    matrix: Array  # camera matrix, (3, 3) [px]
+    distortion: Array  # k1, k2, p1, p2, k3; all zero for a lens that nothing is known of
+    known: bool  # whether it was found from the boards
 
     def undistort(self, pixel: Array) -> Array:
         """Move pixels, (n, 2), to where a lens without distortion shows them, (n, 2) [px]."""
@@ -62,17 +52,11 @@ class Lens:
 @final
 @dataclass(frozen=True)
 class BoardPlane:
-    """The board's plane as one image shows it.
+    """The board's plane as one image shows it."""
 
-    Attributes:
-        H_board_pixel: Homography from straightened pixels to the board's x and y, (3, 3) [m].
-        R_camera_board: Turn of the board in the camera, (3, 3); NaN where the lens is not known.
-        corner_rms_px: Corners against the board's pattern [px].
-    """
-
-    H_board_pixel: Array
-    R_camera_board: Array
-    corner_rms_px: float
+    H_board_pixel: Array  # homography from straightened pixels to the board's x and y, (3, 3) [m]
+    R_camera_board: Array  # turn of the board in the camera, (3, 3); NaN where the lens is not known
+    corner_rms_px: float  # corners against the board's pattern [px]
 
     def intersect(self, straight: Array) -> Array:
         """Cut the rays of straightened pixels, (n, 2), with the board's plane: x and y, (n, 2) [m]."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import TypedDict, Unpack
 
 import numpy as np
 
@@ -19,25 +20,25 @@ from robolaser.vision.line_centres import DEFAULT
 from robolaser.vision.stripe_trace import traces
 
 
+class StripeOptions(TypedDict, total=False):
+    """How the stripe is looked for in images."""
+
+    step: int | None  # lines of pixels from one point or centre to the next; None: as many as tell more, or every line
+    detector: str  # name of the way to the stripe's centre
+    channel: str  # name of the channel in which the light stands out, or "auto", which is the default
+    exposures: bool  # whether the images of a pose are an exposure series, and no repeats
+
+
 def points_from_images(
-    recording: Dataset,
-    *,
-    step: int | None = None,
-    detector: str = DEFAULT,
-    channel: str = AUTO,
-    exposures: bool = False,
-    progress: Progress | None = None,
+    recording: Dataset, *, progress: Progress | None = None, **options: Unpack[StripeOptions]
 ) -> tuple[Extraction, Dataset]:
     """Find board and stripe in every image.
 
     Args:
         recording: A data set on disk with [board], [image] and a column `image` in poses.csv. A column `image_off`
             holds images with the laser off; `image_2`, `image_3` ... hold repeats.
-        step: Lines of pixels from one point to the next.
-        detector: Name of the way to the stripe's centre.
-        channel: Name of the channel in which the light stands out, or "auto".
-        exposures: Whether the images of a pose are an exposure series, and no repeats.
         progress: Called with what is being done and the share that is done.
+        options: How the stripe is looked for.
 
     Returns:
         What was found in each image, and the data set with the points of two sensors, stripe and camera; frames
@@ -60,12 +61,9 @@ def points_from_images(
         stripe_axis=axis,
         width_px=size[0],
         height_px=size[1],
-        step=step,
-        detector=detector,
-        channel=find_channel(shots, size, axis) if channel == AUTO else channel,
-        exposures=exposures,
         R_base_flange=dict(zip(recording.poses.names, recording.flange()[:, :3, :3], strict=True)),
         progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
+        **_with_channel(options, shots, size, axis),
     )
     if not len(found):
         reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in found.frames[:3])
@@ -77,7 +75,7 @@ def points_from_images(
     points = Points(
         pose=np.array([number[pose] for pose in found.pose], dtype=np.int64),
         names=found.point,
-        repeat=found.repeat if repeat_columns(recording.poses) and not exposures else None,
+        repeat=found.repeat if repeat_columns(recording.poses) and not options.get("exposures") else None,
         pixel=found.pixel,
         xyz=found.place,
     )
@@ -103,23 +101,14 @@ def _corner_points(corners: Mapping[str, Array], number: Mapping[str, int], squa
 
 
 def stripes_from_images(
-    recording: Dataset,
-    *,
-    step: int | None = None,
-    detector: str = DEFAULT,
-    channel: str = AUTO,
-    exposures: bool = False,
-    progress: Progress | None = None,
+    recording: Dataset, *, progress: Progress | None = None, **options: Unpack[StripeOptions]
 ) -> Iterator[Stripes]:
     """Trace the stripe in every image, whatever it lies on, an image at a time.
 
     Args:
         recording: A data set on disk with [image] and a column `image` in poses.csv, and others as for points.
-        step: Lines of pixels from one centre to the next; every line by default.
-        detector: Name of the way to the stripe's centre.
-        channel: Name of the channel in which the light stands out, or "auto".
-        exposures: Whether the images of a pose are an exposure series, and no repeats.
         progress: Called with what is being done and the share that is done.
+        options: How the stripe is looked for.
 
     Yields:
         The centres of each image, repeats among them, (n,) of STRIPE.
@@ -130,9 +119,12 @@ def stripes_from_images(
     """
     shots, axis, size = _images(recording)
     some = False
-    channel = find_channel(shots, size, axis) if channel == AUTO else channel
+    options = _with_channel(options, shots, size, axis)
+    step, detector = options.pop("step", None), options.pop("detector", DEFAULT)
     for done, one in enumerate(shots, start=1):
-        for found in traces(one, size, axis, detector, channel=channel, exposures=exposures):
+        for found in traces(
+            one, size, axis, detector, channel=options["channel"], exposures=options.get("exposures", False)
+        ):
             stripes = found if step is None else found[every(np.rint(found[axis]).astype(np.int64), step)]
             some = some or len(stripes) > 0
             yield stripes
@@ -144,6 +136,14 @@ def stripes_from_images(
             f"None of {len(shots)} images shows a stripe that crosses the {lines} of pixels. Check that the laser"
             f" is on, the exposure, and [sensor] stripe_axis, which is '{axis}'."
         )
+
+
+def _with_channel(
+    options: StripeOptions, shots: list[PoseImages], size_px: tuple[int, int], axis: Axis
+) -> StripeOptions:
+    """The same with the channel in which the light stands out."""
+    channel = options.get("channel", AUTO)
+    return {**options, "channel": find_channel(shots, size_px, axis) if channel == AUTO else channel}
 
 
 def _no_points(reason: str) -> ImageError:

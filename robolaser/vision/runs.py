@@ -10,46 +10,28 @@ from robolaser.arrays import Array, Ints
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.board import Image
 
-BACKGROUND_SHARE = 1 / 6
-"""Width of the box that blurs the stripe into its background, as a share of the line's length."""
-WIDEST_SHARE = 1 / 8
-"""Widest stripe, as a share of the line's length; wider light is a lamp or a polished part."""
-FAINTEST = 8.0
-"""Least height [grey] of a stripe above its blurred surroundings."""
-FAINTEST_NOISES = 6.0
-"""The same in standard deviations of the image's texture."""
-FAINTEST_SHARE = 0.3
-"""The same as a share of what is brightest in its line."""
-MOST_PER_LINE = 4
-"""Candidates kept in one line, the strongest: the stripe, its mirror images, glints."""
-ROUNDING = 0.29
-"""Noise [grey] that whole numbers bring, 1/√12: no image has less."""
-LEAST_NOISE = 1e-3
-"""The same of grey with fractions: a thousandth of a camera's sixteen bits."""
-NOISE_EVERY = 8
-"""Lines of pixels from one that is asked for the noise to the next."""
-ONE_SIGMA = 0.6827
-"""Share of a Gaussian within one standard deviation."""
+BACKGROUND_SHARE = 1 / 6  # width of the box that blurs the stripe into its background, as a share of the line's length
+WIDEST_SHARE = 1 / 8  # widest stripe, as a share of the line's length; wider light is a lamp or a polished part
+FAINTEST = 8.0  # least height [grey] of a stripe above its blurred surroundings
+FAINTEST_NOISES = 6.0  # the same in standard deviations of the image's texture
+FAINTEST_SHARE = 0.3  # the same as a share of what is brightest in its line
+MOST_PER_LINE = 4  # candidates kept in one line, the strongest: the stripe, its mirror images, glints
+ROUNDING = 0.29  # noise [grey] that whole numbers bring, 1/√12: no image has less
+LEAST_NOISE = 1e-3  # the same of grey with fractions: a thousandth of a camera's sixteen bits
+NOISE_EVERY = 8  # lines of pixels from one that is asked for the noise to the next
+ONE_SIGMA = 0.6827  # share of a Gaussian within one standard deviation
 
 
 @final
 @dataclass(frozen=True)
 class Runs:
-    """Runs in an image's lines.
+    """Runs in an image's lines."""
 
-    Attributes:
-        across: The image, turned so that the lines that cross the stripe are its rows, (lines, length).
-        line: Line of each run, ascending, (n,).
-        first: Its first pixel, ascending within a line, (n,).
-        last: Its last pixel, (n,).
-        noise: Standard deviation of a pixel [grey].
-    """
-
-    across: Image
-    line: Ints
-    first: Ints
-    last: Ints
-    noise: float
+    across: Image  # the image, turned so that the lines that cross the stripe are its rows, (lines, length)
+    line: Ints  # line of each run, ascending, (n,)
+    first: Ints  # its first pixel, ascending within a line, (n,)
+    last: Ints  # its last pixel, (n,)
+    noise: float  # standard deviation of a pixel [grey]
 
     def __len__(self) -> int:
         return len(self.line)

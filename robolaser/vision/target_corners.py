@@ -17,28 +17,19 @@ from robolaser.vision.circle_grid import find_circles, lattice
 from robolaser.vision.images import read_grey
 from robolaser.vision.lens import find_lens, view_board
 
-FEWEST = 4
-"""Corners of which an image must show at least so many: fewer say nothing of where the board stands."""
-ENOUGH = 8
-"""Corners from which an image helps to find the lens, and is told how well it fits the pattern."""
-MOST_TURNS = 2
-"""Ways to lay the frame on a target: of more it is not known which is the same from image to image."""
+FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
+ENOUGH = 8  # corners from which an image helps to find the lens, and is told how well it fits the pattern
+MOST_TURNS = 2  # ways to lay the frame on a target: of more it is not known which is the same from image to image
 
 
 @final
 @dataclass(frozen=True)
 class SeenTarget:
-    """What became of one image.
+    """What became of one image."""
 
-    Attributes:
-        pose: The pose it was taken at.
-        points: Corners or circles that were found.
-        rms_px: Of these against the target's pattern; NaN where that was not looked at.
-    """
-
-    pose: str
-    points: int
-    rms_px: float
+    pose: str  # the pose it was taken at
+    points: int  # corners or circles that were found
+    rms_px: float  # of these against the target's pattern; NaN where that was not looked at
 
 
 @final
@@ -159,9 +150,9 @@ def _as_points(
         pixel=np.concatenate([grid[one] for grid, one in zip(grids, there, strict=True)]),
         xyz=np.concatenate([place[one] for one in there]),
     )
-    told = {id(one): SeenTarget(one.pose, counts[i], rms[i]) for i, one in enumerate(seen)}
-    words = [told.get(id(one), SeenTarget(one.pose, 0, float("nan"))) for one in found]
-    return words, replace(recording, points=points)
+    seen_by_id = {id(one): SeenTarget(one.pose, counts[i], rms[i]) for i, one in enumerate(seen)}
+    per_image = [seen_by_id.get(id(one), SeenTarget(one.pose, 0, float("nan"))) for one in found]
+    return per_image, replace(recording, points=points)
 
 
 def _settled(recording: Dataset, board: Board, seen: Sequence[_Found], *, staggered: bool) -> list[Array]:

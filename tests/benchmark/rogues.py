@@ -7,9 +7,8 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import final
 
 import numpy as np
 
@@ -18,28 +17,17 @@ from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem
 from robolaser.benchmark.problem_spec import ProblemSpec
 
 
-@final
-@dataclass(frozen=True)
-class Bowl(ProblemSpec):
-    name: str = "bowl"
-    broken: bool = False
+def bowl(*, broken: bool = False) -> BenchmarkProblem:
+    if broken:
+        raise ValueError("no such bowl")
+    ones = np.ones(3)
+    return BenchmarkProblem(
+        "bowl", "", TEST_FUNCTION, ("x", "y", "z"), -ones, ones, lambda x: (x**2).sum(axis=1), "", 1.0, lowest=0.0
+    )
 
-    def problem(self) -> BenchmarkProblem:
-        if self.broken:
-            raise ValueError("no such bowl")
-        ones = np.ones(3)
-        return BenchmarkProblem(
-            self.name,
-            "",
-            TEST_FUNCTION,
-            ("x", "y", "z"),
-            -ones,
-            ones,
-            lambda x: (x**2).sum(axis=1),
-            "",
-            1.0,
-            lowest=0.0,
-        )
+
+def spec(*, broken: bool = False) -> ProblemSpec:
+    return ProblemSpec("bowl", partial(bowl, broken=broken))
 
 
 def walks(evaluator: BudgetedEvaluator, seed: int) -> None:

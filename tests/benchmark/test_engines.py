@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import ExitStack
 from pathlib import Path
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from distributed import KilledWorker
-from rogues import Bowl
+from rogues import spec
 
 from robolaser.benchmark import load
 from robolaser.benchmark.engines import DaskCluster, Engine, EngineLost, ThisMachine
@@ -26,7 +26,7 @@ from robolaser.benchmark.task import Task
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, DependencyMissing
 
-PAYLOAD = pickle.dumps(Bowl())
+PAYLOAD = pickle.dumps(spec())
 FAIRLY = [
     Task("bowl", f"rogues:{name}", seed, 200, 5.0, 400_000_000) for seed in (1, 2, 3) for name in ("walks", "dawdles")
 ]
@@ -259,8 +259,8 @@ def test_an_address_that_makes_no_sense_is_refused(address: str) -> None:
 def test_other_versions_are_refused_and_named(running: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = cluster_module._fetch_versions
 
-    async def altered(address: str) -> object:
-        said = dict(await asked(address))
+    async def altered(address: str, packages: Sequence[str]) -> object:
+        said = dict(await asked(address, packages))
         worker = next(who for who in said if who.startswith("worker"))
         return said | {worker: {**said[worker], "numpy": "1.0", "robolaser": None}}
 
@@ -269,11 +269,26 @@ def test_other_versions_are_refused_and_named(running: Cluster, monkeypatch: pyt
         DaskCluster(running.address)
 
 
+def test_the_version_of_a_package_that_is_not_used_does_not_matter(
+    running: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = cluster_module._fetch_versions
+
+    async def without_numba(address: str, packages: Sequence[str]) -> object:
+        return {who: {**said, **({"numba": None} if "numba" in packages else {})}
+                for who, said in (await asked(address, packages)).items()}  # fmt: skip
+
+    monkeypatch.setattr(cluster_module, "_fetch_versions", without_numba)
+    DaskCluster(running.address, ("robolaser", "numpy")).close()
+    with pytest.raises(BenchmarkError, match=r"numba .* here, missing on"):
+        DaskCluster(running.address)
+
+
 def test_a_worker_with_other_versions_that_comes_later_is_refused(
     running: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compared = cluster_module._compared
-    monkeypatch.setattr(cluster_module, "_compared", lambda address: {**compared(address), "python": "3.99"})
+    monkeypatch.setattr(cluster_module, "_compared", lambda *asked: {**compared(*asked), "python": "3.99"})
     with DaskCluster(running.address) as cluster, pytest.raises(BenchmarkError, match=r"python 3.99 here"):
         cluster.submit(WAITS, cluster.share(PAYLOAD)).result(SOON_S)
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from rogues import Bowl
+from rogues import spec
 
 from robolaser.benchmark.engines import worker_process
 from robolaser.benchmark.engines.worker_pool import WorkerPool
@@ -19,7 +19,7 @@ from robolaser.benchmark.engines.worker_process import ClientProcess
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.task import Task
 
-PAYLOAD = pickle.dumps(Bowl())
+PAYLOAD = pickle.dumps(spec())
 Make = Callable[..., BenchmarkRun]
 
 
@@ -106,7 +106,7 @@ def test_a_solver_that_fails_fails_with_the_reason(made: Make, name: str, reason
 
 
 def test_a_problem_that_cannot_be_built_fails_its_runs(made: Make) -> None:
-    run = made("walks", payload=pickle.dumps(Bowl("cracked", broken=True)))
+    run = made("walks", payload=pickle.dumps(spec(broken=True)))
     assert "no such bowl" in run.reason
 
 
@@ -174,12 +174,12 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
     program = f"""
         import pickle, sys, threading
         sys.path.append({str(Path(__file__).parent)!r})
-        from rogues import Bowl
+        from rogues import spec
         from robolaser.benchmark.task import Task
         from robolaser.benchmark.engines.worker_pool import WorkerPool
         from robolaser.benchmark.engines.worker_process import ClientProcess
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
-        payload = pickle.dumps(Bowl())
+        payload = pickle.dumps(spec())
         pool = WorkerPool(ClientProcess.here())
         threading.Thread(target=pool.do, args=(task, "x", lambda: payload), daemon=True).start()
         while not pool.workers:

@@ -1,5 +1,6 @@
 """Counts of a decoupled SCORBOT become joint angles."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import bench
@@ -39,31 +40,45 @@ def test_an_er_vii_counts_its_joints_one_by_one() -> None:
     np.testing.assert_array_equal(radians_per_count("er7", per_quarter), np.diag(np.pi / 2 / per_quarter))
 
 
-@pytest.mark.parametrize(("true", "stated"), [("acl", "er5plus"), ("er5plus", "acl")])
-def test_an_arm_that_is_taken_for_another_type_is_not_opened(tmp_path: Path, true: str, stated: str) -> None:
+def test_an_er_vii_that_is_taken_for_an_er_v_plus_is_not_opened(tmp_path: Path) -> None:
     """The controller itself says the hand's pitch."""
-    rig = bench.bench_for(bench.cell(tmp_path, true))
+    rig = bench.bench_for(bench.cell(tmp_path))
     with pytest.raises(ArmError, match=r"pitch is .* Check \[arm\] axes"):
-        bench.arm_on(rig, bench.cell(tmp_path, stated))
+        bench.arm_on(rig, bench.cell(tmp_path, "er5plus"))
 
 
-@pytest.mark.parametrize(("true", "stated"), [("acl", "er5plus"), ("er5plus", "acl")])
-def test_where_both_types_say_the_same_pitch_the_first_motion_shows_the_difference(
-    tmp_path: Path, true: str, stated: str
+@pytest.mark.parametrize(
+    ("true", "stated", "begin"), [("er5plus", "acl", "home"), ("er5plus", "acl", "level"), ("acl", "er5plus", "level")]
+)
+def test_where_the_pitch_tells_nothing_yet_the_first_motion_shows_the_wrong_type(
+    tmp_path: Path, true: str, stated: str, begin: str
 ) -> None:
-    """At the reference posture all encoders of both mean a level hand."""
+    """At the reference posture all encoders of both types mean a level hand."""
     rig, cell = bench.bench_for(bench.cell(tmp_path, true)), bench.cell(tmp_path, stated)
-    par = [int(rig.controller.receive(b"SHOW PAR %d\r" % (52 + i), 0.0).split(b"=")[1].split()[0]) for i in range(5)]
-    stored = "".join(f"SETPV P {i} {count}\r" for i, count in enumerate(par, 1))
-    rig.controller.receive(f"DEFP P\rHERE P\r{stored}MOVE P\r".encode(), 0.0)
-    rig.clock.wait(60.0)
+    if begin == "level":
+        said = [rig.controller.receive(b"SHOW PAR %d\r" % (52 + i), 0.0) for i in range(5)]
+        stored = "".join(f"SETPV P {i} {int(one.split(b'=')[1].split()[0])}\r" for i, one in enumerate(said, 1))
+        rig.controller.receive(f"DEFP P\rHERE P\r{stored}MOVE P\r".encode(), 0.0)
+        rig.clock.wait(60.0)
     at = rig.motor()
-    arm = bench.arm_on(rig, cell)
-    moving = Mover(arm, cell.robot, 0.3, rig.clock)
-    begin = moving.resting("Before")
+    moving = Mover(bench.arm_on(rig, cell), cell.robot, 0.3, rig.clock)
+    start = moving.resting("Before")
     with pytest.raises(ArmError, match=r"Check \[arm\] axes"):
-        moving.move_and_wait(begin + np.array([0.0, 0.5, -0.1, 0.6, 0.0]), "p", begin)
+        moving.move_and_wait(start + np.array([0.0, 0.5, -0.1, 0.6, 0.0]), "p", start)
     assert np.abs(rig.motor() - at).max() < 0.45  # of 0.8 that joint_4 would have gone
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_er_vii_is_doubted_wherever_it_goes_and_whatever_its_reference_is(tmp_path: Path, seed: int) -> None:
+    cell = bench.cell(tmp_path)
+    cell = replace(cell, arm=replace(cell.arm, reference_rad=(0.0,) * 5, direction=(1.0,) * 5))
+    rig = bench.bench_for(cell)
+    arm, rng = bench.arm_on(rig, cell), np.random.default_rng(seed)
+    for _ in range(6):
+        arm.start_move(rng.uniform(0.8 * cell.robot.lower, 0.8 * cell.robot.upper), 3.0)
+        for _ in range(40):
+            rig.clock.wait(0.2)
+            arm.read()
 
 
 def test_the_type_of_a_scorbot_must_be_stated(tmp_path: Path) -> None:

@@ -74,6 +74,16 @@ def test_a_dry_run_and_a_recording_refuse_and_nothing_moves(tmp_path: Path, caps
     np.testing.assert_array_equal(rig.motor(), before)
 
 
+def test_a_box_that_the_arm_is_in_wherever_it_goes_is_refused(tmp_path: Path, capsys) -> None:
+    folder = with_post(tmp_path, POST.replace("[0.05, 0.05, 0.6]", "[9.0, 9.0, 9.0]").replace("post", "hall"))
+    (tmp_path / "poses.csv").write_text(
+        f"q_joint_1,q_joint_2,q_joint_3,q_joint_4,q_joint_5\n{','.join(map(str, LEFT))}\n"
+    )
+    asked = ["record", str(folder), "--poses", str(tmp_path / "poses.csv"), "--output", str(tmp_path / "out")]
+    assert main([*asked, "--dry-run"]) == 1
+    assert "and hall overlap wherever the arm is" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -239,6 +239,22 @@ def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str
     assert (acl.folder / "robot.urdf").is_file()
 
 
+def test_a_recording_in_place_of_an_arm_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    cell, replayed = acl.folder / "cell.toml", acl.folder.with_name("replayed")
+    cell.write_text(cell.read_text().replace('kind = "acl"', 'kind = "replay"'))
+    acl.out = replayed / "again"
+    assert acl.record("--poses", str(acl.poses), "--move", port=str(replayed)) == 1
+    assert "is an input of this command or lies in one" in capsys.readouterr().err
+    assert not replayed.exists()
+
+
+def test_a_long_way_without_a_computer_is_warned_of(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace("[arm]\n", "[arm]\nunattended_s = 5\n"))
+    assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 0
+    assert "should this computer die, the arm moves on for up to 5 s" in capsys.readouterr().err
+
+
 def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["record", str(EXAMPLE), "--output", "nowhere", "--plan", "4", "--dry-run"]
     plans = []

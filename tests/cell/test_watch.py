@@ -89,8 +89,11 @@ def test_the_laser_goes_off_when_the_disk_is_full(tmp_path: Path, monkeypatch: p
     assert not rig.controller.outputs(rig.clock.now())
 
 
-def test_the_command_moves_nothing_and_writes_a_data_set(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rig = Rig(tmp_path, "acl")
+@pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech"])
+def test_the_command_moves_nothing_and_writes_a_data_set(
+    tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = Rig(tmp_path, kind)
     with emulated(rig) as port:
         assert rig.record("--watch", "5", port=port) == 0
     assert "5 images of 5" in capsys.readouterr().out

@@ -35,6 +35,8 @@ from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.simulation import simulate
+from robolaser.trials.building import Ranges
+from robolaser.trials.making import make
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 
@@ -184,6 +186,12 @@ def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(
 def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
     assert localize(fitted) == []
+
+
+def test_poses_before_a_bump_are_no_gross_errors_of_a_tracker() -> None:
+    world = make(find_robot("ur5"), "base_shift", seed=61002, ranges=Ranges(poses=(30, 45)), tracked=True)
+    marked = Preparation.of(world.dataset, 1)[1]
+    assert marked.mean() < 0.01
 
 
 def test_planted_gross_errors_are_marked_and_no_others() -> None:

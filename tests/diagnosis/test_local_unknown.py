@@ -15,6 +15,7 @@ from robolaser.diagnosis.local_unknown import (
     posture_unknown_chi2,
     probability_of_local_unknown,
 )
+from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
@@ -68,6 +69,20 @@ def test_a_form_beside_which_a_little_is_left_is_only_a_little_different() -> No
     assert probability_of_local_unknown(0.0, left, 1.01 * left / FORM_SHARE, 0.0) < 1e-6
     assert probability_of_local_unknown(0.0, 0.0, 3000.0, 3050.0) < 1e-6
     assert probability_of_local_unknown(0.0, 0.0, 2000.0, 2050.0) > 1.0 - 1e-6
+
+
+def test_a_joint_that_slipped_is_no_bumped_base() -> None:
+    world = make(find_robot("scorbot_er7"), "slipping", seed=43072, ranges=Ranges(poses=(30, 45), points=(5, 7)))
+    found = examine(world.dataset, seed=1)
+    assert [one.name for one in found.classes] == ["unknown"]
+    assert found.where[0].site == "joint_2"
+
+
+def test_a_projector_that_turns_in_the_course_of_a_run_is_found_at_the_laser() -> None:
+    fit = fitted({"laser_drift": 0.002})
+    first = localize(fit)[0]
+    assert first.site == "laser"
+    assert first.likelihood_ratio > 0.7 * (fit.chi2 - fit.freedoms)
 
 
 @pytest.mark.parametrize(("robot", "seed"), [("ur5", 3), ("scorbot_er7", 4)])

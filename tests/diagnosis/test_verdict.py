@@ -27,6 +27,7 @@ CLEAN = Evidence(
     localized=0.0,
     floor_m=1e-4,
     gap_m=1e-4,
+    gap_before_m=1e-4,
     has_effects=False,
 )
 EXPLAINED = replace(CLEAN, chi2_before=9000.0, has_effects=True)
@@ -131,6 +132,13 @@ def test_such_a_remainder_counts_as_form_only_up_to_a_tenth_above_the_noise_floo
     assert judge(replace(remainder, gap_m=1.09e-4)) == "explained"
     assert judge(replace(remainder, gap_m=1.11e-4)) == "unexplained"
     assert thresholds.GAP_OVER_FLOOR == 1.1
+
+
+def test_or_as_long_as_next_to_nothing_of_a_large_gap_is_open():
+    remainder = replace(EXPLAINED, localized=100.0, gap_m=1.5e-4)
+    limit = np.sqrt(1e-8 + (1.5e-4**2 - 1e-8) / thresholds.OPEN_SHARE)
+    assert judge(replace(remainder, gap_before_m=1.01 * limit)) == "explained"
+    assert judge(replace(remainder, gap_before_m=0.99 * limit)) == "unexplained"
 
 
 def test_without_effects_no_remainder_is_a_matter_of_form():

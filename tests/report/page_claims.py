@@ -1,5 +1,7 @@
 """What every page promises to whoever opens it."""
 
+import base64
+import hashlib
 import json
 import re
 from html.parser import HTMLParser
@@ -69,8 +71,12 @@ def is_small(text):
 
 def runs_only_our_own_scripts(text):
     programs = Reader(text).programs
-    assert len(programs) in (0, 3)  # Vega, Vega-Lite, and the few lines that draw
+    assert len(programs) in (3, 6)  # Vega, Vega-Lite and its interpreter, and ours
     assert not any("alert(" in program for program in programs)
+    policy = next(tag["content"] for name, tag in Reader(text).tags if "http-equiv" in tag)
+    hashes = [base64.b64encode(hashlib.sha256(program.encode()).digest()).decode() for program in programs]
+    assert policy.startswith("default-src 'none'")
+    assert policy.partition("script-src ")[2].split() == [f"'sha256-{one}'" for one in hashes]
 
 
 def is_closed_and_its_ids_are_its_own(text):
@@ -84,6 +90,15 @@ def is_closed_and_its_ids_are_its_own(text):
 def charts(page):
     """The specifications of a page's charts."""
     read = page if isinstance(page, Reader) else Reader(page)
+    return [one for one in _embedded(read) if "layer" in one]
+
+
+def scenes(page):
+    """The scenes of a page."""
+    return [one for one in _embedded(Reader(page)) if "shapes" in one]
+
+
+def _embedded(read):
     return [json.loads(text) for attributes, text in read.scripts if "type" in attributes and "id" not in attributes]
 
 
@@ -104,7 +119,7 @@ def sound_charts(text):
             for channel in ("x", "y"):
                 axis = layer["encoding"].get(channel, {})
                 assert axis.get("type") != "quantitative" or "title" in axis
-    assert text.count("<figcaption>") == text.count("<noscript>") == len(found)
+    assert text.count("<figcaption>") == text.count("<noscript>") == len(found) + len(scenes(text))
     return found
 
 

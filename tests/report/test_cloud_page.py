@@ -113,7 +113,7 @@ def test_the_terminal_says_what_the_page_says(scan, pages, name):
     shown = " ".join(" ".join(Reader(pages[name]).texts).split())
     lines = list(figures(scan, QUALITIES[name]()))
     assert len(lines) >= 2
-    for text in (heading(scan), *(text for line in lines for text in (line.what, line.value, line.remark))):
+    for text in (heading(scan), *(text for line in lines for text in (line.label, line.value, line.remark))):
         assert " ".join(text.split()) in words
         assert " ".join(text.split()) in shown.replace("\u2212", "−")
     assert f"{scan.cloud.counts.points} points" in words

@@ -28,7 +28,7 @@ from robolaser.report.comparison.excess import rms_excess, rms_target
 from robolaser.report.comparison.page import unbroken
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext
-from robolaser.report.comparison.ranking import result_rows, standing_rows
+from robolaser.report.comparison.ranking import result_table, standing_table
 from robolaser.report.comparison.rows import failure_rows, spans
 from robolaser.report.digits import count, duration, manifold
 
@@ -67,6 +67,10 @@ def comparison(name, comparisons):
 
 def said(text):
     return " ".join("".join(Reader(text).texts).split())
+
+
+def by_column(table):
+    return [dict(zip((column.title for column in table.columns), row, strict=True)) for row in table.rows]
 
 
 def printed(comparison, standings, folder=None):
@@ -114,12 +118,12 @@ def test_algorithms_share_a_letter_where_no_test_of_the_pair_tells_them_apart(pa
 
 
 def test_the_answer_comes_first_then_standings_then_problems_then_how(pages, standings):
-    words = said(pages["large"])
     lead = " ".join(standings["large"][0].evaluations.answer.partition(". ")[0].split())
-    parts = (lead, "Calibration problems", "Targets reached by evaluations", "1. paper", "Problems",
-             "Runs that failed", "What could not be run", "How it was measured", "To repeat this")  # fmt: skip
-    order = [words.index(part) for part in parts]
-    assert order == sorted(order)
+    assert lead in said(pages["large"].partition("<main>")[0])
+    headings = re.findall(r"<h2>(.*?)</h2>", pages["large"])
+    parts = ("Calibration problems", "1. paper", "Problems", "Runs that failed", "What could not be run",
+             "How it was measured", "To repeat this")  # fmt: skip
+    assert [heading for heading in headings if heading in parts] == list(parts)
 
 
 def test_every_answer_is_on_the_page(text, name, standings):
@@ -173,36 +177,37 @@ def test_who_was_not_asked_is_named_with_the_reason(pages, comparisons):
 def test_the_table_follows_the_standings(comparisons, standings):
     comparison = comparisons["large"]
     for family in standings["large"]:
-        rows = standing_rows(PlotContext(comparison, family))
-        assert [row.name for row in rows] == [place.algorithm for place in family.evaluations.places]
+        rows = by_column(standing_table(PlotContext(comparison, family), 5))
+        assert [row["Algorithm"].text for row in rows] == [place.algorithm for place in family.evaluations.places]
         for row, place in zip(rows, family.evaluations.places, strict=True):
-            assert row.title == comparison.solvers[row.name]
-            assert bool(row.failed) == bool(place.failed)
+            assert list(row["Algorithm"].below) == [comparison.solvers[row["Algorithm"].text]]
+            assert bool(row["Failed"].text) == bool(place.failed) if "Failed" in row else not place.failed
             if place.against_first is not None and place.against_first.p_adjusted is not None:
-                assert row.against.shown == ("yes" if place.against_first.significant else "no")
+                said = row["Significantly worse than the first?"].text
+                assert said.startswith("yes" if place.against_first.significant else "no")
 
 
 def test_what_nobody_reached_is_never_cheap(comparisons, standings):
     context = PlotContext(comparisons["all_fail"], standings["all_fail"][0])
-    for row in standing_rows(context):
-        assert row.evaluations.shown == row.seconds.shown == "never"
-        assert row.failed
+    for row in by_column(standing_table(context, 5)):
+        assert row["Evaluations to the target"].text == row["Time to the target"].text == "never"
+        assert row["Failed"].text
     for on in context.standings.by_problem:
-        for row in result_rows(context, on):
-            assert {cell.shown for cell in row.targets} == {"never"}
+        for row in result_table(context, on).rows:
+            assert {cell.text for cell in row[2:-1]} == {"never"}
 
 
 def test_each_pair_is_shown_from_both_sides(comparisons, standings):
     order = standings["large"][0].by_problem[0].evaluations
-    names, matrix = pairwise_matrix(order)
-    assert len(matrix) == len(names)
+    matrix = [row[1:] for row in pairwise_matrix(order).rows]
+    assert len(matrix) == len(order.places)
     for i, row in enumerate(matrix):
-        assert row[i] is None
+        assert row[i].lean is None
         for j, cell in enumerate(row):
-            if cell is not None:
-                assert float(cell.share) + float(matrix[j][i].share) == pytest.approx(1.0, abs=0.011)
+            if cell.lean is not None:
+                assert cell.order + matrix[j][i].order == pytest.approx(1.0)
                 assert cell.lean == pytest.approx(-matrix[j][i].lean)
-                assert cell.is_significant == matrix[j][i].is_significant
+                assert cell.text.endswith("*") == matrix[j][i].text.endswith("*")
 
 
 def test_the_leading_and_the_papers_algorithm_have_colours_and_the_others_are_grey(comparisons, standings):

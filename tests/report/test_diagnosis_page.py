@@ -11,13 +11,13 @@ from diagnosed import MADE, of
 from page_claims import (
     HOSTILE,
     Reader,
-    hovered,
     is_closed_and_its_ids_are_its_own,
     is_logarithmic,
     is_small,
     needs_nothing_from_elsewhere,
     rows,
     runs_only_our_own_scripts,
+    scenes,
     series,
     sound_charts,
     titled,
@@ -25,15 +25,16 @@ from page_claims import (
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.geometry.robots import find_robot
 from robolaser.report.diagnosis import page
-from robolaser.report.diagnosis.charts.cell import beside, suspected
-from robolaser.report.diagnosis.charts.outline import Outline
 from robolaser.report.diagnosis.charts.waterfall import steps
-from robolaser.report.diagnosis.rows import limit_rows, untestable_rows
+from robolaser.report.diagnosis.page import suspected
+from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent
+from robolaser.report.model_scene import CellPoses
 from robolaser.simulation import simulate
 
 
@@ -77,15 +78,17 @@ def test_every_element_is_closed_and_every_id_its_own(text):
 
 
 def test_every_chart_is_sound_and_says_what_it_shows(text):
-    assert len(sound_charts(text)) >= 4
+    assert len(sound_charts(text)) + len(scenes(text)) >= 3
 
 
-def test_the_verdict_comes_first_then_gap_and_places_then_what_to_do(text, diagnosis):
-    words = said(text)
+def test_the_answer_comes_first_then_the_doubt_then_the_evidence(text, diagnosis):
     lead = diagnosis.sentence.partition(". ")[0]
-    order = [words.index(lead), words.index("How far the gap shrinks"), words.index("Where the gap lies")]
-    order.append(words.index("What to do"))
+    assert text.index("<header>") < text.replace("&#39;", "'").index(lead) < text.index("<main>")
+    headings = re.findall(r"<h2>(.*?)</h2>", text)
+    wanted = ("What was found", "What to do", "What is not certain", "Step by step", "Errors", "Noise")
+    order = [headings.index(one) for one in wanted if one in headings]
     assert order == sorted(order)
+    assert len(order) >= 4
 
 
 def test_every_sentence_of_the_verdict_is_on_the_page(text, diagnosis):
@@ -94,50 +97,48 @@ def test_every_sentence_of_the_verdict_is_on_the_page(text, diagnosis):
 
 
 def test_every_effect_has_value_error_probability_gaps_and_a_caveat(text, diagnosis):
-    table = re.search(r'<table class="stacked found".*?</table>', text, flags=re.DOTALL)
-    assert bool(table) == bool(diagnosis.findings)
-    if not table:
+    section = re.search(r"<h2>What was found</h2>.*?</section>", text, flags=re.DOTALL)
+    assert bool(section) == bool(diagnosis.findings)
+    if not section:
         return
-    rows = table[0].split("<tr ")[2:]
+    rows = section[0].split("<tr ")[2:]
     assert len(rows) == len(diagnosis.findings)
     for row, found in zip(rows, diagnosis.findings, strict=True):
-        assert found.candidate_effect.effect.name in row
-        assert f" at {found.candidate_effect.where}" in row
+        assert named(found.candidate_effect).lower() in row.lower()
         assert row.count("±") == len([one for one in found.parameters.values() if one.std is not None])
         assert percent(found.probability) in row
         assert row.count(" mm") >= 3
-        assert re.search(r'class="note">[^<]{10,}<', row)
+        assert re.search(r'class="note">[^<]{10,}', row)
 
 
 def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
     words = said(pages["explained"])
-    assert "encoder_scale at perturb" in words
-    assert "latency" in words
+    assert "Encoder scale of perturb" in words
+    assert "Latency" in words
     assert "no joint velocities in the data" in words
     dataset = made["explained"].dataset
     for row in made["explained"].outliers:
         pose, point = dataset.poses.names[dataset.points.pose[row]], dataset.points.names[row]
-        assert f'<th scope="row">{row + 1}</th><td>{pose}</td><td>{point}</td>' in pages["explained"]
+        assert f"{row + 1} {pose} {point} " in words
 
 
 def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     diagnosis = made["explained"]
     first, rival = diagnosis.limits[0].candidate_effect, diagnosis.limits[1].candidate_effect
     one = DetectionLimit(first, "lost_motion", np.radians(0.01), "rad", np.radians(0.03), rival, 2e-4)
-    ((name, _, lines),) = limit_rows(
-        replace(diagnosis, limits=(one, DetectionLimit(first, "lost_motion", None, "rad")))
-    )
-    assert name == first.effect.name
-    assert lines == [
-        f"{first.where} < 0.01°; 0.2 mm at the tool; above 0.03° distinguishable from {rival}",
+    table = limit_table(replace(diagnosis, limits=(one, DetectionLimit(first, "lost_motion", None, "rad"))))
+    ((cell, lines),) = table.rows
+    assert cell.text == "Backlash"
+    assert lines.split("\n") == [
+        f"{first.where} < 0.01°; 0.2 mm at the tool; above 0.03° distinguishable from {named(rival)}",
         f"{first.where}: cannot be seen in these poses",
     ]
 
 
 def test_each_reason_why_effects_cannot_be_tested_stands_once(made):
     untested = {"latency": "no velocities", "backlash": "no order", "base_shift": "no order"}
-    found = untestable_rows(replace(made["explained"], not_testable=untested))
-    assert found == [("latency", "no velocities"), ("backlash, base_shift", "no order")]
+    found = untestable_table(replace(made["explained"], not_testable=untested))
+    assert found.rows == [("Latency", "no velocities"), ("Backlash, base shift", "no order")]
 
 
 def test_the_waterfall_hangs_together_from_nominal_to_noise(diagnosis):
@@ -156,27 +157,24 @@ def test_every_suspected_place_is_highlighted_and_without_a_gap_none(diagnosis):
     assert bool(marked) == (diagnosis.verdict != "no_gap")
 
 
-def test_the_drawn_scanner_hangs_on_the_drawn_flange():
+def test_the_drawn_scanner_hangs_on_the_drawn_flange_in_every_pose():
     diagnosis = of(stripe(robot=arm(), effects=("joint_offset:perturb",)))
-    outline = Outline.of(diagnosis)
     model = diagnosis.model
+    cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
     values = model.parameters.values(diagnosis.x[None])
     mount = model.sensor.mount(values, model.perturb(values))[0, 0]
-    flange = model.flange(values)[0, model.dataset.poses.names.index(outline.name)]
-    np.testing.assert_allclose(outline.line[-1], flange[:3, 3], atol=1e-12)
-    np.testing.assert_allclose((inverse(flange) @ np.append(outline.tip, 1.0))[:3], mount[:3, 3], atol=1e-12)
-    assert len(outline.line) == 2 + len(outline.joints)
+    flange = model.flange(values)[0]
+    np.testing.assert_allclose(cell.line[:, -1], flange[:, :3, 3], atol=1e-12)
+    np.testing.assert_allclose((inverse(flange) @ cell.camera)[:, :3, 3], [mount[:3, 3]] * len(flange), atol=1e-12)
 
 
-def test_a_label_stands_on_the_side_where_no_other_symbol_is():
-    for x, y in ((0.1, -0.1), (0.1, 0.1), (-0.1, -0.1), (-0.1, 0.1)):
-        label = beside(np.zeros(2), np.array([[x, y]]), 1.0, (-1.0, 1.0))
-        assert (label["dx"] > 0) == (label["align"] == "left") == (x < 0)
-
-
-def test_no_label_is_cut_at_the_edge_of_the_drawing():
-    assert beside(np.zeros(2), np.array([[0.1, 0.1]]), 1.0, (-0.1, 1.0))["align"] == "left"
-    assert beside(np.zeros(2), np.array([[-0.1, 0.1]]), 1.0, (-1.0, 0.1))["align"] == "right"
+def test_arrows_lead_from_what_is_known_to_where_the_model_puts_it(made):
+    diagnosis = made["without_robot"]
+    model = diagnosis.model
+    cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
+    values = model.parameters.values(diagnosis.x[None])
+    seen = model.sensor.in_base(values, model.flange(values, model.perturb(values)), model.perturb(values))[0]
+    np.testing.assert_allclose(cell.known + cell.shifts(model.residuals(diagnosis.x[None])[0]), seen, atol=1e-9)
 
 
 def test_names_from_data_stay_text():
@@ -204,9 +202,10 @@ def test_a_small_gap_beside_a_large_one_has_a_logarithmic_axis(pages):
 
 
 def test_joints_and_points_have_names_under_the_pointer(pages):
-    shown = titled(pages["explained"])
-    assert "site" in hovered(shown["Where the gap lies"])
-    assert {"pose", "point", "error"} <= hovered(shown["Errors before and after"])
+    (scene,) = scenes(pages["explained"])
+    arrows = [shape for shape in scene["shapes"] if shape["kind"] == "arrows"]
+    assert {shape["series"] for shape in arrows} == {"before", "after"}
+    assert all("pose p" in name and "error" in name for shape in arrows for name in shape["names"])
 
 
 def test_the_same_diagnosis_gives_the_same_page(made, pages):
@@ -221,7 +220,7 @@ def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_fr
     found = examine(apart, [], seed=1)
     assert "base.x@session-2" in found.model.parameters.names
     assert page(found)
-    drawn = Outline.of(found)
+    drawn = CellPoses(found.model, found.x, np.arange(len(found.dataset.poses)))
     reach = np.linalg.norm(apart.flange()[:, :3, 3], axis=1).max()
-    assert np.linalg.norm(drawn.points, axis=1).max() < reach + 0.3
-    assert np.linalg.norm(drawn.tip - drawn.line[-1]) < 0.2
+    assert np.linalg.norm(drawn.known, axis=1).max() < reach + 0.3
+    assert np.linalg.norm(drawn.tip - drawn.line[:, -1], axis=1).max() < 0.2

@@ -1,16 +1,23 @@
 """Pages as they are drawn: by Vega without a browser, and in a real one where it is installed."""
 
 import shutil
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from calibrated import KINDS
 from compared import judged, pair
 from diagnosed import MADE
-from page_claims import titled
+from page_claims import scenes, titled
+from PIL import Image
 
 from robolaser.report.calibration import page as calibration_page
+from robolaser.report.chart import FITTED
 from robolaser.report.comparison import page as comparison_page
 from robolaser.report.diagnosis import page as diagnosis_page
+from robolaser.report.document import Document, Section
+from robolaser.report.page import render
+from robolaser.report.scene import Scene, dots
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 MARKS = ".mark-symbol path, .mark-line path, .mark-rule line, .mark-rect path"
@@ -21,10 +28,19 @@ def compared():
     return comparison_page(comparison, judged(comparison))
 
 
+def scanned():
+    points = np.random.default_rng(0).uniform(size=(200, 3))
+    shapes = [dots(points, FITTED, size=2.0)]
+    return render(
+        Document("cloud", "scanned", "", "Points.", "", [], [Section("Cloud", [Scene("t", "c", "a", shapes)])])
+    )
+
+
 PAGES = {
     "calibration": lambda: calibration_page(KINDS["stripe"]()),
     "diagnosis": lambda: diagnosis_page(MADE["explained"]()),
     "comparison": compared,
+    "scan": scanned,
 }
 
 
@@ -84,8 +100,78 @@ def test_a_browser_draws_every_chart_without_a_complaint_and_within_a_phones_wid
     tab, complaints = shown(name, viewport={"width": 390, "height": 800}, color_scheme="dark")
     assert not complaints
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    assert all(is_drawn(canvas) for canvas in tab.query_selector_all("canvas"))
     for plot in tab.query_selector_all(".plot"):
         assert plot.query_selector_all(MARKS)
+
+
+def is_drawn(canvas):
+    """Does a canvas show some hundred pixels that are not empty?"""
+    pixels = "c.getContext('2d').getImageData(0, 0, c.width, c.height).data"
+    return canvas.evaluate(f"c => {pixels}.filter((v, i) => i % 4 == 3 && v).length") > 300
+
+
+def drawing(tab):
+    return tab.locator("canvas").first.evaluate("c => c.toDataURL()")
+
+
+def test_a_scene_turns_when_dragged_and_says_what_is_under_the_pointer(shown):
+    tab, complaints = shown("diagnosis")
+    canvas = tab.locator("canvas").first
+    canvas.scroll_into_view_if_needed()
+    before, box = drawing(tab), canvas.bounding_box()
+    tab.mouse.move(box["x"] + 100, box["y"] + 100)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 200, box["y"] + 120)
+    tab.mouse.up()
+    assert drawing(tab) != before
+    for step in range(40, int(box["height"]), 6):
+        tab.mouse.move(box["x"] + box["width"] / 2 + step % 30, box["y"] + step)
+        if tab.is_visible("#under-pointer"):
+            break
+    assert tab.inner_text("#under-pointer")
+    assert not complaints
+
+
+def test_errors_grow_with_the_slider_and_each_series_can_be_switched_off(shown):
+    tab, _ = shown("diagnosis")
+    seen = [drawing(tab)]
+    tab.locator(".controls input[type=range]").fill("1")
+    seen.append(drawing(tab))
+    tab.locator(".controls label", has_text="before").locator("input").uncheck()
+    seen.append(drawing(tab))
+    assert len(set(seen)) == 3
+
+
+def test_a_click_on_a_mark_shows_its_pose_and_its_image_in_the_scene(browser, shown, pages, tmp_path):
+    calibration = KINDS["stripe"]()
+    dataset = calibration.model.dataset
+    (tmp_path / "images").mkdir()
+    for name in dataset.poses.names:
+        Image.new("L", dataset.image_px, 60).save(tmp_path / "images" / f"{name}.png")
+    images = tuple(f"images/{name}.png" for name in dataset.poses.names)
+    dataset = replace(dataset, folder=tmp_path, poses=replace(dataset.poses, image=images))
+    made = replace(calibration, model=replace(calibration.model, dataset=dataset))
+    pages["with images"] = calibration_page(made)
+    tab, complaints = shown("with images")
+    figure = tab.locator("figure.chart", has_text="Errors of each pose")
+    figure.locator(".mark-symbol path").nth(3).click()
+    assert tab.locator("figure.scene select").input_value() == "pose p3"
+    assert tab.locator(".photo img").get_attribute("alt") == "Image of pose p3"
+    assert tab.locator(".photo img").evaluate("image => image.decode().then(() => image.naturalWidth)") > 100
+    assert tab.locator(".photo circle").count() == (dataset.points.pose == 3).sum()
+    assert not complaints
+
+
+def test_a_click_on_a_columns_head_sorts_by_it_and_another_turns_the_order_round(shown):
+    tab, _ = shown("calibration")
+    section = tab.locator("section", has=tab.locator("h2", has_text="Which errors are odd"))
+    column = section.locator("tbody td:nth-child(4)")
+    head = section.locator("thead button", has_text="fitted")
+    for sign in (1, -1):
+        head.click()
+        errors = [sign * float(text.removesuffix(" mm")) for text in column.all_inner_texts()]
+        assert errors == sorted(errors)
 
 
 def test_a_mark_says_its_pose_under_the_pointer(shown):
@@ -112,3 +198,4 @@ def test_without_scripts_every_chart_is_said_in_a_sentence(browser, pages, tmp_p
     text = tab.content()
     for spec in titled(pages["diagnosis"]).values():
         assert spec["description"].split(",")[0] in text.replace("−", "-")
+    assert scenes(pages["diagnosis"])[0]["alt"].split(",")[0] in text

@@ -35,5 +35,5 @@ def test_the_page_of_a_plan_is_whole_and_shows_every_size() -> None:
     (heat_map,) = sound_charts(text)
     pairs = heat_map["layer"][0]["data"]["values"]
     assert len(pairs) == np.isfinite(plan.of_effects()[1]).sum()
-    assert all(text.count(f"<td>{limit.candidate_effect.where}</td>") for limit in plan.limits)
+    assert all(text.count(f">{limit.candidate_effect.where}</span>") for limit in plan.limits)
     assert "robolaser plan measured" in text

@@ -25,7 +25,7 @@ def test_the_summary_is_short_plain_and_leads_with_new_poses(calibration):
 
 def test_the_summary_names_effects_and_where_the_page_is(tmp_path):
     text = printed(stripe(robot=arm(), effects=("joint_offset:perturb",)), tmp_path)
-    assert "joint_offset:perturb" in text
+    assert "joint offset of perturb" in text
     assert str(tmp_path / "report.html") in text
 
 

@@ -36,7 +36,7 @@ def test_a_recording_becomes_a_cloud_and_a_page(cell, tmp_path, capsys):
     said = capsys.readouterr().out
     assert f"{len(cloud)} points" in said
     assert "cloud.html" in said
-    assert "Quality" in (tmp_path / "deep" / "cloud.html").read_text(encoding="utf-8")
+    assert "The cloud in space" in (tmp_path / "deep" / "cloud.html").read_text(encoding="utf-8")
 
 
 def test_calibration_json_alone_is_enough(cell, tmp_path):

@@ -5,7 +5,7 @@ import logging
 import threading
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,12 +23,14 @@ CLOSE_S = 3.0
 """Time for workers to confirm that they have stopped."""
 FRESH_S = 1.0
 """Time for which a count of workers is valid."""
-PACKAGES = ("distributed", "dask", "robolaser", "numpy", "numba", "pymoo", "scipy")
-"""Packages whose versions must be the same everywhere, or the same run could give another result."""
+DASK = ("distributed", "dask")
+"""Packages whose versions must be the same everywhere for the cluster to work at all."""
+PACKAGES = ("robolaser", "numpy", "numba", "pymoo", "scipy")
+"""Packages whose other versions could give another result, unless the caller knows better."""
 
 T = TypeVar("T")
 Versions = Mapping[str, str | None]
-"""Versions of Python, without the last number, and of `PACKAGES`; None if one is missing."""
+"""Versions of Python, without the last number, and of packages; None if one is missing."""
 
 
 @final
@@ -46,19 +48,23 @@ class DaskCluster(Engine):
 
     The scheduler restarts runs that are lost with a worker elsewhere.
 
+    Args:
+        address: Of the scheduler.
+        packages: Those whose versions must be the same everywhere, besides Dask's.
+
     Raises:
         DependencyMissing: `distributed` is not installed.
         BenchmarkError: No scheduler answers at the address, or the cluster has other versions than we.
     """
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, packages: Sequence[str] = PACKAGES) -> None:
         try:
             from distributed import Client  # noqa: PLC0415 - an extra, and slow to import
         except ImportError:
             raise DependencyMissing("Dask's `distributed` is not installed: pip install 'robolaser[dask]'.") from None
         self.label = address
         self._program = ClientProcess.here()
-        self._versions = _compared(address)
+        self._versions = _compared(address, (*DASK, *packages))
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # our errors say it
         try:
             self._client = Client(address, timeout=ANSWER_S, set_as_default=False, name="robolaser")
@@ -137,7 +143,7 @@ class DaskCluster(Engine):
         return self._threads
 
 
-def _compared(address: str) -> Versions:
+def _compared(address: str, packages: Sequence[str]) -> Versions:
     """Our versions, which are the scheduler's and all workers' too.
 
     Raises:
@@ -146,7 +152,7 @@ def _compared(address: str) -> Versions:
     from distributed.versions import get_versions  # noqa: PLC0415
 
     try:
-        others = _in_thread(lambda: asyncio.run(_fetch_versions(address))).result(2 * ANSWER_S)
+        others = _in_thread(lambda: asyncio.run(_fetch_versions(address, packages))).result(2 * ANSWER_S)
     except TimeoutError:
         raise _unreachable(
             address, "it is not a Dask scheduler, or one of another version: it does not answer"
@@ -156,14 +162,14 @@ def _compared(address: str) -> Versions:
     except Exception as error:  # whatever the answer of another program breaks
         why = f"it is not a Dask scheduler, or one of another version ({type(error).__name__}: {error})"
         raise _unreachable(address, why) from error
-    ours = _versions(get_versions(packages=PACKAGES))
+    ours = _versions(get_versions(packages=packages), packages)
     different = {who: theirs for who, theirs in others.items() if theirs != ours}
     if different:
         raise _different(address, ours, different)
     return ours
 
 
-async def _fetch_versions(address: str) -> Mapping[str, Versions]:
+async def _fetch_versions(address: str, packages: Sequence[str]) -> Mapping[str, Versions]:
     """Versions of the scheduler and of all workers."""
     from distributed import Security  # noqa: PLC0415
     from distributed.core import rpc  # noqa: PLC0415
@@ -171,19 +177,18 @@ async def _fetch_versions(address: str) -> Mapping[str, Versions]:
     scheduler = rpc(address, timeout=0.8 * ANSWER_S, connection_args=Security().get_connection_args("client"))
     try:
         async with asyncio.timeout(ANSWER_S):
-            found = {"the scheduler": await scheduler.versions(packages=PACKAGES)}
+            found = {"the scheduler": await scheduler.versions(packages=packages)}
         async with asyncio.timeout(ANSWER_S):
-            of_workers = await scheduler.broadcast(msg={"op": "versions", "packages": PACKAGES}, on_error="ignore")
+            of_workers = await scheduler.broadcast(msg={"op": "versions", "packages": packages}, on_error="ignore")
     finally:
         await scheduler.close_rpc()
     found |= {f"worker {worker}": what for worker, what in of_workers.items() if what}
-    return {who: _versions(what) for who, what in found.items()}
+    return {who: _versions(what, packages) for who, what in found.items()}
 
 
-def _versions(info: Mapping[str, Any]) -> Versions:
-    packages = info["packages"]
-    python = ".".join(packages["python"].split(".")[:2])
-    return {"python": python} | {package: packages.get(package) for package in PACKAGES}
+def _versions(info: Mapping[str, Any], packages: Iterable[str]) -> Versions:
+    found = info["packages"]
+    return {"python": ".".join(found["python"].split(".")[:2])} | {package: found.get(package) for package in packages}
 
 
 def _on_worker(job: Job[R, P, B], name: str, payload: bytes, program: ClientProcess, wanted: Versions) -> R | _Foreign:
@@ -191,7 +196,8 @@ def _on_worker(job: Job[R, P, B], name: str, payload: bytes, program: ClientProc
     from distributed import get_worker  # noqa: PLC0415
     from distributed.versions import get_versions  # noqa: PLC0415
 
-    worker, ours = get_worker(), _versions(get_versions(packages=PACKAGES))
+    packages = [package for package in wanted if package != "python"]
+    worker, ours = get_worker(), _versions(get_versions(packages=packages), packages)
     if ours != wanted:
         return _Foreign(f"worker {worker.address}", ours)
     return _pool(worker, program).do(job, name, lambda: payload)

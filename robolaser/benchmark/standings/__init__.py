@@ -1,6 +1,6 @@
 """Rankings of solvers: which is better, by how much, and how certain that is."""
 
-from robolaser.benchmark.standings.judgement import standings, standings_of
+from robolaser.benchmark.standings.ranking import standings, standings_of
 from robolaser.benchmark.standings.table import (
     FinalCosts,
     IntervalEstimate,

@@ -78,8 +78,8 @@ def bounds(value: Array, samples: Array, runs: Ints) -> Intervals:
     return _bounds(value, samples, runs, runs - 1)
 
 
-def ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
-    """How many times longer the other takes than the one, on each problem.
+def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
+    """How many times longer the other takes than the one: the geometric mean over problems on which both succeeded.
 
     Args:
         samples: ERT to one target in each bootstrap sample, (p, a, b).
@@ -87,26 +87,7 @@ def ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
         runs: (p, a).
 
     Returns:
-        (p, a, a): the second algorithm's ERT over the first's. NaN where neither reached the target.
-    """
-    fewer = np.minimum(runs[:, :, None], runs[:, None, :])
-    return bounds(
-        _ratio(value[:, None, :], value[:, :, None]),
-        _ratio(samples[:, None, :, :], samples[:, :, None, :]),
-        fewer,
-    )
-
-
-def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
-    """The same over several problems: the geometric mean over those on which both reached the target.
-
-    Args:
-        samples: (p, a, b).
-        value: (p, a).
-        runs: (p, a).
-
-    Returns:
-        (a, a): NaN where there is no such problem.
+        (a, a): the second algorithm's ERT over the first's. NaN where there is no such problem.
     """
     solved = np.isfinite(value)
     both = solved[:, :, None] & solved[:, None, :]

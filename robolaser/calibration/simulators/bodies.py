@@ -11,32 +11,21 @@ from robolaser.arrays import Array
 from robolaser.geometry.urdf.parsing import origin_of, parse, read_xml
 from robolaser.geometry.urdf.tree import Joint
 
-RADIUS_M = 0.05
-"""Of the ball that stands for a body whose inertia no body can have."""
+RADIUS_M = 0.05  # of the ball that stands for a body whose inertia no body can have
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class RigidBody:
-    """A rigid body.
+    """A rigid body."""
 
-    Attributes:
-        name: Of its link.
-        parent: The body that carries it; None: the root.
-        T: Its placement on the parent, (4, 4).
-        joint: What moves it on its parent; None: nothing does.
-        mass: [kg].
-        com: Centre of mass in its own frame, (3,) [m].
-        inertia: About the centre of mass, along its own axes, (3, 3) [kg m²].
-    """
-
-    name: str
-    parent: str | None
-    T: Array
-    joint: Joint | None
-    mass: float
-    com: Array
-    inertia: Array
+    name: str  # of its link
+    parent: str | None  # the body that carries it; None: the root
+    T: Array  # its placement on the parent, (4, 4)
+    joint: Joint | None  # what moves it on its parent; None: nothing does
+    mass: float  # [kg]
+    com: Array  # centre of mass in its own frame, (3,) [m]
+    inertia: Array  # about the centre of mass, along its own axes, (3, 3) [kg m²]
 
 
 def bodies(text: str, moving: Collection[str]) -> Iterator[RigidBody]:

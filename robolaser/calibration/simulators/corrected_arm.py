@@ -16,20 +16,15 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.mechanism import Part, Spring
 
 SEARCHED_KG = (np.linspace(0.0, 20.0, 201), np.linspace(-0.1, 0.1, 201))
-SOFTEST = 1e-12
-"""Least compliance [rad/Nm] that is a spring at all."""
+SOFTEST = 1e-12  # least compliance [rad/Nm] that is a spring at all
 
 
 @final
 @dataclass(frozen=True)
 class CorrectedArm:
-    """A calibration of an arm.
+    """A calibration of an arm."""
 
-    Attributes:
-        calibration: Of a data set with a robot.
-    """
-
-    calibration: Calibration
+    calibration: Calibration  # of a data set with a robot
 
     @cached_property
     def robot(self) -> Robot:
@@ -110,11 +105,6 @@ class CorrectedArm:
 def comment(text: str) -> str:
     """Text that may stand in a comment of XML, which no two hyphens may."""
     return re.sub("-(?=-)", "- ", text)
-
-
-def digits(values: Array) -> str:
-    """Numbers to the last bit."""
-    return " ".join(repr(float(value)) for value in np.ravel(values))
 
 
 def _compliance(spring: Spring, payload_kg: Array) -> Array:

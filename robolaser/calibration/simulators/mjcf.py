@@ -8,14 +8,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.calibration.simulators.bodies import RADIUS_M, RigidBody, bodies
-from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment, digits
+from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.geometry.urdf.writing import digits
 from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
 
-RELAXES_S = 0.02
-"""Time in which a spring comes to rest where nothing is carried; where it rests does not depend on it."""
-ROTOR = 0.1
-"""Inertia of what stands between two joints about one axis [kg m² or kg]: an engine asks for some."""
+RELAXES_S = 0.02  # time in which a spring comes to rest where nothing is carried; where it rests does not depend on it
+ROTOR = 0.1  # inertia of what stands between two joints about one axis [kg m² or kg]: an engine asks for some
 HARD = {"solref": "0.004 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 """As hard as MuJoCo's constraints become with its usual step of 2 ms: they yield by some 1e-8 rad."""
 

@@ -9,10 +9,8 @@ from robolaser.calibration.simulators.bodies import RigidBody, bodies
 from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.urdf.writing import origin_attributes
 
-VERSION = "1.7"
-"""The first in which a pose can be relative to a link."""
-LEAST_KG = 1e-6
-"""Mass of a frame that weighs nothing: an engine asks for some."""
+VERSION = "1.7"  # the first in which a pose can be relative to a link
+LEAST_KG = 1e-6  # mass of a frame that weighs nothing: an engine asks for some
 
 
 def sdf(calibration: Calibration) -> str | None:

@@ -15,8 +15,7 @@ from robolaser.data.importers.importer import Imported, Importer, ImportOptions,
 from robolaser.errors import UsageError, near
 from robolaser.plugins import announced
 
-GROUP: Final = "robolaser.importers"
-"""Entry points under which installed packages announce importers."""
+GROUP: Final = "robolaser.importers"  # entry points under which installed packages announce importers
 
 
 @cache

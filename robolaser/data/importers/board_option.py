@@ -8,8 +8,7 @@ from robolaser.data.dataset import Board
 from robolaser.errors import UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH
 
-BOARD: Final = "board"
-"""Option that says what is printed on the board."""
+BOARD: Final = "board"  # option that says what is printed on the board
 KINDS = ("checkerboard", "charuco", "circles")
 FORM = "--set board=checkerboard,7x6,10mm or --set board=charuco,4x6,36mm,18mm,DICT_6X6_250 (inner corners in x and y)"
 DIGITS = 12  # 36 mm are 0.036 m, and not 0.036000000000000004

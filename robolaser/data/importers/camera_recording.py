@@ -23,17 +23,11 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
 @final
 @dataclass(frozen=True)
 class ImageFiles:
-    """The images of a recording.
+    """The images of a recording."""
 
-    Attributes:
-        paths: Of each pose, within the data set; "" where there is none.
-        contents: What gives the bytes of each, by path.
-        size_px: Width and height of all of them [px].
-    """
-
-    paths: tuple[str, ...]
-    contents: Mapping[str, Callable[[], bytes]]
-    size_px: tuple[int, int]
+    paths: tuple[str, ...]  # of each pose, within the data set; "" where there is none
+    contents: Mapping[str, Callable[[], bytes]]  # what gives the bytes of each, by path
+    size_px: tuple[int, int]  # width and height of all of them [px]
 
 
 def camera_recording(

@@ -7,22 +7,18 @@ from typing import Final, final
 from robolaser.data.csv_tables import Table
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
-from robolaser.data.sensor_format import XYZ, SensorFormat
+from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 
 POSES: Final = "poses"
 POINTS: Final = "points"
-QUATERNION = ("qx", "qy", "qz", "qw")
 EULER = ("euler_1", "euler_2", "euler_3")
 ROTATION_VECTOR = ("rotvec_x", "rotvec_y", "rotvec_z")
-ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)
-"""Ways to state how the flange is turned, any one of them."""
-TEXT: Final = None
-"""In place of a quantity: the column holds texts."""
+ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # ways to state how the flange is turned, any one of them
+TEXT: Final = None  # in place of a quantity: the column holds texts
 
 Quantities = Mapping[str, str | None]
-Chosen = Mapping[str, str]
-"""Column of a file by the column of the data set."""
+Chosen = Mapping[str, str]  # column of a file by the column of the data set
 
 
 def pose_quantities(options: ImportOptions) -> Quantities:
@@ -50,17 +46,11 @@ def _by_suffix(column: str) -> str:
 @final
 @dataclass(frozen=True)
 class Choice:
-    """What is read from where.
+    """What is read from where."""
 
-    Attributes:
-        poses: Of the columns of poses.csv.
-        points: Of those of points.csv.
-        left_out: Columns of the files that are not read.
-    """
-
-    poses: Chosen
-    points: Chosen
-    left_out: tuple[str, ...]
+    poses: Chosen  # of the columns of poses.csv
+    points: Chosen  # of those of points.csv
+    left_out: tuple[str, ...]  # columns of the files that are not read
 
 
 def choose(poses: Table, points: Table, options: ImportOptions, declared: SensorFormat) -> Choice:

@@ -7,18 +7,11 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import Table, bad_cell, finite
-from robolaser.data.importers.column_choice import (
-    EULER,
-    POINTS,
-    QUATERNION,
-    ROTATION_VECTOR,
-    TEXT,
-    Chosen,
-    Quantities,
-)
+from robolaser.data.importers.column_choice import EULER, POINTS, ROTATION_VECTOR, TEXT, Chosen, Quantities
 from robolaser.data.importers.importer import ImportOptions, Reading
 from robolaser.data.importers.orientation import turned_by
 from robolaser.data.importers.units import ANGLE, Units
+from robolaser.data.sensor_format import QUATERNION
 
 
 @final

@@ -10,8 +10,7 @@ from robolaser.data.importers.importer import ImportOptions
 from robolaser.errors import DataError, UsageError, unreadable
 
 NAMES = {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}
-SEPARATORS = (",", ";", "\t")
-"""Those of which a header has one only, where nothing else is said."""
+SEPARATORS = (",", ";", "\t")  # those of which a header has one only, where nothing else is said
 
 
 def read_delimited(path: Path, options: ImportOptions) -> Table:

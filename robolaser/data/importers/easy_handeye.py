@@ -99,8 +99,8 @@ def _stated(contents: Mapping[str, Any]) -> Mount | None:
     parameters = contents.get("parameters")
     if not isinstance(parameters, Mapping):
         return None
-    said = parameters.get("calibration_type") or parameters.get("eye_on_hand")
-    return MOUNTS.get(said) if isinstance(said, str | bool) else None
+    type_stated = parameters.get("calibration_type") or parameters.get("eye_on_hand")
+    return MOUNTS.get(type_stated) if isinstance(type_stated, str | bool) else None
 
 
 def _result(file: str, contents: Mapping[str, Any]) -> Array:

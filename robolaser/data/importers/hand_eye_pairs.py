@@ -17,43 +17,28 @@ from robolaser.parameters import Parameter
 
 Mount = Literal["flange", "base"]
 MOUNTS: tuple[Mount, ...] = ("flange", "base")
-MOUNT: Final = "mount"
-"""Option that says what carries the camera."""
+MOUNT: Final = "mount"  # option that says what carries the camera
 BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}
 """What the flange carries: the body whose poses are measured."""
 SIX = ("x", "y", "z", "w", "phi", "psi")
-SPAN = (1.0, np.pi)
-"""How far a start value may be off, m and rad."""
+SPAN = (1.0, np.pi)  # how far a start value may be off, m and rad
 
 
 @final
 @dataclass(frozen=True)
 class Pairs:
-    """What was read, one entry a pose (n).
+    """What was read, one entry a pose (n)."""
 
-    Attributes:
-        file: Where from.
-        names: Of the poses.
-        T_base_flange: (n, 4, 4), or None: `q` is there.
-        T_camera_target: The target as the camera saw it, (n, 4, 4).
-        flange_from: The field that the flange's pose or the joint readings are from.
-        target_from: The field that the target's pose is from.
-        q: Joint readings in the order of the robot's, (n, j).
-        qd: Joint velocities, (n, j).
-        time_s: (n,) [s].
-        guess: T_flange_camera or T_base_camera as another tool found it, (4, 4).
-    """
-
-    file: str
-    names: tuple[str, ...]
-    T_base_flange: Array | None
-    T_camera_target: Array
-    flange_from: str
-    target_from: str
-    q: Array | None = None
-    qd: Array | None = None
-    time_s: Array | None = None
-    guess: Array | None = None
+    file: str  # where from
+    names: tuple[str, ...]  # of the poses
+    T_base_flange: Array | None  # (n, 4, 4), or None: `q` is there
+    T_camera_target: Array  # the target as the camera saw it, (n, 4, 4)
+    flange_from: str  # the field that the flange's pose or the joint readings are from
+    target_from: str  # the field that the target's pose is from
+    q: Array | None = None  # joint readings in the order of the robot's, (n, j)
+    qd: Array | None = None  # joint velocities, (n, j)
+    time_s: Array | None = None  # (n,) [s]
+    guess: Array | None = None  # T_flange_camera or T_base_camera as another tool found it, (4, 4)
 
 
 def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> Mount:
@@ -135,18 +120,18 @@ def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:
     return found
 
 
-def pose_readings(dataset: Dataset, file: str, said: str, named: str) -> list[Reading]:
+def pose_readings(dataset: Dataset, file: str, origin: str, named: str) -> list[Reading]:
     """How the columns of poses.csv came about, of readings that are all from one field."""
     poses, found = dataset.poses, [Reading("poses.csv", "pose", file, f"({named})")]
     if poses.time_s is not None:
         found.append(Reading("poses.csv", "time_s", file, "time", "s"))
     if dataset.robot is None:
-        return found + [Reading("poses.csv", column, file, said, _unit(column)) for column in FLANGE_COLUMNS]
+        return found + [Reading("poses.csv", column, file, origin, _unit(column)) for column in FLANGE_COLUMNS]
     units = ["m" if slides else "rad" for slides in dataset.robot.prismatic]
     for prefix, values, per in (("q", poses.q, ""), ("qd", poses.qd, "/s")):
         if values is not None:
             found += [
-                Reading("poses.csv", f"{prefix}_{joint}", file, said, unit + per)
+                Reading("poses.csv", f"{prefix}_{joint}", file, origin, unit + per)
                 for joint, unit in zip(dataset.robot.joints, units, strict=True)
             ]
     return found

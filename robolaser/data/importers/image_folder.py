@@ -22,8 +22,7 @@ from robolaser.data.pose_table import poses_of
 from robolaser.errors import DataError, UsageError, near
 
 IMAGE: Final = "image"
-ORDER: Final = "order"
-"""Option that says that images belong to rows in the order of their names."""
+ORDER: Final = "order"  # option that says that images belong to rows in the order of their names
 
 
 @final
@@ -87,12 +86,7 @@ def _without(table: Table, column: str) -> Table:
 
 
 def _files(table: Table, column: str | None, folder: Path, options: ImportOptions) -> tuple[list[Path | None], str]:
-    """The image of each row, and what it is read from.
-
-    Raises:
-        UsageError: Nothing says which image belongs to which row.
-        DataError: An image is not there, or there are not as many as rows.
-    """
+    """The image of each row, and what it is read from."""
     images = _images(folder)
     if column is None:
         if options.further.get(ORDER) != "sorted":

@@ -61,21 +61,13 @@ class ImportOptions:
 @final
 @dataclass(frozen=True)
 class Reading:
-    """How a column of the data set comes about.
+    """How a column of the data set comes about."""
 
-    Attributes:
-        table: "poses.csv" or "points.csv"; or "dataset.toml".
-        column: Of that table; or parameters or a table of dataset.toml.
-        file: Where it is read from.
-        read_from: Which column or field there, or in words what is done instead.
-        unit: The unit that it has there; "" for texts and pure numbers.
-    """
-
-    table: str
-    column: str
-    file: str
-    read_from: str
-    unit: str = ""
+    table: str  # "poses.csv" or "points.csv"; or "dataset.toml"
+    column: str  # of that table; or parameters or a table of dataset.toml
+    file: str  # where it is read from
+    read_from: str  # which column or field there, or in words what is done instead
+    unit: str = ""  # the unit that it has there; "" for texts and pure numbers
 
 
 @final

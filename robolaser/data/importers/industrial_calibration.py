@@ -99,11 +99,7 @@ def _parameters(
 
 
 def _board(finder: Any, file: str) -> Board:
-    """The board of a target finder.
-
-    Raises:
-        DataError: It is of a kind that `extract` does not find, or a number is missing.
-    """
+    """The board of a target finder."""
     kind = str(under(finder, "type", file, "target_finder")).rpartition("::")[2]
 
     def length(key: str) -> float:
@@ -144,11 +140,7 @@ def _beside(folder: Path, name: Any, file: str) -> Path:
 
 
 def _image(stated: Path, file: str) -> Path:
-    """The image of that name, or the only one of that name with another suffix.
-
-    Raises:
-        DataError: There is none, or there are several.
-    """
+    """The image of that name, or the only one of that name with another suffix."""
     if stated.is_file():
         return stated
     others = [stated.with_suffix(suffix) for suffix in SUFFIXES if stated.with_suffix(suffix).is_file()]

@@ -12,12 +12,9 @@ from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
 NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-PINHOLE = NAMES[:4]
-"""OpenCV's order of a distortion of five numbers follows these four."""
-INTRINSICS: Final = "intrinsics"
-"""Option that names a file of intrinsics."""
-HOLD: Final = "hold"
-"""Option that says whether they are held or fitted."""
+PINHOLE = NAMES[:4]  # OpenCV's order of a distortion of five numbers follows these four
+INTRINSICS: Final = "intrinsics"  # option that names a file of intrinsics
+HOLD: Final = "hold"  # option that says whether they are held or fitted
 MODELS = ("plumb_bob", "none", "")
 SPAN_OF_FOCAL = 0.3
 SPAN_OF_DISTORTION = 2.0

@@ -20,8 +20,7 @@ SUFFIXES = (".yaml", ".yml", ".xml", ".json")
 MARKS = ("%YAML:1.0", "%YAML 1.0", "<opencv_storage>", "opencv-matrix")
 WAYS: Final = {"gripper2base": False, "base2gripper": True, "target2cam": False, "cam2target": True}
 """Ways a list may go, by OpenCV's words; whether it is inverted to become T_base_flange or T_camera_target."""
-ALSO: Final = {"world2cam": "target2cam"}
-"""Other words of OpenCV for the same: those of calibrateRobotWorldHandEye."""
+ALSO: Final = {"world2cam": "target2cam"}  # other words of OpenCV for the same: those of calibrateRobotWorldHandEye
 _NUMBERED = re.compile(r"(.*?)_?(\d+)")
 
 

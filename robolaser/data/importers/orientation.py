@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import Table
-from robolaser.data.importers.column_choice import EULER, QUATERNION, ROTATION_VECTOR, Chosen
+from robolaser.data.importers.column_choice import EULER, ROTATION_VECTOR, Chosen
+from robolaser.data.sensor_format import QUATERNION
 from robolaser.errors import UsageError
 from robolaser.geometry.rigid_motion import exp_so3, rot_x, rot_y, rot_z, to_quaternion
 

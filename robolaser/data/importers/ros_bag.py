@@ -37,19 +37,12 @@ MOST_IMAGES = 5000
 @final
 @dataclass(frozen=True)
 class MatchedReadings:
-    """The arm at the times of m measurements.
+    """The arm at the times of m measurements."""
 
-    Attributes:
-        said: Topic or frames that they are from.
-        kept: Numbers of the measurements that have readings within the tolerance, (k,).
-        poses: Times and joint readings or flange poses, (k,).
-        left_out: What to say of the others.
-    """
-
-    said: str
-    kept: Ints
-    poses: Poses
-    left_out: tuple[str, ...]
+    origin: str  # topic or frames that they are from
+    kept: Ints  # numbers of the measurements that have readings within the tolerance, (k,)
+    poses: Poses  # times and joint readings or flange poses, (k,)
+    left_out: tuple[str, ...]  # what to say of the others
 
 
 @final
@@ -99,15 +92,15 @@ def _pairs(bag: Bag, options: ImportOptions) -> Imported:
     """Poses of a marker in tf, or of a topic."""
     mount, tolerance = mount_of(options, bag.file), tolerance_of(options.further, bag.file)
     if POSE_TOPIC in options.further:
-        said = options.further[POSE_TOPIC]
-        times, T = bag.poses(bag.topic(POSE_TOPIC, said, *POSES, ODOMETRY))
+        origin = options.further[POSE_TOPIC]
+        times, T = bag.poses(bag.topic(POSE_TOPIC, origin, *POSES, ODOMETRY))
         seen = np.ones(len(times), dtype=bool)
     else:
         marker, camera = options.further[MARKER], _frame(CAMERA, options, bag, "that the marker is seen from")
         tree = bag.transforms()
         times = tree.times(camera, marker)
         T, seen, _ = tree.lookup(camera, marker, times, tolerance)
-        said = f"tf, {camera} to {marker}"
+        origin = f"tf, {camera} to {marker}"
     picked = np.flatnonzero(seen)[_thinned(times[seen], options)]
     readings = _readings(bag, options, times[picked], tolerance, "pose")
     of_arm = readings.poses
@@ -116,8 +109,8 @@ def _pairs(bag: Bag, options: ImportOptions) -> Imported:
         of_arm.names,
         of_arm.T_base_flange,
         T[picked][readings.kept],
-        readings.said,
-        said,
+        readings.origin,
+        origin,
         q=of_arm.q,
         qd=of_arm.qd,
         time_s=of_arm.time_s,
@@ -148,51 +141,46 @@ def _images(bag: Bag, options: ImportOptions) -> Imported:
             sizes.add(size)
     if len(sizes) != 1:
         raise DataError(f"{bag.file}, topic {topic}: images of several sizes: {sizes}.", file=bag.file)
-    parameters, said, words = _intrinsics(bag, topic, options)
+    parameters, origin, words = _intrinsics(bag, topic, options)
     named = tuple(paths[name] for name in readings.poses.names)
     files = ImageFiles(named, {path: data.__bytes__ for path, data in contents.items()}, sizes.pop())
     poses = replace(readings.poses, image=named)
     dataset = camera_recording(
         poses, files, board, mount, options, source=bag.file, parameters=parameters, robot=options.robot
     )
-    shown = [*pose_readings(dataset, bag.file, readings.said, "number of the image")]
+    shown = [*pose_readings(dataset, bag.file, readings.origin, "number of the image")]
     shown.append(Reading("poses.csv", "image", bag.file, topic))
     if parameters:
-        shown.append(Reading("dataset.toml", " ".join(parameters), bag.file, said, "px"))
+        shown.append(Reading("dataset.toml", " ".join(parameters), bag.file, origin, "px"))
     return Imported(dataset, tuple(shown), (*readings.left_out, *words), files.contents)
 
 
 def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str) -> MatchedReadings:
-    """The arm at times, from joint states where there is a robot, else from tf.
-
-    Raises:
-        DataError: It is not known at any of them.
-        UsageError: A frame or a topic is not stated.
-    """
+    """The arm at times, from joint states where there is a robot, else from tf."""
     qd = T = q = None
     left_out: list[str] = []
     if options.robot is not None:
-        said = bag.topic(JOINT_TOPIC, options.further.get(JOINT_TOPIC), JOINTS)
-        track = bag.joints(said, options.robot.joints)
+        origin = bag.topic(JOINT_TOPIC, options.further.get(JOINT_TOPIC), JOINTS)
+        track = bag.joints(origin, options.robot.joints)
         found = match(track.time_s, at_s, tolerance)
         known, away = found.near, found.away_s
         q, qd = found.values(track.q), None if track.qd is None else found.values(track.qd)
         if track.partial:
-            left_out.append(f"{bag.file}: {track.partial} messages of {said} that lack a joint of the robot")
+            left_out.append(f"{bag.file}: {track.partial} messages of {origin} that lack a joint of the robot")
         if qd is None:
-            left_out.append(f"{bag.file}: velocities of {said} (not all messages have them)")
+            left_out.append(f"{bag.file}: velocities of {origin} (not all messages have them)")
     else:
         base = _frame(BASE, options, bag, "of the robot's base (or name the robot with --robot)")
         flange = _frame(FLANGE, options, bag, "of the flange")
-        said = f"tf, {base} to {flange}"
+        origin = f"tf, {base} to {flange}"
         T, known, away = bag.transforms().lookup(base, flange, at_s, tolerance)
-    kept, without = with_readings(known, away, tolerance, file=bag.file, what=what, said=said)
+    kept, without = with_readings(known, away, tolerance, file=bag.file, what=what, source=origin)
     names = tuple(f"{i:05d}" for i in range(1, len(kept) + 1))
 
     def some(values: Array | None) -> Array | None:
         return None if values is None else values[kept]
 
-    return MatchedReadings(said, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), (*left_out, *without))
+    return MatchedReadings(origin, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), (*left_out, *without))
 
 
 def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
@@ -202,11 +190,7 @@ def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
 
 
 def _thinned(times: Array, options: ImportOptions) -> Ints:
-    """Numbers of the times that are at least `every_s` apart.
-
-    Raises:
-        UsageError: `every_s` is no number of seconds.
-    """
+    """Numbers of the times that are at least `every_s` apart."""
     step = finite(options.further.get(EVERY, "0"))
     if not step >= 0:
         raise UsageError(f"--set {EVERY}={options.further[EVERY]}: expected seconds.")

@@ -7,7 +7,17 @@ import numpy as np
 from robolaser.bounded_reading import decoded
 from robolaser.errors import DataError
 
-CHANNELS = {"mono8": 1, "8UC1": 1, "mono16": 1, "16UC1": 1, "bgr8": 3, "rgb8": 3, "8UC3": 3, "bgra8": 4, "rgba8": 4}
+CHANNEL_COUNTS = {
+    "mono8": 1,
+    "8UC1": 1,
+    "mono16": 1,
+    "16UC1": 1,
+    "bgr8": 3,
+    "rgb8": 3,
+    "8UC3": 3,
+    "bgra8": 4,
+    "rgba8": 4,
+}
 BAYER = {"bayer_rggb8": "BayerBG", "bayer_bggr8": "BayerRG", "bayer_gbrg8": "BayerGR", "bayer_grbg8": "BayerGB"}
 """ROS names a pattern by its first row, OpenCV by its second row's second and third pixels."""
 
@@ -28,10 +38,10 @@ def image_file(message: Any, file: str, topic: str) -> tuple[str, bytes, tuple[i
         suffix = ".png" if "png" in message.format.lower() else ".jpg"
         return suffix, bytes(message.data), (image.shape[1], image.shape[0])
     encoding = message.encoding
-    if encoding not in CHANNELS and encoding not in BAYER:
+    if encoding not in CHANNEL_COUNTS and encoding not in BAYER:
         raise DataError(f"{file}, topic {topic}: no support for images of encoding {encoding!r}.", file=file)
     kind = np.dtype(np.uint16 if "16" in encoding else np.uint8).newbyteorder(">" if message.is_bigendian else "<")
-    channels = CHANNELS.get(encoding, 1)
+    channels = CHANNEL_COUNTS.get(encoding, 1)
     data = np.asarray(message.data, dtype=np.uint8)
     if len(data) != message.step * message.height or message.step < message.width * channels * kind.itemsize:
         raise DataError(f"{file}, topic {topic}: an image has fewer bytes than its size says.", file=file)

@@ -19,43 +19,29 @@ CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 POSES = tuple(f"geometry_msgs/msg/{kind}" for kind in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
 ODOMETRY = "nav_msgs/msg/Odometry"
 STATIC = "/tf_static"
-STAMPS: Final = "stamps"
-"""Option that says which of a message's two times counts."""
+STAMPS: Final = "stamps"  # option that says which of a message's two times counts
 RECEIVED: Final = "received"
 
 
 @final
 @dataclass(frozen=True)
 class JointTrack:
-    """Joint readings over time.
+    """Joint readings over time."""
 
-    Attributes:
-        time_s: Sorted, (n,) [s].
-        q: (n, j) [rad] or [m].
-        qd: (n, j), or None where a message has none.
-        partial: Messages that lack a joint and were passed over.
-    """
-
-    time_s: Array
-    q: Array
-    qd: Array | None
-    partial: int
+    time_s: Array  # sorted, (n,) [s]
+    q: Array  # (n, j) [rad] or [m]
+    qd: Array | None  # (n, j), or None where a message has none
+    partial: int  # messages that lack a joint and were passed over
 
 
 @final
 @dataclass(frozen=True)
 class Bag:
-    """An open recording.
+    """An open recording."""
 
-    Attributes:
-        file: Its name, for messages.
-        reader: Of rosbags.
-        received: Whether times are those of the recorder, not of the messages' headers.
-    """
-
-    file: str
-    reader: Any
-    received: bool
+    file: str  # its name, for messages
+    reader: Any  # of rosbags
+    received: bool  # whether times are those of the recorder, not of the messages' headers
 
     @classmethod
     @contextmanager

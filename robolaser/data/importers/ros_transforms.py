@@ -15,17 +15,11 @@ from robolaser.geometry.rigid_motion import inverse
 @final
 @dataclass(frozen=True)
 class Edge:
-    """A frame on its parent.
+    """A frame on its parent."""
 
-    Attributes:
-        parent: The parent's name.
-        time_s: Times of the motions, sorted, (n,) [s]; empty where it never changes.
-        T: T_parent_frame, (n, 4, 4); one motion where it never changes.
-    """
-
-    parent: str
-    time_s: Array
-    T: Array
+    parent: str  # the parent's name
+    time_s: Array  # times of the motions, sorted, (n,) [s]; empty where it never changes
+    T: Array  # T_parent_frame, (n, 4, 4); one motion where it never changes
 
     @property
     def moves(self) -> bool:
@@ -36,15 +30,10 @@ class Edge:
 @final
 @dataclass(frozen=True)
 class Transforms:
-    """All frames of a recording.
+    """All frames of a recording."""
 
-    Attributes:
-        file: Where they are from.
-        edges: By the name of the frame that is placed.
-    """
-
-    file: str
-    edges: Mapping[str, Edge]
+    file: str  # where they are from
+    edges: Mapping[str, Edge]  # by the name of the frame that is placed
 
     @classmethod
     def of(cls, file: str, stamped: Iterable[tuple[str, str, float | None, Array]]) -> Self:

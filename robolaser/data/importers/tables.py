@@ -10,14 +10,7 @@ import numpy as np
 
 from robolaser.data.csv_tables import Table
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.importers.column_choice import (
-    POINTS,
-    POSES,
-    Chosen,
-    choose,
-    point_quantities,
-    pose_quantities,
-)
+from robolaser.data.importers.column_choice import POINTS, POSES, Chosen, choose, point_quantities, pose_quantities
 from robolaser.data.importers.column_reader import ColumnReader
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
@@ -90,11 +83,7 @@ class Tables(Importer):
 
 
 def _each_once(table: Table, chosen: Chosen) -> Table:
-    """The first row of each pose, where several rows are points of one pose.
-
-    Raises:
-        DataError: Two rows state different readings of a pose.
-    """
+    """The first row of each pose, where several rows are points of one pose."""
     names = table.texts("pose")
     first: dict[str, int] = {}
     for row, name in enumerate(names):

@@ -11,35 +11,25 @@ from robolaser.data.csv_tables import finite
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, log_so3, pose
 
-TOLERANCE: Final = "tolerance_s"
-"""Option that says how far in time a reading may be from a measurement."""
+TOLERANCE: Final = "tolerance_s"  # option that says how far in time a reading may be from a measurement
 LONGEST_S = 10.0
 
 
 @final
 @dataclass(frozen=True)
 class Match:
-    """Where each of m times lies among the times of readings.
+    """Where each of m times lies among the times of readings."""
 
-    Attributes:
-        before: Number of the reading before, (m,).
-        after: Number of the reading after, (m,); the same at the readings' own time.
-        share: Of the way from the one to the other, (m,).
-        near: Whether both are within the tolerance, (m,).
-        away_s: How far the nearest reading is, (m,) [s].
-    """
-
-    before: Ints
-    after: Ints
-    share: Array
-    near: Bools
-    away_s: Array
+    before: Ints  # number of the reading before, (m,)
+    after: Ints  # number of the reading after, (m,); the same at the readings' own time
+    share: Array  # of the way from the one to the other, (m,)
+    near: Bools  # whether both are within the tolerance, (m,)
+    away_s: Array  # how far the nearest reading is, (m,) [s]
 
     def values(self, readings: Array) -> Array:
         """Readings (n, ...) at the times, linearly between the two, (m, ...)."""
         share = self.share.reshape(-1, *[1] * (readings.ndim - 1))
-        found: Array = (1 - share) * readings[self.before] + share * readings[self.after]
-        return found
+        return (1 - share) * readings[self.before] + share * readings[self.after]
 
     def motions(self, T: Array) -> Array:
         """Rigid motions (n, 4, 4) at the times: places between, turns along the shortest way, (m, 4, 4)."""
@@ -86,7 +76,7 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
 
 
 def with_readings(
-    known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, said: str = ""
+    known: Bools, away_s: Array, tolerance_s: float, *, file: str, what: str, source: str = ""
 ) -> tuple[Ints, tuple[str, ...]]:
     """Numbers of the measurements that have readings of the arm, and what to say of the others.
 
@@ -96,12 +86,12 @@ def with_readings(
         tolerance_s: How far readings may be.
         file: Where measurements are from.
         what: What is measured, in the singular.
-        said: Where readings are from.
+        source: Where readings are from.
 
     Raises:
         DataError: None has any.
     """
-    of = f" ({said})" if said else ""
+    of = f" ({source})" if source else ""
     if not known.any():
         nearest = f"{away_s.min():.3g} s away" if len(away_s) else f"none: there is no {what}"
         raise DataError(

@@ -13,13 +13,9 @@ NONE: Final = ""
 @final
 @dataclass(frozen=True)
 class Units:
-    """The units that were stated.
+    """The units that were stated."""
 
-    Attributes:
-        stated: Unit of lengths, angles and times, as far as it was stated.
-    """
-
-    stated: Mapping[str, str]
+    stated: Mapping[str, str]  # unit of lengths, angles and times, as far as it was stated
 
     @classmethod
     def of(cls, names: Sequence[str]) -> "Units":

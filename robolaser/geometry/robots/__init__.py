@@ -30,8 +30,7 @@ class RobotEntry:
     name: str
     title: str
     maker: str
-    aliases: tuple[str, ...]
-    """What people call it beside its name and its title."""
+    aliases: tuple[str, ...]  # what people call it beside its name and its title
     source: str
     licence: str
     flange: str
@@ -39,10 +38,8 @@ class RobotEntry:
     urdf: str | None = None
     """Path of the URDF, within the package if one is named, else beside the TOML file; None: it is made of `rows`."""
     package: str | None = None
-    base: str = ""
-    """The first link of a URDF that is made of rows."""
-    convention: Convention = "standard"
-    """That of the rows, see `rows_urdf`."""
+    base: str = ""  # the first link of a URDF that is made of rows
+    convention: Convention = "standard"  # that of the rows, see `rows_urdf`
     rows: tuple[dict[str, Any], ...] = ()
 
     @property
@@ -159,11 +156,11 @@ def _makers() -> list[str]:
 
 @lru_cache
 def _entry(file: Path) -> RobotEntry:
-    said = tomllib.loads(file.read_text(encoding="utf-8"))
-    rows = tuple(said.pop("rows", ()))
-    joints = said.pop("joints", [row["joint"] for row in rows if "joint" in row])
-    aliases = tuple(said.pop("aliases", ()))
-    return RobotEntry(name=file.stem, joints=tuple(joints), aliases=aliases, rows=rows, **said)
+    contents = tomllib.loads(file.read_text(encoding="utf-8"))
+    rows = tuple(contents.pop("rows", ()))
+    joints = contents.pop("joints", [row["joint"] for row in rows if "joint" in row])
+    aliases = tuple(contents.pop("aliases", ()))
+    return RobotEntry(name=file.stem, joints=tuple(joints), aliases=aliases, rows=rows, **contents)
 
 
 def _folders(package: str) -> list[Path]:

@@ -5,12 +5,10 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 MOST_NAMED = 6
-SIMILAR = 0.55
-"""Similarity of two names, as `difflib` measures it, from which on one may be meant by the other."""
+SIMILAR = 0.55  # similarity of two names, as `difflib` measures it, from which on one may be meant by the other
 LONG = 5
 """Letters of a family's name, from which on some may be wrong: of two or three, any other makes it another maker's."""
-SLIP = 0.75
-"""Similarity from which on a family's long name may be misspelt: two letters exchanged in five."""
+SLIP = 0.75  # similarity from which on a family's long name may be misspelt: two letters exchanged in five
 
 
 def plain(name: str) -> str:

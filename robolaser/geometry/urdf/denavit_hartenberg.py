@@ -22,30 +22,18 @@ JOINT_KINDS = ("revolute", "prismatic", "fixed")
 @final
 @dataclass(frozen=True)
 class DHRow:
-    """One row of the table; a fixed one has no joint, as a row of a tool or a base.
+    """One row of the table; a fixed one has no joint, as a row of a tool or a base."""
 
-    Attributes:
-        name: Of the joint.
-        a: Length of the common normal [m].
-        alpha: Twist about it [rad].
-        d: Offset along the joint's axis [m]; of a prismatic joint where its reading is zero.
-        theta: Angle about that axis where the joint's reading is zero [rad].
-        kind: "revolute", "prismatic" or "fixed".
-        lower: Least reading [rad] or [m]; -inf: no limit.
-        upper: Largest reading.
-        mass: Of the link that the joint moves [kg]; 0: not known.
-        com: Its centre of mass in the row's own frame, the one that the four numbers lead to [m].
-    """
-
-    name: str
-    a: float
-    alpha: float
-    d: float
-    theta: float
-    kind: str = "revolute"
-    lower: float = -math.inf
-    upper: float = math.inf
-    mass: float = 0.0
+    name: str  # of the joint
+    a: float  # length of the common normal [m]
+    alpha: float  # twist about it [rad]
+    d: float  # offset along the joint's axis [m]; of a prismatic joint where its reading is zero
+    theta: float  # angle about that axis where the joint's reading is zero [rad]
+    kind: str = "revolute"  # "revolute", "prismatic" or "fixed"
+    lower: float = -math.inf  # least reading [rad] or [m]; -inf: no limit
+    upper: float = math.inf  # largest reading
+    mass: float = 0.0  # of the link that the joint moves [kg]; 0: not known
+    # its centre of mass in the row's own frame, the one that the four numbers lead to [m]
     com: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 

@@ -17,15 +17,10 @@ _BEGINNING = 4000
 @final
 @dataclass(frozen=True)
 class DescriptionOptions:
-    """What a person says of a robot's file that it does not say.
+    """What a person says of a robot's file that it does not say."""
 
-    Attributes:
-        dh: The convention and the units of a table of Denavit-Hartenberg numbers.
-        xacro: Arguments of a xacro file, by name.
-    """
-
-    dh: DHStatement = DHStatement()
-    xacro: Mapping[str, str] = field(default_factory=dict)
+    dh: DHStatement = DHStatement()  # the convention and the units of a table of Denavit-Hartenberg numbers
+    xacro: Mapping[str, str] = field(default_factory=dict)  # arguments of a xacro file, by name
 
 
 def load_description(path: Path, options: DescriptionOptions | None = None) -> str:
@@ -37,12 +32,12 @@ def load_description(path: Path, options: DescriptionOptions | None = None) -> s
         DataError: It cannot be read.
         DependencyMissing: A package that reads it is not installed.
     """
-    said = options or DescriptionOptions()
+    stated = options or DescriptionOptions()
     if path.suffix in (".csv", ".toml"):
-        return read_dh_table(path, said.dh)
+        return read_dh_table(path, stated.dh)
     text = load_text(path)
     if "<mujoco" in text[:_BEGINNING]:
         return mjcf_urdf(path)
     if path.suffix == ".xacro" or "<xacro:" in text:
-        return expanded(path, said.xacro)
+        return expanded(path, stated.xacro)
     return text

@@ -26,15 +26,10 @@ SETTINGS = ("convention", "units")
 @final
 @dataclass(frozen=True)
 class DHStatement:
-    """What a person says of a table that its file does not say.
+    """What a person says of a table that its file does not say."""
 
-    Attributes:
-        convention: "standard" or "modified"; None: not stated.
-        units: Of lengths and angles, as far as they are stated.
-    """
-
-    convention: str | None = None
-    units: tuple[str, ...] = ()
+    convention: str | None = None  # "standard" or "modified"; None: not stated
+    units: tuple[str, ...] = ()  # of lengths and angles, as far as they are stated
 
 
 def read_dh_table(path: Path, stated: DHStatement) -> str:
@@ -81,10 +76,10 @@ def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
         if len(row) != len(header):
             raise RobotError(f"{path.name}: {len(row)} cells in a row, but the header names {len(header)} columns.")
     rows: list[dict[str, object]] = [dict(zip(header, map(str.strip, row), strict=True)) for row in lines[1:]]
-    said = {str(row.pop("convention")) for row in rows if "convention" in row}
-    if len(said) > 1:
-        raise RobotError(f"{path.name}: the rows state several conventions: {', '.join(sorted(said))}.")
-    return rows, {"convention": said.pop()} if said else {}
+    stated = {str(row.pop("convention")) for row in rows if "convention" in row}
+    if len(stated) > 1:
+        raise RobotError(f"{path.name}: the rows state several conventions: {', '.join(sorted(stated))}.")
+    return rows, {"convention": stated.pop()} if stated else {}
 
 
 def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:

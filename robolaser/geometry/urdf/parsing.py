@@ -8,6 +8,7 @@ import math
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from robolaser.geometry.urdf.tree import KINDS, MOST_LISTED, MOVING, Joint, Link
 MOST_LINKS = 2000
 MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 MOST_LETTERS = 200  # in a name or a number
+REMEMBERED = 8  # robots: each export asks for the same ones
 FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -40,8 +42,9 @@ def load_text(path: Path) -> str:
         raise unreadable(path, str(fault)) from None
 
 
+@lru_cache(maxsize=REMEMBERED)
 def parse(text: str, *, source: str = "robot.urdf") -> Tree:
-    """Read and check a URDF; visuals, collisions, meshes and transmissions are passed over.
+    """Read and check a URDF; visuals, collisions, meshes and transmissions are passed over. The last ones are kept.
 
     Args:
         text: The URDF itself.
@@ -141,8 +144,8 @@ def _end(name: str, role: str, element: ET.Element, links: Mapping[str, Link], s
     end = element.find(role)
     link = None if end is None else end.get("link")
     if link is None or link not in links:
-        said = f"has no <{role} link=...>." if link is None else f"has the {role} link '{link}', which is not there."
-        raise RobotError(f"{source}: joint '{name}' {said}{near(link or '', links, MOST_LISTED)}")
+        problem = f"has no <{role} link=...>." if link is None else f"has the {role} link '{link}', which is not there."
+        raise RobotError(f"{source}: joint '{name}' {problem}{near(link or '', links, MOST_LISTED)}")
     return link
 
 
@@ -167,8 +170,8 @@ def _limits_missing(source: str, joint: str, fact: str) -> RobotError:
 
 def joint_kind(source: str, joint: str, kind: str | None, usable: Sequence[str]) -> RobotError:
     """The error of a joint of a kind that cannot be used there."""
-    said = "has no type" if kind is None else f"is of type '{kind[:60]}'"
-    return RobotError(f"{source}: joint '{joint}' {said}; usable here: {', '.join(usable)}.")
+    problem = "has no type" if kind is None else f"is of type '{kind[:60]}'"
+    return RobotError(f"{source}: joint '{joint}' {problem}; usable here: {', '.join(usable)}.")
 
 
 def _axis(element: ET.Element, where: str, source: str) -> Array:
@@ -211,9 +214,9 @@ def numbers(text: str | None, count: int, where: str, source: str, farthest: flo
 
 
 def _bad_numbers(source: str, where: str, text: str | None, expected: str) -> RobotError:
-    said = "is missing" if text is None else f"is '{text[:60]}'"
+    problem = "is missing" if text is None else f"is '{text[:60]}'"
     hint = " Expand the file with xacro first." if text and "${" in text else ""
-    return RobotError(f"{source}: {where} {said}; expected {expected}.{hint}")
+    return RobotError(f"{source}: {where} {problem}; expected {expected}.{hint}")
 
 
 def _above(joints: Mapping[str, Joint], source: str) -> dict[str, Joint]:

@@ -28,10 +28,8 @@ class Link:
     """A rigid body: all that gravity needs of it."""
 
     name: str
-    mass: float
-    """[kg]"""
-    com: Array
-    """Centre of mass in the link frame, (3,) [m]."""
+    mass: float  # [kg]
+    com: Array  # centre of mass in the link frame, (3,) [m]
 
 
 @final
@@ -43,16 +41,11 @@ class Joint:
     kind: str
     parent: str
     child: str
-    origin: Array
-    """Placement on the parent link, (4, 4)."""
-    axis: Array
-    """Unit axis in the joint frame, (3,)."""
-    lower: float
-    """[rad] or [m]; -inf for continuous joints."""
-    upper: float
-    """[rad] or [m]; inf for continuous joints."""
-    follows: str | None
-    """The joint that this one mimics."""
+    origin: Array  # placement on the parent link, (4, 4)
+    axis: Array  # unit axis in the joint frame, (3,)
+    lower: float  # [rad] or [m]; -inf for continuous joints
+    upper: float  # [rad] or [m]; inf for continuous joints
+    follows: str | None  # the joint that this one mimics
 
     @property
     def moves(self) -> bool:
@@ -70,8 +63,7 @@ class Tree:
     root: str
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
-    above: Mapping[str, Joint]
-    """The joint that carries each link but the root."""
+    above: Mapping[str, Joint]  # the joint that carries each link but the root
 
     def path(self, link: str) -> list[Joint]:
         """Joints from the root to `link`, in that order.

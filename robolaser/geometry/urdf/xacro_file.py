@@ -11,8 +11,7 @@ from robolaser.errors import DependencyMissing, RobotError, UsageError
 
 _UNDEFINED = re.compile(r"Undefined substitution argument (?P<name>\S+)")
 _NAME = re.compile(r"<name>\s*(\S+?)\s*</name>")
-MOST_PARENTS = 4
-"""Folders above the file in which a package is sought that the file names by `$(find ...)`."""
+MOST_PARENTS = 4  # folders above the file in which a package is sought that the file names by `$(find ...)`
 
 
 def expanded(path: Path, arguments: Mapping[str, str]) -> str:
@@ -35,9 +34,9 @@ def expanded(path: Path, arguments: Mapping[str, str]) -> str:
         from xacro import substitution_args  # noqa: PLC0415
     except ImportError:
         raise DependencyMissing(f"{path.name} is a xacro file, which needs: pip install 'robolaser[ros]'") from None
-    said = io.StringIO()
+    messages = io.StringIO()
     try:
-        with contextlib.redirect_stderr(said), _packages_near(path, substitution_args):
+        with contextlib.redirect_stderr(messages), _packages_near(path, substitution_args):
             document: str = xacro.process_file(str(path), mappings=dict(arguments)).toxml()
     except Exception as error:  # whatever the file makes Python do
         raise _reason(path, error) from None

@@ -12,10 +12,8 @@ from robolaser.model.effects import outliers
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.plugins import announced
 
-GROUP: Final = "robolaser.effects"
-"""Entry points under which installed packages announce effects."""
-DECLARED: Final = ("title", "reference", "stage")
-"""What a subclass must declare besides its name and what is abstract."""
+GROUP: Final = "robolaser.effects"  # entry points under which installed packages announce effects
+DECLARED: Final = ("title", "reference", "stage")  # what a subclass must declare besides its name and what is abstract
 
 EFFECTS: tuple[type[Effect], ...]
 """Every effect that comes with the package, and those that other installed packages announce, by name."""

@@ -2,7 +2,5 @@
 
 from typing import Final
 
-RADIAL: Final = 1.0
-"""Radial distortion: k_2 [1/m⁴], 0."""
-TANGENTIAL: Final = 2.0
-"""Tangential distortion: p_1, p_2 [1/m]."""
+RADIAL: Final = 1.0  # radial distortion: k_2 [1/m⁴], 0
+TANGENTIAL: Final = 2.0  # tangential distortion: p_1, p_2 [1/m]

@@ -5,20 +5,13 @@ from typing import Any, NamedTuple
 
 
 class Amplitude(NamedTuple):
-    """A parameter of an effect that is zero when nominal.
+    """A parameter of an effect that is zero when nominal."""
 
-    Attributes:
-        name: Within the effect.
-        unit: SI.
-        lower: It is not below; zero where physics permits one sign only, else -bound.
-        bound: It is not above.
-        prior_scale: What is common in industry: fits, complexity penalties and detection limits are relative to it.
-    """
-
-    name: str
-    unit: str
-    lower: float
-    bound: float
+    name: str  # within the effect
+    unit: str  # SI
+    lower: float  # it is not below; zero where physics permits one sign only, else -bound
+    bound: float  # it is not above
+    # what is common in industry: fits, complexity penalties and detection limits are relative to it
     prior_scale: float
 
 

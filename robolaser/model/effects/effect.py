@@ -151,19 +151,13 @@ class Effect(ABC):
 @final
 @dataclass(frozen=True)
 class CarryOver:
-    """What becomes of an effect in another run than the one that it was found in.
+    """What becomes of an effect in another run than the one that it was found in."""
 
-    Attributes:
-        effect: As it acts there; None: it is left out.
-        doubt: Why it is left out, or what is not known of it there; "" for nothing.
-        assumption: What the size of the doubt is told for, such as "On a tilted surface"; may be empty.
-        alternatives: Other ways in which it may act there, None for not at all. How far these move points, compared
-            with `effect`, is the size of the doubt.
-    """
-
-    effect: Effect | None
-    doubt: str = ""
-    assumption: str = ""
+    effect: Effect | None  # as it acts there; None: it is left out
+    doubt: str = ""  # why it is left out, or what is not known of it there; "" for nothing
+    assumption: str = ""  # what the size of the doubt is told for, such as "On a tilted surface"; may be empty
+    # Other ways in which it may act there, None for not at all. How far these move points, compared with `effect`, is
+    # the size of the doubt.
     alternatives: tuple[Effect | None, ...] = ()
 
 

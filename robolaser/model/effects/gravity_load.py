@@ -47,25 +47,15 @@ def carried_masses(robot: Robot, q: Array, payload_kg: Array | None) -> tuple[Ar
 @final
 @dataclass(frozen=True)
 class LinkLoad:
-    """What hangs on the link before a joint, in the frame of that joint before it turns.
+    """What hangs on the link before a joint, in the frame of that joint before it turns."""
 
-    Attributes:
-        mass: Of all that the joint carries, (n, 1) [kg].
-        first_moment: The same times where its centre is, (n, 3) [kg m].
-        own_mass: Of the link, and of what else it carries, (n, 1) [kg].
-        own_first_moment: The same times where its centre is, (n, 3) [kg m].
-        link: From the joint before to this one, (3,) [m].
-        tip: From the joint to the flange's origin, (n, 3) [m].
-        gravity: (n, 3) [m/s²].
-    """
-
-    mass: Array
-    first_moment: Array
-    own_mass: Array
-    own_first_moment: Array
-    link: Array
-    tip: Array
-    gravity: Array
+    mass: Array  # of all that the joint carries, (n, 1) [kg]
+    first_moment: Array  # the same times where its centre is, (n, 3) [kg m]
+    own_mass: Array  # of the link, and of what else it carries, (n, 1) [kg]
+    own_first_moment: Array  # the same times where its centre is, (n, 3) [kg m]
+    link: Array  # from the joint before to this one, (3,) [m]
+    tip: Array  # from the joint to the flange's origin, (n, 3) [m]
+    gravity: Array  # (n, 3) [m/s²]
 
     def moment(self, beyond: Array, payload_kg: Array) -> Array:
         """The moment of the weight beyond a point of the link about it, (c, 1, 1) -> (c, n, 3) [Nm].

@@ -14,8 +14,7 @@ from robolaser.model.effects.joints import add_to_joint, joint_column, moving_jo
 from robolaser.model.effects.mechanism import Follower, Part, number
 from robolaser.model.stages import Stage
 
-FARTHEST = 2
-"""Joints between which gears and cables are led along."""
+FARTHEST = 2  # joints between which gears and cables are led along
 
 
 @final

@@ -15,26 +15,18 @@ class Play:
 
     joint: str
     width: float
-    friction: float
-    """[Nm or N]: more than the link's weight, else it would always rest on the same side."""
+    friction: float  # [Nm or N]: more than the link's weight, else it would always rest on the same side
 
 
 @final
 @dataclass(frozen=True)
 class Spring:
-    """A joint behind whose encoder a spring gives way.
+    """A joint behind whose encoder a spring gives way."""
 
-    Attributes:
-        joint: Its name.
-        sunk: How far it gave way in each pose, (n,) [rad or m].
-        borne: What it bore there by the masses that are stated, (n,) [Nm or N].
-        of_one_kg: And what of each further kilogram at the flange, (n,).
-    """
-
-    joint: str
-    sunk: Array
-    borne: Array
-    of_one_kg: Array
+    joint: str  # its name
+    sunk: Array  # how far it gave way in each pose, (n,) [rad or m]
+    borne: Array  # what it bore there by the masses that are stated, (n,) [Nm or N]
+    of_one_kg: Array  # and what of each further kilogram at the flange, (n,)
 
 
 @final
@@ -53,10 +45,8 @@ class Follower:
 class Footing:
     """What the robot stands on, turning about the base's origin on springs."""
 
-    axes: Array
-    """Unit vectors in the base frame, (a, 3)."""
-    stiffness: Array
-    """About each, (a,) [Nm/rad]."""
+    axes: Array  # unit vectors in the base frame, (a, 3)
+    stiffness: Array  # about each, (a,) [Nm/rad]
 
 
 Part = Play | Spring | Follower | Footing

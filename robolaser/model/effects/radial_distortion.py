@@ -11,8 +11,7 @@ from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.requirements import free_radial_term
 from robolaser.model.stages import Stage
 
-CORNER_M = 3e-3
-"""R: the corner of a usual image sensor."""
+CORNER_M = 3e-3  # R: the corner of a usual image sensor
 
 
 @final

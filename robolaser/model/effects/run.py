@@ -20,17 +20,12 @@ from robolaser.model.sensors import parts_with_lens, sensor_class
 @final
 @dataclass(frozen=True)
 class Course:
-    """How far a run had come at each pose.
+    """How far a run had come at each pose."""
 
-    Attributes:
-        progress: Share of the run that had passed, (n,), from 0 to 1.
-        rise: Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant.
-        by_thermometer: Whether temperatures of this very run say so.
-    """
-
-    progress: Array
+    progress: Array  # share of the run that had passed, (n,), from 0 to 1
+    # temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant
     rise: Array | None
-    by_thermometer: bool
+    by_thermometer: bool  # whether temperatures of this very run say so
 
 
 @final
@@ -39,14 +34,10 @@ class Run:
     """A data set as effects see it. What takes time is worked out when it is first needed, and kept.
 
     What the data set lacks must not be read: `Effect.missing` says what that is.
-
-    Attributes:
-        dataset: What was measured.
-        course: How far it had come, where that is not counted from its own beginning.
     """
 
-    dataset: Dataset
-    course: Course | None = None
+    dataset: Dataset  # what was measured
+    course: Course | None = None  # how far it had come, where that is not counted from its own beginning
 
     @cached_property
     def _kept(self) -> dict[tuple[str, Hashable], Any]:

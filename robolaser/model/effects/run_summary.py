@@ -14,18 +14,13 @@ from robolaser.model.effects.run import Course, Run
 @final
 @dataclass(frozen=True)
 class RunSummary:
-    """The run that a calibration was made from.
+    """The run that a calibration was made from."""
 
-    Attributes:
-        poses: Number of poses.
-        sha256: Of their names, readings and times: tells whether another run has the same poses.
-        middle_m: Middle of all flanges by the nominal arm, about which `base_shift` turns, (3,) [m].
-        temperature_c: The lowest and highest temperature [°C]; None where it was not measured.
-    """
-
-    poses: int
-    sha256: str
+    poses: int  # number of poses
+    sha256: str  # of their names, readings and times: tells whether another run has the same poses
+    # middle of all flanges by the nominal arm, about which `base_shift` turns, (3,) [m]
     middle_m: tuple[float, float, float]
+    # the lowest and highest temperature [°C]; None where it was not measured
     temperature_c: tuple[float, float] | None
 
     @classmethod

@@ -21,9 +21,6 @@ class StripeBias(Effect):
 
     The tilt is the signed angle between the view and the surface's normal, across the stripe, by the nominal model; the
     surface is the plane of the target points.
-
-    Attributes:
-        tilt: Tangent of a tilt that is assumed everywhere instead.
     """
 
     name = "stripe_bias"
@@ -39,7 +36,7 @@ class StripeBias(Effect):
     depends_on_trajectory = True
 
     slope: Array = parameter(unit="px", bound=5.0, prior_scale=0.2)
-    tilt: float | None = None
+    tilt: float | None = None  # tangent of a tilt that is assumed everywhere instead
 
     def apply(self, pixel: Array, run: Run, /) -> Array:
         """Shift the coordinate across the stripe."""

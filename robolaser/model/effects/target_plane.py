@@ -15,20 +15,13 @@ FEWEST = 8  # points on each plane on average: any three lie on one
 @final
 @dataclass(frozen=True, eq=False)
 class TargetPlane:
-    """The plane of a flat target, or of each step of a stepped one.
+    """The plane of a flat target, or of each step of a stepped one."""
 
-    Attributes:
-        centre: Middle of the points' extent along the axes of their frame, (3,) [m].
-        axes: In its columns two axes in the plane and the normal, which points along the frame's axis next to it,
-            (3, 3).
-        half: Half the larger extent in the plane [m].
-        flatness: Thickness over the smaller breadth, as standard deviations; no plane where it is not small.
-    """
-
-    centre: Array
+    centre: Array  # middle of the points' extent along the axes of their frame, (3,) [m]
+    # in its columns two axes in the plane and the normal, which points along the frame's axis next to it, (3, 3)
     axes: Array
-    half: float
-    flatness: float
+    half: float  # half the larger extent in the plane [m]
+    flatness: float  # thickness over the smaller breadth, as standard deviations; no plane where it is not small
 
 
 def plane_of(xyz: Array) -> TargetPlane:

@@ -28,26 +28,19 @@ MOST_POSES = 2000
 MOST_NAMES = 30  # reflectors or sockets
 
 Origin = Literal["stated", "repeats", "estimated"]
-Known = Mapping[str, tuple[float, Origin]]
-"""Sizes of sources, and where they come from, by name."""
+Known = Mapping[str, tuple[float, Origin]]  # sizes of sources, and where they come from, by name
 
 
 @final
 @dataclass(frozen=True)
 class NoiseModel:
-    """The errors of a data set's rows: independent between poses, correlated within.
+    """The errors of a data set's rows: independent between poses, correlated within."""
 
-    Attributes:
-        sources: What may shake the rows, see `robolaser.model.noise.sources`.
-        sigmas: Standard deviation of each source, by name, in its unit.
-        origin: Where each size comes from: "stated", "repeats", or "estimated" from the residuals.
-        relative: Whether whitened rows are of unit variance only up to a common factor.
-    """
-
-    sources: tuple[ErrorSource, ...]
-    sigmas: Mapping[str, float]
+    sources: tuple[ErrorSource, ...]  # what may shake the rows, see `robolaser.model.noise.sources`
+    sigmas: Mapping[str, float]  # standard deviation of each source, by name, in its unit
+    # where each size comes from: "stated", "repeats", or "estimated" from the residuals
     origin: Mapping[str, Origin] = field(default_factory=dict)
-    relative: bool = False
+    relative: bool = False  # whether whitened rows are of unit variance only up to a common factor
 
     @property
     def estimated(self) -> tuple[str, ...]:
@@ -70,11 +63,7 @@ class NoiseModel:
     def of_rows(self, rows: Ints) -> "NoiseModel":
         """The noise of some rows, whole poses of them."""
         sources = (
-            replace(
-                source,
-                effect=source.effect[rows],
-                group=np.unique(source.group[rows], return_inverse=True)[1],
-            )
+            replace(source, effect=source.effect[rows], group=np.unique(source.group[rows], return_inverse=True)[1])
             for source in self.sources
         )
         return replace(self, sources=tuple(sources))
@@ -196,7 +185,7 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
         kept: Rows to judge by, (m,); all when absent.
     """
     sizes = sizes_of(model, x, kept)
-    return NoiseModel(error_sources(model, x), sizes.sigmas, sizes.origin)
+    return sizes if sizes._rows == len(model.dataset.points) else replace(sizes, sources=error_sources(model, x))
 
 
 def sizes_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
@@ -268,19 +257,12 @@ def known_sizes(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, t
 @final
 @dataclass(frozen=True, eq=False)
 class NoiseLikelihood:
-    """How likely sizes of the sources make the residuals that a fit left over.
+    """How likely sizes of the sources make the residuals that a fit left over."""
 
-    Attributes:
-        sources: What may shake the rows.
-        of_pose: Pose of each row, (m,).
-        residuals: What the fit left over, (m, k) [row's unit].
-        J: The residuals by the parameters that were fitted, (m k, d).
-    """
-
-    sources: tuple[ErrorSource, ...]
-    of_pose: Ints
-    residuals: Array
-    J: Array
+    sources: tuple[ErrorSource, ...]  # what may shake the rows
+    of_pose: Ints  # pose of each row, (m,)
+    residuals: Array  # what the fit left over, (m, k) [row's unit]
+    J: Array  # the residuals by the parameters that were fitted, (m k, d)
 
     def likeliest(self, known: Known, least: Mapping[str, float] | None = None) -> tuple[NoiseModel, float]:
         """The noise with the sizes that are known (see `known_sizes`), and with the likeliest of the others.

@@ -10,28 +10,21 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 
-SPAN = (1e-4, 1e2)
-"""Search range of a standard deviation, in units of the one that alone would explain the residuals."""
+SPAN = (1e-4, 1e2)  # search range of a standard deviation, in units of the one that alone would explain the residuals
 STARTS = (1.0, 0.1)
 """Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum."""
 CALM_STEPS = 6
 """Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before Newton's end the work: from afar
 these leap to where a source is nothing, and there the slope is nothing too."""
 MOST_STEPS, HALVINGS = 100, 30
-TOGETHER = 0.1
-"""Difference in logarithms of the standard deviations, below which two searches have come together."""
-LONGEST_STEP = 2.0
-"""Of Newton's step, in logarithms of a standard deviation."""
-SUFFICIENT = 1e-4
-"""Share of what the slope promises that a step must bring (Armijo)."""
-CONVERGED = 1e-3
-"""Share of what cannot be noticed, below which a step's gain ends the search."""
+TOGETHER = 0.1  # difference in logarithms of the standard deviations, below which two searches have come together
+LONGEST_STEP = 2.0  # of Newton's step, in logarithms of a standard deviation
+SUFFICIENT = 1e-4  # share of what the slope promises that a step must bring (Armijo)
+CONVERGED = 1e-3  # share of what cannot be noticed, below which a step's gain ends the search
 ENOUGH = 1e-6
 """Of the likelihood's logarithm for each row and axis, and of its slope: what thousands of rows cannot notice."""
-RANK = 1e-9
-"""Singular values of the Jacobian below this share of the largest belong to null directions."""
-UNMOVED = 1e-12
-"""Variance by a source, over the largest, up to which it does not move a number."""
+RANK = 1e-9  # singular values of the Jacobian below this share of the largest belong to null directions
+UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
 
 
 def blocks(effect: Array, group: Ints, table: Ints) -> Array:

@@ -9,30 +9,20 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.model.noise.whitening import group_sums
 
-LEAST_REPEATS = 10
-"""Differences between repeats, below which the residuals know more."""
-GROSS = 5.0
-"""Standard deviations beyond which a repeat is a gross error, not noise."""
-NORMAL_MEDIAN = 0.6745
-"""Median of |N(0, 1)|."""
+LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
+GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise
+NORMAL_MEDIAN = 0.6745  # median of |N(0, 1)|
 
 
 @final
 @dataclass(frozen=True)
 class PixelRepeats:
-    """Scatter of pixels between shots.
+    """Scatter of pixels between shots."""
 
-    Attributes:
-        sigma_px: Pooled standard deviation.
-        freedoms: Independent differences that it rests on.
-        shared_px: Standard deviation of what all rows of an image share, along u and v, (2,).
-        shared_z: Standard deviations by which the logarithm of its variance ratio exceeds that of chance, (2,).
-    """
-
-    sigma_px: float
-    freedoms: int
-    shared_px: Array
-    shared_z: Array
+    sigma_px: float  # pooled standard deviation
+    freedoms: int  # independent differences that it rests on
+    shared_px: Array  # standard deviation of what all rows of an image share, along u and v, (2,)
+    shared_z: Array  # standard deviations by which the logarithm of its variance ratio exceeds that of chance, (2,)
 
 
 def pixel_from_repeats(dataset: Dataset) -> float | None:

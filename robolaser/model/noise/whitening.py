@@ -15,8 +15,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.model.grouped_rows import GroupedRows
 
-MOTIONLESS = 1e-12
-"""Variance over that of a white row, up to which a group's shared errors do not move a direction."""
+MOTIONLESS = 1e-12  # variance over that of a white row, up to which a group's shared errors do not move a direction
 
 
 def group_sums(rows: Array, group: Ints) -> Array:
@@ -36,15 +35,10 @@ def group_sums(rows: Array, group: Ints) -> Array:
 @final
 @dataclass(frozen=True)
 class GroupStage:
-    """(I + U Uᵀ)^(-1/2) for each group of rows.
+    """(I + U Uᵀ)^(-1/2) for each group of rows."""
 
-    Attributes:
-        shared: U, what the group's shared errors do to each row once all finer levels are white, (m, k, q).
-        group: (m,).
-    """
-
-    shared: Array
-    group: Ints
+    shared: Array  # U, what the group's shared errors do to each row once all finer levels are white, (m, k, q)
+    group: Ints  # (m,)
 
     @cached_property
     def _spectrum(self) -> tuple[Array, Array]:
@@ -69,8 +63,7 @@ class GroupStage:
         """K of each group, (largest number + 1, q, q)."""
         s2, V = self._spectrum
         root = np.sqrt(1.0 + s2)
-        kernel: Array = (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
-        return kernel
+        return (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
 
     @cached_property
     def _grouped(self) -> GroupedRows:
@@ -104,15 +97,10 @@ class GroupStage:
 @final
 @dataclass(frozen=True)
 class Whitener:
-    """W with W Σ Wᵀ = I.
+    """W with W Σ Wᵀ = I."""
 
-    Attributes:
-        root: Inverse Cholesky factor of each row's own covariance, (m, k, k) [1/row's unit].
-        stages: Finer groups first.
-    """
-
-    root: Array
-    stages: tuple[GroupStage, ...]
+    root: Array  # inverse Cholesky factor of each row's own covariance, (m, k, k) [1/row's unit]
+    stages: tuple[GroupStage, ...]  # finer groups first
 
     @classmethod
     def of(cls, own: Array, levels: Sequence[tuple[Array, Ints]]) -> "Whitener":

@@ -6,8 +6,7 @@ from robolaser.arrays import Array
 from robolaser.geometry.board_views import INTRINSICS
 from robolaser.parameters import Values
 
-INVERSIONS = 30
-"""Steps of Newton's method from distorted to straight image points; mostly five settle it."""
+INVERSIONS = 30  # steps of Newton's method from distorted to straight image points; mostly five settle it
 
 
 def on_plane(points: Array) -> Array:

@@ -15,8 +15,7 @@ from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.parameters import Values
 
-FEWEST_PLACED = 3
-"""Poses whose boards place the camera."""
+FEWEST_PLACED = 3  # poses whose boards place the camera
 
 
 @final

@@ -19,8 +19,7 @@ SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi"
 
 AT_ONCE = 100_000
 """Candidates times rows that a thread takes at a time, a tenth of a millisecond: for less no other is woken up."""
-ROWS_AT_ONCE = 40_000
-"""Rows whose squares are summed apart: sums must not depend on the number of threads."""
+ROWS_AT_ONCE = 40_000  # rows whose squares are summed apart: sums must not depend on the number of threads
 ARM_STANDS = np.eye(4)[None, None]
 
 

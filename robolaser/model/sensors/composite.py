@@ -22,21 +22,13 @@ A = TypeVar("A", bound=np.ndarray[Any, Any])
 @final
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One of the parts.
+    """One of the parts."""
 
-    Attributes:
-        name: Of the sensor, or of the session.
-        rows: Which of the whole's rows it saw, (m,).
-        sensor: As for a data set of its own.
-        named: Names of parameters in the whole by its own.
-        scale: What a unit of its residuals counts for in the whole's.
-    """
-
-    name: str
-    rows: Ints
-    sensor: Sensor
-    named: Mapping[str, str]
-    scale: float = 1.0
+    name: str  # of the sensor, or of the session
+    rows: Ints  # which of the whole's rows it saw, (m,)
+    sensor: Sensor  # as for a data set of its own
+    named: Mapping[str, str]  # names of parameters in the whole by its own
+    scale: float = 1.0  # what a unit of its residuals counts for in the whole's
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -96,11 +88,8 @@ class Composite(Sensor, registered=False):
             self._each(lambda part, *at: part.scale * part.sensor.residuals(*at), values, T_base_flange, perturb)
         )
 
-    def own_rows(self, residuals: Array, kind: str) -> Array:
-        """Rows of one part as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
-        return self._own_rows(residuals, next(part for part in self._parts if part.name == kind))
-
     def _own_rows(self, residuals: Array, part: Part) -> Array:
+        """Rows of one part as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
         return np.asarray(residuals[..., part.rows, : part.numbers] / part.scale)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

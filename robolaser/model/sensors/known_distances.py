@@ -10,26 +10,19 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
 from robolaser.parameters import Values
 
-USUAL_M = 5e-5
-"""Standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine."""
+USUAL_M = 5e-5  # standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class KnownDistances:
-    """Rows of a data set that belong to no pose and to no point of points.csv.
+    """Rows of a data set that belong to no pose and to no point of points.csv."""
 
-    Attributes:
-        first: Parameters of each row's first point, such as `socket.a.x`, `.y` and `.z`, (r,).
-        second: Those of its second, (r,).
-        known: The distances, (r,) [m].
-        sigma_m: Their standard deviation.
-    """
-
+    # parameters of each row's first point, such as `socket.a.x`, `.y` and `.z`, (r,)
     first: tuple[tuple[str, ...], ...]
-    second: tuple[tuple[str, ...], ...]
-    known: Array
-    sigma_m: float
+    second: tuple[tuple[str, ...], ...]  # those of its second, (r,)
+    known: Array  # the distances, (r,) [m]
+    sigma_m: float  # their standard deviation
 
     @classmethod
     def of(cls, pairs: Sequence[tuple[tuple[str, ...], tuple[str, ...], float]], noise: Noise) -> "KnownDistances":

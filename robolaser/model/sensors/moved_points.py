@@ -30,8 +30,7 @@ def moved_back(T: Tangent, of_row: Ints, points: Tangent) -> Tangent:
 
 def _turned(T: Array, of_row: Ints, slopes: Array) -> Array:
     """Slopes of points (c or 1, q, m, 3) in the other frame."""
-    turned: Array = (T[:, None, of_row, :3, :3] @ slopes[..., None])[..., 0]
-    return turned
+    return (T[:, None, of_row, :3, :3] @ slopes[..., None])[..., 0]
 
 
 def _joined(value: Array, slopes: tuple[Array, Array], of: Ints) -> Tangent:

@@ -37,8 +37,7 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
         return seen
 
     if dataset.board is None:
-        moved: Array = -slopes(predicted)
-        return moved
+        return -slopes(predicted)
 
     centre = (T_base_flange @ sensor.mount(values, perturb))[0, :, :3, 3]
     centre = np.broadcast_to(centre, (len(dataset.poses), 3))[dataset.points.pose]
@@ -59,5 +58,4 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
         to_board: Array = ((origin - centre) @ normal)[:, None] / (direction @ normal)[:, None]
         return to_board - to_plane
 
-    along: Array = ray(pixel[None])[0][:, :, None] * slopes(gap)
-    return along
+    return ray(pixel[None])[0][:, :, None] * slopes(gap)

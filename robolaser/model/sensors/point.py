@@ -19,8 +19,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
-ENOUGH_ROWS = 3000
-"""Rows that start values are found from, each reflector's alike."""
+ENOUGH_ROWS = 3000  # rows that start values are found from, each reflector's alike
 
 
 @final
@@ -41,11 +40,6 @@ class Point(Sensor):
         self._measured = dataset.points["xyz"][None]
         self._tools = tuple(dict.fromkeys(dataset.points.names))
         self._tool = dataset.points.number
-
-    @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the measurements."""
-        return ()
 
     @property
     def derived(self) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
-from robolaser.geometry.hand_eye import robot_world_hand_eye, too_few_turns
+from robolaser.geometry.hand_eye import robot_world_hand_eye, undetermined_reason
 from robolaser.geometry.rigid_motion import (
     angle_axes,
     common_length,
@@ -28,8 +28,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
-ENOUGH_ROWS = 3000
-"""Rows that start values are found from, each body's alike."""
+ENOUGH_ROWS = 3000  # rows that start values are found from, each body's alike
 ANGLES = ("w", "phi", "psi")
 
 
@@ -64,11 +63,6 @@ class Pose(Sensor):
         self._body = dataset.points.number
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the measurements."""
-        return ()
-
-    @property
     def derived(self) -> tuple[str, ...]:
         """T_world_base and T_flange_body of each body."""
         places = ("base", *(f"tool.{name}" for name in self._bodies))
@@ -76,7 +70,7 @@ class Pose(Sensor):
 
     def undetermined(self, T_base_flange: Array) -> str:
         """The flange must turn about two axes."""
-        return too_few_turns(T_base_flange[np.unique(self.dataset.points.pose)])
+        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""
@@ -111,8 +105,7 @@ class Pose(Sensor):
             T_first_body[:, 0] = np.eye(4)
             T_world_flange = T_world_flange @ perturb(Stage.MOUNT, tools[:, :1])
             tools = T_first_body
-        predicted: Array = T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
-        return predicted
+        return T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
 
     def _tools(self, values: Values) -> Array:
         """T_flange_body of each body, (c, b, 4, 4)."""

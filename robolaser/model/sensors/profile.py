@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
-from robolaser.geometry.hand_eye import too_few_turns
+from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.geometry.rigid_motion import angle_axes, apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
@@ -20,14 +20,11 @@ from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
-ENOUGH_PROFILES = 600
-"""Profiles that start values are found from."""
-ARC = np.radians(60.0)
-"""Half the arc of a ball that a sensor sees."""
+ENOUGH_PROFILES = 600  # profiles that start values are found from
+ARC = np.radians(60.0)  # half the arc of a ball that a sensor sees
 MOST_CUT = 0.75
 """Distance of a ball's middle from the profile's plane, over its radius, up to which the ball is seen well."""
-ROWS = 24
-"""Of a profile that would be seen."""
+ROWS = 24  # of a profile that would be seen
 
 
 @final
@@ -77,18 +74,13 @@ class Profile(Sensor):
         return cls.stages - {Stage.MOUNT} if stands else cls.stages
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the measurements."""
-        return ()
-
-    @property
     def derived(self) -> tuple[str, ...]:
         """The sensor's place on the flange or in the cell, and the balls at the other end."""
         return (*HAND_EYE, *(f"ball.{name}.{part}" for name in self._balls for part in "xyz"))
 
     def undetermined(self, T_base_flange: Array) -> str:
         """The flange must turn about two axes."""
-        return too_few_turns(T_base_flange[np.unique(self.dataset.points.pose)])
+        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From the circles in which the sensor's plane cuts the balls."""
@@ -150,8 +142,7 @@ class Profile(Sensor):
         """T_base_sensor of each row, (c, m, 4, 4)."""
         if self._stands:
             return np.repeat(motion(values, "hand_eye")[:, None], len(self._ball), axis=1)
-        T: Array = (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
-        return T
+        return (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
 
     def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Derivatives by the sensor's place and the balls, (c, m, 1, 6 + 3b)."""

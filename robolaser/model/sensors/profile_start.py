@@ -5,12 +5,9 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.model.sensors.tracker_fit import base_and_tools
 
-ROUNDS = 20
-"""Of sides and places in turns."""
-GUESSES = 4
-"""Of the sides, by chance, beside that of balls cut through their middle."""
-LEAST_ROWS = 3
-"""Of a profile on a ball: a circle has three numbers."""
+ROUNDS = 20  # of sides and places in turns
+GUESSES = 4  # of the sides, by chance, beside that of balls cut through their middle
+LEAST_ROWS = 3  # of a profile on a ball: a circle has three numbers
 
 
 def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:

@@ -14,12 +14,10 @@ from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
-FOCAL_LENGTH_M = 8e-3
-"""Images do not tell the focal length from the size of a pixel: a usual lens."""
+FOCAL_LENGTH_M = 8e-3  # images do not tell the focal length from the size of a pixel: a usual lens
 IMAGE_PX = (640, 480)
 LENS = ("k2", "p1", "p2", "k3")
-BEND = 0.5
-"""Share by which a lens may move the image's corner."""
+BEND = 0.5  # share by which a lens may move the image's corner
 ANGLE_SPAN_RAD, LASER_SPAN_RAD, LENGTH_SPAN_M = np.pi, 0.5, 1.0
 
 

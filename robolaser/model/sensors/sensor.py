@@ -26,8 +26,7 @@ LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds t
 ANGLE_SPAN_RAD = np.pi
 TWIST_STEP = 1e-5  # [m or rad], of derivatives by small motions of the flange
 
-REGISTERED: dict[str, "type[Sensor]"] = {}
-"""Kinds of sensors by name; a subclass enters itself, in place of an earlier one of its name."""
+REGISTERED: dict[str, "type[Sensor]"] = {}  # by kind; a subclass enters itself, in place of an earlier one of its name
 
 
 class Sensor(ABC):
@@ -82,9 +81,9 @@ class Sensor(ABC):
         return cls.stages
 
     @property
-    @abstractmethod
     def free(self) -> tuple[str, ...]:
-        """Parameters whose nominal values and bounds the data set must give."""
+        """Parameters whose nominal values and bounds the data set must give; none where all follow from the data."""
+        return ()
 
     @property
     @abstractmethod
@@ -154,10 +153,7 @@ class Sensor(ABC):
         """What may shake rows one by one, at one candidate; errors of whole poses are added to it for every sensor."""
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """What residuals (c, m, k) mean at the place of the point, (c, m, j) [m]; linear in the residuals.
-
-        A camera's pixels times the point's depth over the focal length, for example.
-        """
+        """What residuals (c, m, k) mean at the point, (c, m, j) [m]; linear, as pixels by depth over focal length."""
         return residuals
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:

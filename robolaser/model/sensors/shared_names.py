@@ -6,8 +6,7 @@ from robolaser.data.dataset import Member
 
 THINGS = ("tool", "socket", "ball")
 """First parts of parameters that say where a named thing is: it is the same for all sensors."""
-LASER = ("b", "theta")
-"""Parameters of a scanner that are not its camera's."""
+LASER = ("b", "theta")  # parameters of a scanner that are not its camera's
 
 
 def shared_names(members: Sequence[Member], names: Sequence[Sequence[str]]) -> list[Mapping[str, str]]:

@@ -40,11 +40,6 @@ class Socket(Sensor):
         self._socket = dataset.points.number
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the readings."""
-        return ()
-
-    @property
     def derived(self) -> tuple[str, ...]:
         """The ball in the flange frame and the sockets in the base frame."""
         sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")

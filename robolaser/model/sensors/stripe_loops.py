@@ -8,8 +8,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.compiled.decorators import compiled
 from robolaser.geometry.frame_loops import frame, times, turned_xyz, turned_zyz
 
-TILE = 256
-"""Rows whose residuals are worked out before they are written."""
+TILE = 256  # rows whose residuals are worked out before they are written
 
 
 @compiled

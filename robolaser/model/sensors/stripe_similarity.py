@@ -11,8 +11,7 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
 SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
-ALTERNATIONS = 5
-"""Fits of the hand-eye and of an unplaced target in turn, from the linear solution."""
+ALTERNATIONS = 5  # fits of the hand-eye and of an unplaced target in turn, from the linear solution
 
 
 def solve_similarity(

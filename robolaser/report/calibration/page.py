@@ -1,41 +1,26 @@
-"""The page of a calibration: one file that needs nothing else."""
+"""The report of a calibration."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import final
 
 from robolaser.calibration.result import Calibration
 from robolaser.data.atomic_write import write_text
 from robolaser.report.calibration import words
 from robolaser.report.calibration.charts import CHARTS
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain
-from robolaser.report.page import drawn, render
-from robolaser.report.setting import setting
+from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
+from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.report.error_groups import group_blocks
+from robolaser.report.model_scene import cell_scene
+from robolaser.report.page import render
+from robolaser.report.setting import noise_table, origin, setting
 
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""
-
-
-@final
-@dataclass(frozen=True)
-class Figure:
-    """One of the figures at the head of the page.
-
-    Attributes:
-        kind: For the style sheet.
-        label: What it is.
-        value: With its unit.
-        share: Of the largest one, in per cent; None where unknown.
-        remark: How to read it.
-    """
-
-    kind: str
-    label: str
-    value: str
-    share: float | None
-    remark: str
+MOST_PRINTED = 16
+PARAMETER = Column("Parameter", "name", 34, "parameter")
+VALUE = Column("Value ± standard deviation", "number", 25, "value")
+REMARK = Column("Remark", "wide", brief="")
 
 
 def figures(analysis: ErrorAnalysis) -> list[Figure]:
@@ -52,7 +37,7 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     angles = [each for each in calibration.row_errors if each.unit == "rad"]
     turn = "turn of bodies about three axes together"
     turns = [
-        Figure(kind, label, plain(error, "rad", SIGNIFICANT), None, f"{each.sensor}: {turn}" if angles[1:] else turn)
+        Figure(kind, label, plain(error, "rad", SIGNIFICANT), f"{each.sensor}: {turn}" if angles[1:] else turn)
         for each in angles
         for kind, label, error in (
             ("held-out", "new poses, turn", each.held_out_rms),
@@ -62,15 +47,92 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     ]
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
     lengths = [
-        Figure(kind, label, millimetres(error), None if error is None else 100 * error / largest, remark)
+        Figure(kind, label, millimetres(error), remark, None if error is None else 100 * error / largest,
+               ", ".join(dict.fromkeys(analysis.known_noise.values())) if kind == "noise" else "")
         for kind, label, error, remark in shown
-    ]
+    ]  # fmt: skip
     return lengths + turns
 
 
 def _in_unit(rms: float | None, unit: str) -> str:
     """The error in the rows' own unit, where that is no metre; a row's two pixels are one length."""
     return "" if rms is None or unit == "m" else f"; {rms:.3g} {unit}"
+
+
+def document(calibration: Calibration, *, command: str = "", brief: bool = False) -> Document:
+    """The report.
+
+    Args:
+        calibration: The result.
+        command: What to type to repeat it.
+        brief: Leave out what only a page shows.
+    """
+    analysis = ErrorAnalysis(calibration)
+    dataset = calibration.model.dataset
+    return Document(
+        dataset.name,
+        "calibrated",
+        setting(dataset),
+        words.headline(analysis),
+        words.judgement(analysis),
+        [
+            Figures(figures(analysis)),
+            Text(f"Root mean square of three-dimensional errors. Found by {words.method(analysis)}.", "quiet"),
+        ],
+        [
+            Section("Warnings", [Notes(calibration.warnings, "warnings")] if calibration.warnings else []),
+            Section("What these data cannot determine", _undetermined(calibration)),
+            Section("Parameters", _parameters(calibration)),
+            *([] if brief else _evidence(analysis)),
+        ],
+        command=command,
+        footer=origin(dataset),
+    )
+
+
+def _evidence(analysis: ErrorAnalysis) -> list[Section]:
+    calibration = analysis.calibration
+    errors = {"fitted": analysis.fitted_m}
+    if analysis.held_out_m is not None:
+        errors |= {"held out": analysis.held_out_m}
+    cell = cell_scene(
+        calibration.model, calibration.x, {"errors of the fit": analysis.fitted_m}, title="Each pose, and how it errs"
+    )
+    return [
+        Section("Which errors are odd", group_blocks(calibration.model.dataset, errors)),
+        Section("The cell", [cell]),
+        Section("Charts", charts([make(analysis) for make in CHARTS])),
+        Section("Noise", [noise_table(calibration.noise, analysis.sources, words.origins(analysis))]),
+    ]
+
+
+def _undetermined(calibration: Calibration) -> list[Block]:
+    found = calibration.unidentifiable
+    if not found:
+        return []
+    remedy = (
+        "Where a standard error is stated, more poses that differ, above all in tilt and distance, would reduce it."
+    )
+    return [Notes([one.reason for one in found]), Text(remedy, "quiet")]
+
+
+def _parameters(calibration: Calibration) -> list[Block]:
+    given, placed = parameter_rows(calibration)
+    within = Column("Within its bounds", "wide", brief="")
+    reading = "Dot: value; band: two standard deviations to each side; tick: nominal value."
+    closed_form = "Initialized from the data" if given else ""
+    blocks: list[Block] = []
+    if given:
+        nominal = Column("Nominal", "text", 13, "nominal")
+        blocks.append(Table([PARAMETER, VALUE, nominal, within], given, note=reading, printed=MOST_PRINTED))
+    if placed:
+        start = "These need no nominal values: they start from a closed-form estimate."
+        blocks.append(Table([PARAMETER, VALUE, REMARK], placed, closed_form, start, MANY,
+                            0 if given else MOST_PRINTED))  # fmt: skip
+    if effects := effect_rows(calibration):
+        columns = [Column("Effect", "name", 34, "effect"), VALUE, Column("Standard deviations from zero"), REMARK]
+        blocks.append(Table(columns, effects, "Effects in the model", printed=MOST_PRINTED))
+    return blocks
 
 
 def page(calibration: Calibration, *, command: str = "") -> str:
@@ -80,23 +142,7 @@ def page(calibration: Calibration, *, command: str = "") -> str:
         calibration: The result.
         command: What to type to repeat it.
     """
-    analysis = ErrorAnalysis(calibration)
-    given, placed = parameter_rows(calibration)
-    return render(
-        "calibration.html",
-        dataset=calibration.model.dataset,
-        setting=setting(calibration.model.dataset),
-        calibration=calibration,
-        words=words,
-        analysis=analysis,
-        figures=figures(analysis),
-        given=given,
-        placed=placed,
-        folded=len(placed) > MANY,
-        effects=effect_rows(calibration),
-        charts=drawn([make(analysis) for make in CHARTS]),
-        command=command,
-    )
+    return render(document(calibration, command=command))
 
 
 def write_report(calibration: Calibration, path: Path, *, command: str = "") -> None:

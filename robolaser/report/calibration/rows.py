@@ -1,134 +1,74 @@
 """The parameters as rows of a table: value and error, position within the bounds, and caveats."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 
 from robolaser.calibration.result import Calibration
 from robolaser.report.calibration.meanings import effect_meaning, meaning
 from robolaser.report.digits import measured, plain
+from robolaser.report.document import Bounds, Cell
 
 FIXED, ON_BOUND, UNDETERMINED = "fixed", "on its bound", "not determined by these data"
 CORRELATED = "hardly distinguishable from others"
 BAND = 2.0  # standard deviations of the band on the bounds bar
 
 
-@final
-@dataclass(frozen=True)
-class Bar:
-    """Where a value lies within its bounds, in per cent of the way from lower to upper.
+def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[Cell]], list[Sequence[Cell]]]:
+    """The sensor's parameters: those with bounds from the user, and those that started from a closed form.
 
-    Attributes:
-        value: The value.
-        nominal: The nominal value.
-        start: Lower end of the value's band of two standard deviations.
-        length: Of that band.
-        lower: Lower bound for people.
-        upper: Upper bound for people.
+    Cells: name, value, nominal value, place within the bounds and caveat; the latter have no nominal value.
     """
-
-    value: float
-    nominal: float
-    start: float
-    length: float
-    lower: str
-    upper: str
-
-
-@final
-@dataclass(frozen=True)
-class ParameterRow:
-    """One parameter.
-
-    Attributes:
-        name: As in files.
-        meaning: In a few words.
-        value: With its error and unit.
-        nominal: With unit; empty where nobody gave one.
-        bar: None where nobody gave bounds.
-        note: A caveat; may be empty.
-    """
-
-    name: str
-    meaning: str
-    value: str
-    nominal: str
-    bar: Bar | None
-    note: str
-
-
-@final
-@dataclass(frozen=True)
-class EffectParameterRow:
-    """One number of an effect in the model.
-
-    Attributes:
-        effect: Its name.
-        where: Its place.
-        meaning: In a few words.
-        number: Which of the effect's numbers.
-        value: With its error and unit.
-        away: How far it is from zero.
-        note: A caveat; may be empty.
-    """
-
-    effect: str
-    where: str
-    meaning: str
-    number: str
-    value: str
-    away: str
-    note: str
-
-
-def parameter_rows(calibration: Calibration) -> tuple[Sequence[ParameterRow], Sequence[ParameterRow]]:
-    """The sensor's parameters: those with bounds from the user, and those that started from a closed form."""
     model = calibration.model
-    given: list[ParameterRow] = []
-    placed: list[ParameterRow] = []
+    given: list[Sequence[Cell]] = []
+    placed: list[Sequence[Cell]] = []
     for i, item in enumerate(model.parameters.items[: len(model.parameters) - len(model.effect_parameters)]):
-        value, std = float(calibration.x[i]), float(calibration.std[i])
-        bar = None
-        if item.given and not item.fixed:
-            width = item.upper - item.lower
-            at, nominal = (100 * (number - item.lower) / width for number in (value, item.nominal))
-            half = 100 * BAND * std / width if np.isfinite(std) else 0.0
-            start, end = (float(np.clip(end, 0, 100)) for end in (at - half, at + half))
-            bar = Bar(at, nominal, start, end - start, plain(item.lower, item.unit), plain(item.upper, item.unit))
-        row = ParameterRow(
-            name=item.name,
-            meaning=meaning(item.name),
-            value=measured(value, std, item.unit),
-            nominal=plain(item.nominal, item.unit) if item.given else "",
-            bar=bar,
-            note=note(calibration, i),
-        )
-        (given if item.given else placed).append(row)
+        name = Cell(item.name, below=[said] if (said := meaning(item.name)) else [])
+        value, caveat = Cell(_measured(calibration, i)), note(calibration, i)
+        if item.given:
+            nominal = Cell(plain(item.nominal, item.unit))
+            given.append(
+                (name, value, nominal, Cell(note=caveat, bounds=None if item.fixed else _bounds(calibration, i)))
+            )
+        else:
+            placed.append((name, value, Cell(note=caveat)))
     return given, placed
 
 
-def effect_rows(calibration: Calibration) -> Sequence[EffectParameterRow]:
-    """The numbers of the effects in the model."""
+def effect_rows(calibration: Calibration) -> list[Sequence[Cell]]:
+    """The numbers of the effects in the model: which, value, how far from zero, and caveat."""
+    from robolaser.diagnosis.cause_words import named  # noqa: PLC0415 - brings all of a diagnosis
+
     names = calibration.model.parameters.names
-    rows = []
-    for candidate_effect in calibration.model.effects:
-        for item in candidate_effect.parameters.items:
+    rows: list[Sequence[Cell]] = []
+    for one in calibration.model.effects:
+        for item in one.parameters.items:
             i = names.index(item.name)
             value, std = float(calibration.x[i]), float(calibration.std[i])
+            away = abs(value) / std if np.isfinite(std) and std > 0 else None
+            which = f"{named(one)}, {item.name.rpartition('.')[2].replace('_', ' ')}"
             rows.append(
-                EffectParameterRow(
-                    effect=candidate_effect.effect.name,
-                    where=candidate_effect.where,
-                    meaning=effect_meaning(candidate_effect.effect.name),
-                    number=item.name.rpartition(".")[2],
-                    value=measured(value, std, item.unit),
-                    away=f"{abs(value) / std:.1f}" if np.isfinite(std) and std > 0 else "",
-                    note=note(calibration, i),
+                (
+                    Cell(which, below=[effect_meaning(one.effect.name)]),
+                    Cell(_measured(calibration, i)),
+                    Cell("" if away is None else f"{away:.1f}", order=away),
+                    Cell(note=note(calibration, i)),
                 )
             )
     return rows
+
+
+def _measured(calibration: Calibration, i: int) -> str:
+    return measured(float(calibration.x[i]), float(calibration.std[i]), calibration.model.parameters.items[i].unit)
+
+
+def _bounds(calibration: Calibration, i: int) -> Bounds:
+    item, std = calibration.model.parameters.items[i], float(calibration.std[i])
+    width = item.upper - item.lower
+    at, nominal = (100 * (number - item.lower) / width for number in (float(calibration.x[i]), item.nominal))
+    half = 100 * BAND * std / width if np.isfinite(std) else 0.0
+    start, end = (float(np.clip(end, 0, 100)) for end in (at - half, at + half))
+    return Bounds(at, nominal, start, end - start, plain(item.lower, item.unit), plain(item.upper, item.unit))
 
 
 def note(calibration: Calibration, i: int) -> str:

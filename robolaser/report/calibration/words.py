@@ -1,12 +1,9 @@
 """Sentences about a calibration for a person who works with the robot."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.digits import millimetres, times
-from robolaser.report.setting import noise_lines
+from robolaser.report.error_analysis import ErrorAnalysis
 
 NOISE_ALONE = 1.1
 """Excess over noise up to which all is well: stated noise is seldom known better."""
@@ -90,11 +87,7 @@ def method(analysis: ErrorAnalysis) -> str:
     )
 
 
-def noise_rows(analysis: ErrorAnalysis) -> Iterator[tuple[str, str, str]]:
-    """Each source of noise: what it disturbs, its size, and where the size comes from."""
-    for name, what, size in noise_lines(analysis.calibration.noise, analysis.sources):
-        yield (
-            what,
-            size,
-            analysis.known_noise.get(name, "estimated from the residuals, including what is unmodelled"),
-        )
+def origins(analysis: ErrorAnalysis) -> dict[str, str]:
+    """How the size of each source of noise is known."""
+    estimated = "estimated from the residuals, including what is unmodelled"
+    return {name: analysis.known_noise.get(name, estimated) for name in analysis.calibration.noise}

@@ -1,24 +1,11 @@
 """What a scan gave, in lines of a few words and numbers."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import final
-
 from robolaser.report.digits import measured, millimetres, plain
+from robolaser.report.document import Figure
 from robolaser.scan import Scan
 from robolaser.scan.quality import LEVEL, Measured, Quality
 
 BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
-
-
-@final
-@dataclass(frozen=True)
-class ScanFigure:
-    """One figure of a scan: what it is, its value with unit, and how to read it."""
-
-    what: str
-    value: str
-    remark: str
 
 
 def heading(scan: Scan) -> str:
@@ -27,27 +14,22 @@ def heading(scan: Scan) -> str:
     return f"{counts.points} points from {source} of {counts.poses} poses, {scan.calibrated.origin}"
 
 
-def figures(scan: Scan, quality: Quality) -> Iterator[ScanFigure]:
+def figures(scan: Scan, quality: Quality) -> list[Figure]:
     """Scatter, error of the calibration, and the bodies that were measured."""
     counts = scan.cloud.counts
     known = quality.scatter_m == quality.scatter_m  # not NaN
-    yield ScanFigure(
-        "scatter",
-        millimetres(quality.scatter_m if known else None),
-        f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
-        if known
-        else "neither stripes nor calibration say how noisy the line centres are",
-    )
+    scatter = f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
+    unknown = "neither stripes nor calibration say how noisy the line centres are"
+    size = millimetres(quality.scatter_m if known else None)
+    shown = [Figure("held-out", "scatter", size, scatter if known else unknown)]
     if scan.calibrated.rms_m is not None:
-        yield ScanFigure(
-            "calibration", millimetres(scan.calibrated.rms_m), "error of the calibrated scanner, shared by neighbours"
-        )
-    for body in quality.primitives:
-        yield ScanFigure(BODIES[body.what], _size(body), _remark(body))
-    left = counts.centres - counts.points
-    if left:
+        error = "error of the calibrated scanner, shared by neighbours"
+        shown.append(Figure("", "calibration", millimetres(scan.calibrated.rms_m), error))
+    shown += [Figure("", BODIES[body.what], _size(body), _remark(body)) for body in quality.primitives]
+    if left := counts.centres - counts.points:
         why = "no point of the laser plane in front of the camera"
-        yield ScanFigure("left out", f"{left}", f"of {counts.centres} line centres: {why}")
+        shown.append(Figure("", "left out", f"{left}", f"of {counts.centres} line centres: {why}"))
+    return shown
 
 
 def _size(body: Measured) -> str:

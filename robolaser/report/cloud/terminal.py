@@ -6,7 +6,8 @@ from rich.console import Console
 from rich.text import Text
 
 from robolaser.report.cloud.figures import figures, heading
-from robolaser.report.console import plain_unless_terminal
+from robolaser.report.console import plain_unless_terminal, print_figures
+from robolaser.report.document import Figures
 from robolaser.scan import Scan
 from robolaser.scan.quality import Quality
 
@@ -22,6 +23,5 @@ def print_cloud(scan: Scan, quality: Quality, *written: Path, console: Console |
     """
     out = plain_unless_terminal(console)
     out.print(Text(f"{scan.recording.name}: {heading(scan)}", style="bold"))
-    for line in figures(scan, quality):
-        out.print(Text(f"  {line.what:<15} {line.value:>18}   ") + Text(line.remark, style="dim"))
+    print_figures(Figures(figures(scan, quality)), out)
     out.print(Text(f"Wrote {' and '.join(map(str, written))}"))

@@ -1,77 +1,59 @@
-"""The page of a comparison: one file that needs nothing else."""
+"""The report of a comparison."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import final
+from dataclasses import replace
 
 import numpy as np
 
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
-from robolaser.report.chart import Chart
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.charts.anytime import anytime
 from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.charts.targets import targets
-from robolaser.report.comparison.pairwise import PairwiseCell, pairwise_matrix
+from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext, target
-from robolaser.report.comparison.ranking import ResultRow, StandingRow, result_rows, standing_rows
+from robolaser.report.comparison.ranking import result_table, standing_table
 from robolaser.report.digits import plain
-from robolaser.report.page import drawn, render
+from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
+from robolaser.report.page import render
 
-FEW = 8
-"""Algorithms up to which a matrix of pairs is shown unfolded."""
 LONG = 140
 """Letters of a sentence that is too long for large type."""
+MOST_PRINTED, FEWEST_PRINTED = 12, 4
+"""Algorithms that the terminal shows of all families together, and of each."""
 NOTHING = "No run has finished yet."
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class FamilyPart:
-    """A family of problems on the page."""
+def document(
+    comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "", brief: bool = False
+) -> Document:
+    """The report.
 
-    title: str
-    target: str
-    answers: Sequence[str]
-    table: Sequence[StandingRow]
-    charts: Sequence[Chart]
-    names: Sequence[str]
-    pairs: Sequence[Sequence[PairwiseCell | None]]
-    scope: str
-    ends: str
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class ProblemPart:
-    """A problem on the page."""
-
-    title: str
-    meaning: str
-    answer: str
-    targets: Sequence[str]
-    table: Sequence[ResultRow]
-    charts: Sequence[Chart]
-    names: Sequence[str]
-    pairs: Sequence[Sequence[PairwiseCell | None]]
-
-
-@final
-@dataclass(frozen=True)
-class ProblemRow:
-    """A problem in the table of problems."""
-
-    number: int
-    name: str
-    title: str
-    dimension: int
-    best: str
-    found_by: str
-    targets: str
+    Args:
+        comparison: What was run.
+        judged: The standings of each family of problems.
+        command: What to type to repeat it.
+        brief: Leave out what only a page shows.
+    """
+    contexts = [PlotContext(comparison, standings) for standings in (judged if comparison.runs else ())]
+    lead, sense = _parted(unbroken(verdict(comparison, judged)))
+    families = [_family(context, i, brief=brief) for i, context in enumerate(contexts)]
+    return Document(
+        ", ".join(problem.name for problem in comparison.problems),
+        "compared",
+        methods.setting(comparison),
+        lead,
+        sense,
+        [],
+        families if brief else [*families, *_evidence(comparison, contexts)],
+        tag=(methods.missing(comparison), "unexplained"),
+        command=command,
+        prints_lead=True,
+    )
 
 
 def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
@@ -82,27 +64,7 @@ def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: s
         judged: The standings of each family of problems.
         command: What to type to repeat it.
     """
-    contexts = [PlotContext(comparison, standings) for standings in (judged if comparison.runs else ())]
-    families = [_family(context, 1 + i) for i, context in enumerate(contexts)]
-    lead, sense = _parted(unbroken(verdict(comparison, judged)))
-    return render(
-        "comparison.html",
-        comparison=comparison,
-        name=", ".join(problem.name for problem in comparison.problems),
-        setting=methods.setting(comparison),
-        lead=lead,
-        sense=sense,
-        missing=methods.missing(comparison),
-        families=families,
-        parts=[part for context in contexts for part in _problems(context)],
-        problems=_problem_rows(comparison),
-        failures=list(rows.failure_rows(comparison)),
-        refusals=list(rows.refusal_rows(comparison)),
-        measured=methods.measured(comparison),
-        reading=methods.READING,
-        few=FEW,
-        command=command,
-    )
+    return render(document(comparison, judged, command=command))
 
 
 def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
@@ -126,10 +88,21 @@ def _parted(answer: str) -> tuple[str, str]:
     return f"{lead}:", rest
 
 
-def _family(context: PlotContext, number: int) -> FamilyPart:
-
-    standings = context.standings
+def _family(context: PlotContext, number: int, *, brief: bool) -> Section:
+    standings, comparison = context.standings, context.comparison
     title = methods.FAMILIES.get(standings.family, standings.family)
+    above = verdict(comparison, (standings,)) if number == 0 else ""
+    most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
+    spoken = (standings.evaluations.answer,) if brief else (standings.evaluations.answer, standings.seconds.answer)
+    answers = [answer for answer in dict.fromkeys(spoken) if answer and answer != above]
+    blocks: list[Block] = [Text(unbroken(answer), printed=True) for answer in answers]
+    table = standing_table(context, most)
+    blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
+    return Section(title, blocks if brief else [*blocks, *_family_evidence(context, title)])
+
+
+def _family_evidence(context: PlotContext, title: str) -> list[Block]:
+    standings = context.standings
     suffix = f" ({title.lower()})" if len(context.comparison.families) > 1 else ""
     made = [
         solved(context, "evaluations", TITLES["evaluations"] + suffix),
@@ -137,25 +110,28 @@ def _family(context: PlotContext, number: int) -> FamilyPart:
         mean_ranks(context, standings.evaluations.ranks, f"Mean ranks by evaluations{suffix}"),
         mean_ranks(context, standings.seconds.ranks, f"Mean ranks by wall time{suffix}"),
     ]
-    names, matrix = pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else ((), ())
-    above = verdict(context.comparison, (standings,)) if number == 1 else ""
-    answers = dict.fromkeys((standings.evaluations.answer, standings.seconds.answer))
-    return FamilyPart(
-        title,
-        context.target(standings.tolerance),
-        [unbroken(answer) for answer in answers if answer != above],
-        standing_rows(context),
-        drawn(made),
-        names,
-        matrix,
-        standings.scope,
-        "RMS above the best known, at the end" if context.calibrates else "Cost above the lowest, at the end",
-    )
+    return [*charts(made), *([pairwise_matrix(standings.evaluations)] if len(context.problems) > 1 else [])]
 
 
-def _problems(context: PlotContext) -> Sequence[ProblemPart]:
+def _evidence(comparison: BenchmarkResult, contexts: Sequence[PlotContext]) -> list[Section]:
+    scopes = dict.fromkeys(context.standings.scope for context in contexts if context.standings.scope)
+    reading = [*methods.READING, *(("Limitations", scope) for scope in scopes)]
+    sections = [
+        *(section for context in contexts for section in _problems(context)),
+        Section("Problems", [_problem_table(comparison)]),
+        Section(
+            "Algorithms", [] if contexts else [_terms(list(comparison.solvers.items()), "Algorithm", "What it is")]
+        ),
+        Section("Runs that failed", [rows.failure_table(comparison)] if comparison.failures else []),
+        Section("What could not be run", [rows.refusal_table(comparison)] if comparison.refused else []),
+        Section("How it was measured", [_terms(methods.measured(comparison), "Condition", "As it was")]),
+        Section("How to read it", [_terms(reading, "Term", "What it means")]),
+    ]
+    return [section for section in sections if section.blocks]
 
-    parts = []
+
+def _problems(context: PlotContext) -> list[Section]:
+    sections = []
     for on in context.standings.by_problem:
         problem = context.contested(on.problem)
         number = context.number(problem.name)
@@ -163,32 +139,29 @@ def _problems(context: PlotContext) -> Sequence[ProblemPart]:
             anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
             targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
         ]
-        names, matrix = pairwise_matrix(on.evaluations)
-        parts.append(
-            ProblemPart(
-                f"{number}. {problem.name}",
-                problem.title,
-                unbroken(on.evaluations.answer) if len(context.problems) > 1 else "",
-                [context.target(tolerance) for tolerance in SHOWN],
-                result_rows(context, on),
-                drawn(made),
-                names,
-                matrix,
-            )
-        )
-    return parts
+        blocks: list[Block] = [Text(problem.title, "quiet")]
+        if len(context.problems) > 1 and on.evaluations.answer:
+            blocks.append(Text(unbroken(on.evaluations.answer)))
+        blocks += [*charts(made), result_table(context, on), pairwise_matrix(on.evaluations)]
+        sections.append(Section(f"{number}. {problem.name}", blocks))
+    return sections
 
 
-def _problem_rows(comparison: BenchmarkResult) -> list[ProblemRow]:
-    return [
-        ProblemRow(
-            1 + i,
-            problem.name,
-            problem.title,
-            problem.dimension,
+def _terms(items: Sequence[tuple[str, str]], *titles: str) -> Table:
+    return Table([Column(titles[0], "name", 20), Column(titles[1], "wide")], items)
+
+
+def _problem_table(comparison: BenchmarkResult) -> Table:
+    columns = [Column("Problem", "name", 30), Column("Variables"), Column("Lowest cost known"), Column("Found by"),
+               Column("Targets shown", "wide")]  # fmt: skip
+    shown = [
+        (
+            Cell(f"{number}. {problem.name}", below=[problem.title] if problem.title else []),
+            Cell(str(problem.dimension), order=problem.dimension),
             plain(problem.best, problem.unit) if np.isfinite(problem.best) else "not known",
             methods.found_by(problem.found_by),
             "; ".join(target(problem.family, tolerance) for tolerance in SHOWN),
         )
-        for i, problem in enumerate(comparison.problems)
+        for number, problem in enumerate(comparison.problems, 1)
     ]
+    return Table(columns, shown)

@@ -1,8 +1,8 @@
 """Tables of algorithms: their ranks in a family of problems, and their results on one problem."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import final
+
+import numpy as np
 
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
@@ -11,117 +11,82 @@ from robolaser.benchmark.standings.phrases import chance
 from robolaser.report.comparison.excess import number
 from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
+from robolaser.report.document import Cell, Column, Table
 
 FEW = 3
 """Problems that have a line each in one cell."""
 
 
-@final
-@dataclass(frozen=True)
-class TableCell:
-    """What stands in a table, and lines below it in small letters."""
-
-    shown: str
-    below: Sequence[str] = ()
-
-
-@final
-@dataclass(frozen=True)
-class StandingRow:
-    """An algorithm in a family of problems.
-
-    Attributes:
-        rank: By evaluations.
-        name: Of the algorithm.
-        title: Of the algorithm.
-        colour: Its line's number in charts, see `report.chart.LINES`; None if it is grey.
-        success: Share of runs that reached the target.
-        evaluations: To the target.
-        seconds: To the target.
-        against: Is it significantly worse than the first?
-        final: Final results.
-        failed: Runs that failed, of those made.
-        remark: A caveat.
-    """
-
-    rank: str
-    name: str
-    title: str
-    colour: int | None
-    success: TableCell
-    evaluations: TableCell
-    seconds: TableCell
-    against: TableCell
-    final: TableCell
-    failed: str
-    remark: str
-
-
-@final
-@dataclass(frozen=True)
-class ResultRow:
-    """An algorithm on one problem: running time and success at each of the shown targets, and final results."""
-
-    rank: str
-    name: str
-    colour: int | None
-    targets: Sequence[TableCell]
-    final: TableCell
-
-
-def standing_rows(context: PlotContext) -> list[StandingRow]:
-    """All algorithms of a family, the best first."""
+def standing_table(context: PlotContext, most: int) -> Table:
+    """All algorithms of a family, the best first; `most` of them on the terminal."""
     by_seconds = {standing.algorithm: standing for standing in context.standings.seconds.places}
-    return [
+    ends = "RMS above the best known, at the end" if context.calibrates else "Cost above the lowest, at the end"
+    columns = [
+        Column("Algorithm", "name", 25, "algorithm"),
+        Column("Rank", brief="rank"),
+        Column("Success", brief="success"),
+        Column("Evaluations to the target", brief="evaluations"),
+        Column("Time to the target", brief="time"),
+        Column("Significantly worse than the first?", brief="worse than the first?"),
+        Column(ends),
+        Column("Failed", brief="failed"),
+    ]
+    rows = [
         _standing(context, standing, by_seconds[standing.algorithm])
         for standing in context.standings.evaluations.places
     ]
+    if not any(row[-1].text for row in rows):
+        columns, rows = columns[:-1], [row[:-1] for row in rows]
+    note = (
+        f"Target: {context.target(context.standings.tolerance)}. Evaluations and time are what it takes on average to"
+        " get there (ERT), × times as much as the first in that measure, with its 95 % interval."
+    )
+    return Table(columns, rows, note=note, printed=most)
 
 
-def _standing(context: PlotContext, standing: Standing, in_seconds: Standing) -> StandingRow:
+def _standing(context: PlotContext, standing: Standing, in_seconds: Standing) -> list[Cell]:
     name = standing.algorithm
     results = [result for on in context.standings.by_problem for result in on.results if result.algorithm == name]
     at = [(result.problem, one) for result in results if (one := reached(result, context.standings.tolerance))]
     problems = len(context.problems)
-    return StandingRow(
-        rank=_rank(standing),
-        name=name,
-        title=context.comparison.solvers[name],
-        colour=line_number(context, name),
-        success=TableCell(
-            "" if standing.success.value is None else rate(standing.success.value),
-            _lines(
-                _interval(standing.success),
-                f"{standing.solved} of {problems} problems" if standing.solved < problems > 1 and standing.runs else "",
-            ),
-        ),
-        evaluations=_price(standing, [(problem, count(_known(one.evaluations))) for problem, one in at]),
-        seconds=_price(
+    solved = f"{standing.solved} of {problems} problems" if standing.solved < problems > 1 and standing.runs else ""
+    success = standing.success.value
+    between = _interval(standing.success)
+    return [
+        Cell(name, below=_lines(context.comparison.solvers[name]), note=standing.unranked,
+             line=line_number(context, name)),
+        Cell(_rank(standing), order=standing.rank or np.inf),
+        Cell("" if success is None else f"{rate(success)}" + (f" ({between})" if between else ""),
+             below=_lines(solved), order=success),
+        _price(standing, [(problem, count(_known(one.evaluations))) for problem, one in at]),
+        _price(
             in_seconds,
             [(problem, duration(_known(one.seconds))) for problem, one in at],
             f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (standing.rank, None) else "",
         ),
-        against=_against(standing),
-        final=_final(context, [result for result in results if result.final is not None]),
-        failed=f"{standing.failed} of {standing.runs}" if standing.failed else "",
-        remark=standing.unranked,
-    )
+        _against(standing),
+        _final(context, [result for result in results if result.final is not None]),
+        Cell(f"{standing.failed} of {standing.runs}" if standing.failed else ""),
+    ]  # fmt: skip
 
 
-def result_rows(context: PlotContext, on: OnProblem) -> list[ResultRow]:
-    """All algorithms on a problem, the best first."""
+def result_table(context: PlotContext, on: OnProblem) -> Table:
+    """All algorithms on a problem, the best first: time and success at each of the shown targets, final results."""
     of = {result.algorithm: result for result in on.results}
     problem = context.contested(on.problem)
-    return [
-        ResultRow(
-            _rank(standing),
-            standing.algorithm,
-            line_number(context, standing.algorithm),
-            [_target(reached(of[standing.algorithm], tolerance), standing.runs) for tolerance in SHOWN],
+    rows = [
+        (
+            Cell(standing.algorithm, line=line_number(context, standing.algorithm)),
+            Cell(_rank(standing), order=standing.rank or np.inf),
+            *(_target(reached(of[standing.algorithm], tolerance), standing.runs) for tolerance in SHOWN),
             _quality(context, problem, of[standing.algorithm]),
         )
         for standing in on.evaluations.places
     ]
+    columns = [Column("Algorithm", "name", 23), Column("Rank")]
+    columns += [Column(context.target(tolerance)) for tolerance in SHOWN]
+    columns += [Column("Final result above the best known: median, quartiles")]
+    return Table(columns, rows, "Expected evaluations to targets, and final results")
 
 
 def reached(result: Result, tolerance: float) -> Reached | None:
@@ -129,10 +94,10 @@ def reached(result: Result, tolerance: float) -> Reached | None:
     return min(result.targets, key=lambda one: abs(one.tolerance / tolerance - 1.0), default=None)
 
 
-def line_number(context: PlotContext, name: str) -> int | None:
-    """The number of its colour, of an algorithm that has one."""
+def line_number(context: PlotContext, name: str) -> int:
+    """The number of an algorithm's colour; -1 without one."""
     coloured = list(context.coloured)
-    return coloured.index(name) if name in coloured else None
+    return coloured.index(name) if name in coloured else -1
 
 
 def _known(estimate: IntervalEstimate) -> float:
@@ -153,17 +118,17 @@ def _lines(*lines: str) -> tuple[str, ...]:
     return tuple(line for line in lines if line)
 
 
-def _price(standing: Standing, each: Sequence[tuple[str, str]], remark: str = "") -> TableCell:
+def _price(standing: Standing, each: Sequence[tuple[str, str]], remark: str = "") -> Cell:
     """The price itself on one problem, times the first's over several."""
     if not standing.runs:
-        return TableCell("")
+        return Cell("")
     if not standing.solved:
-        return TableCell(NEVER, _lines(remark))
+        return Cell(NEVER, _lines(remark))
     ratio, between = ("the first", "") if standing.rank == 1 else _ratio(standing.against_first)
     if len(each) == 1:
-        return TableCell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
+        return Cell(each[0][1], _lines(f"{ratio} ({between})" if between else ratio, remark))
     prices_of = [f"{problem} {price}" for problem, price in each] if len(each) <= FEW else []
-    return TableCell(ratio or "–", _lines(between, *prices_of, remark))
+    return Cell(ratio or "–", _lines(between, *prices_of, remark))
 
 
 def _ratio(pair: Pair | None) -> tuple[str, str]:
@@ -178,44 +143,44 @@ def _ratio(pair: Pair | None) -> tuple[str, str]:
     return shown, f"{manifold(lower)} to {manifold(upper)}"
 
 
-def _against(standing: Standing) -> TableCell:
+def _against(standing: Standing) -> Cell:
     pair = standing.against_first
     if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
-        return TableCell("")
-    return TableCell(
-        "yes" if pair.significant else "no",
-        (chance(pair.p_adjusted), f"loses {rate(pair.superiority.value)} of pairs"),
+        return Cell("")
+    return Cell(
+        f"{'yes' if pair.significant else 'no'}, {chance(pair.p_adjusted)}",
+        (f"loses {rate(pair.superiority.value)} of pairs",),
+        order=pair.p_adjusted,
     )
 
 
-def _target(one: Reached | None, runs: int) -> TableCell:
+def _target(one: Reached | None, runs: int) -> Cell:
     if one is None or not runs:
-        return TableCell("")
+        return Cell("")
     success = f"{one.successes} of {runs} runs"
     if not one.successes:
-        return TableCell(NEVER, (success,))
-    return TableCell(count(_known(one.evaluations)), (duration(_known(one.seconds)), success))
+        return Cell(NEVER, (success,))
+    spent = _known(one.evaluations)
+    return Cell(count(spent), (duration(_known(one.seconds)), success), order=spent)
 
 
-def _quality(context: PlotContext, problem: ProblemSummary, result: Result) -> TableCell:
+def _quality(context: PlotContext, problem: ProblemSummary, result: Result) -> Cell:
     """Median, and quartiles unless they are alike; the violation where most runs found nothing feasible."""
     quality = result.final
     if quality is None:
-        return TableCell("")
+        return Cell("")
     if quality.median is None and result.violation is not None:
-        return TableCell("nothing feasible", (f"violation {number(result.violation)}",))
+        return Cell("nothing feasible", (f"violation {number(result.violation)}",))
     median, lower, upper = (
         context.excess(problem, float("inf") if tolerance is None else tolerance)
         for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
     )
-    return TableCell(median, () if median == lower == upper else (f"{lower} to {upper}",))
+    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
 
 
-def _final(context: PlotContext, results: Sequence[Result]) -> TableCell:
+def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
     if len(context.problems) == 1 and results:
         return _quality(context, context.problems[0], results[0])
     if len(context.problems) > FEW:
-        return TableCell("")
-    return TableCell(
-        "", [f"{one.problem} {_quality(context, context.contested(one.problem), one).shown}" for one in results]
-    )
+        return Cell("")
+    return Cell("", [f"{one.problem} {_quality(context, context.contested(one.problem), one).text}" for one in results])

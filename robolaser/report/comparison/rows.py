@@ -4,6 +4,27 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from robolaser.benchmark.result import BenchmarkResult
+from robolaser.report.document import Cell, Column, Table
+
+
+def failure_table(comparison: BenchmarkResult) -> Table:
+    """Runs that failed, those with one reason together."""
+    columns = [
+        Column("Algorithm", "name"),
+        Column("Runs", "number"),
+        Column("Reason", "wide"),
+        Column("Runs on", "wide"),
+    ]
+    rows = [
+        (name, Cell(str(count), order=count), reason, where) for name, reason, count, where in failure_rows(comparison)
+    ]
+    return Table(columns, rows)
+
+
+def refusal_table(comparison: BenchmarkResult) -> Table:
+    """Algorithms that cannot solve a problem, and why."""
+    columns = [Column("Algorithm", "name"), Column("Problem", "wide"), Column("Reason", "wide")]
+    return Table(columns, list(refusal_rows(comparison)))
 
 
 def failure_rows(comparison: BenchmarkResult) -> Iterator[tuple[str, str, int, str]]:

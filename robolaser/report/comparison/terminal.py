@@ -4,22 +4,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import methods, rows
-from robolaser.report.comparison.plot_context import PlotContext
-from robolaser.report.comparison.ranking import standing_rows
-from robolaser.report.console import plain_unless_terminal, table
+from robolaser.report.comparison.page import document
+from robolaser.report.comparison.plot_context import target
+from robolaser.report.console import plain_unless_terminal, print_document
 
-MOST_PLACES, MOST_FAILURES, MOST_REFUSALS = 12, 6, 3
+MOST_FAILURES, MOST_REFUSALS = 6, 3
 """Lines of each."""
-FEWEST_PLACES = 4
-"""Lines of each family, if there are several."""
-NAME = 24
-"""Letters of a name that stay in a line."""
 LONGEST = 90
 """Letters of a reason that are worth printing."""
 
@@ -40,17 +35,12 @@ def print_comparison(
         console: Where to print; standard output by default.
     """
     out = plain_unless_terminal(console)
-    names = ", ".join(problem.name for problem in comparison.problems)
-    out.print(Text(f"{names}: {methods.setting(comparison)}", style="bold"))
+    print_document(document(comparison, judged, brief=True), out)
     if missing := methods.missing(comparison):
         out.print(Text(missing, style="yellow"))
     for standings in judged if comparison.runs else ():
-        context = PlotContext(comparison, standings)
-        if len(judged) > 1:
-            out.print(Text(f"{methods.FAMILIES.get(standings.family, standings.family)}:", style="bold"))
-        out.print(Text(standings.evaluations.answer))
-        out.print(Text(f"The target is {context.target(standings.tolerance)}.", style="dim"))
-        out.print(_standings(context, max(FEWEST_PLACES, MOST_PLACES // len(judged))))
+        aim = target(standings.family, standings.tolerance)
+        out.print(Text(f"The target is {aim}.", style="dim"))
     failures = [
         f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
         for name, reason, count, _ in rows.failure_rows(comparison)
@@ -67,28 +57,6 @@ def print_comparison(
         out.print(Text("No algorithm could be run on any of the problems."))
     if folder is not None:
         out.print(Text(f"Look at {folder / 'report.html'}"))
-
-
-def _standings(context: PlotContext, most: int) -> Table:
-    """A line for each algorithm."""
-    made = table("rank", "algorithm", "success", "evaluations", "time", "worse than the first?", "failed")
-    made.columns[1].no_wrap, made.columns[1].min_width = False, NAME
-    shown = standing_rows(context)
-    for row in shown[:most]:
-        success = " ".join([row.success.shown, *(f"({line})" for line in row.success.below[:1])])
-        against = ", ".join([row.against.shown, *row.against.below[:1]])
-        made.add_row(
-            row.rank,
-            Text(row.name, overflow="fold"),
-            success,
-            row.evaluations.shown,
-            row.seconds.shown,
-            against,
-            row.failed,
-        )
-    if len(shown) > most:
-        made.add_row("", f"and {len(shown) - most} more")
-    return made
 
 
 def _short(reason: str) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of
-from robolaser.diagnosis.cause_words import joint_names, listed, noun
+from robolaser.diagnosis.cause_words import joint_names, listed, named, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
@@ -47,7 +47,7 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
     ]
     is_certain = found.probability >= CERTAIN
     if found.alternatives:
-        others = [str(other.candidate_effect) for other in found.alternatives[:FEW]]
+        others = [named(other.candidate_effect) for other in found.alternatives[:FEW]]
         left = len(found.alternatives) - len(others)
         more = f" and {left} more" if left else ""
         what = "less probable, but possible instead:" if is_certain else "these poses cannot distinguish it from"
@@ -82,7 +82,11 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
     doubtful = [one for one in diagnosis.model.effects if one not in certain]
     in_one_urdf = {class_of(one) for one in doubtful if one.effect.in_urdf}
-    said = [f"{one}: {one.remedy}" for one in certain if not (one.effect.in_urdf and class_of(one) in in_one_urdf)]
+    said = [
+        f"{sentence_case(named(one))}: {one.remedy}"
+        for one in certain
+        if not (one.effect.in_urdf and class_of(one) in in_one_urdf)
+    ]
     said += _of_classes(diagnosis, doubtful)
     if diagnosis.verdict == "unexplained":
         said.append(_look(diagnosis))
@@ -125,7 +129,7 @@ def _of_classes(diagnosis: Diagnosis, doubtful: Sequence[CandidateEffect]) -> li
 
 
 def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -> str:
-    what = noun(name)[:1].upper() + noun(name)[1:]
+    what = sentence_case(noun(name))
     probability = next((one.probability for one in diagnosis.classes if one.name == name), 0.0)
     if probability < CERTAIN:
         return f"{what}: not certain. Measure more poses before anything is repaired on its account."
@@ -178,4 +182,9 @@ def _measure(diagnosis: Diagnosis) -> str:
     if ambiguous is None:
         return f"Measure {poses} listed below: they are the most informative."
     other = ambiguous.alternatives[0].candidate_effect
-    return f"Measure {poses} listed below: they distinguish {ambiguous.candidate_effect} from {other}."
+    return f"Measure {poses} listed below: they distinguish {named(ambiguous.candidate_effect)} from {named(other)}."
+
+
+def sentence_case(text: str) -> str:
+    """Text as a sentence begins."""
+    return text[:1].upper() + text[1:]

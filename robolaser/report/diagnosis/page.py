@@ -1,22 +1,63 @@
-"""The page of a diagnosis: one file that needs nothing else."""
+"""The report of a diagnosis."""
+
+from collections.abc import Mapping
 
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.model.noise.sources import error_sources
-from robolaser.report.calibration.error_analysis import enough_rows
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.report.diagnosis.charts import FIRST, THEN
+from robolaser.report.diagnosis.charts import ERRORS, STEPS
 from robolaser.report.digits import millimetre_interval, millimetres
-from robolaser.report.page import drawn, render
-from robolaser.report.setting import noise_lines, setting
+from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
+from robolaser.report.error_analysis import enough_rows
+from robolaser.report.error_groups import group_blocks
+from robolaser.report.model_scene import cell_scene
+from robolaser.report.page import render
+from robolaser.report.setting import noise_table, origin, setting
 
 VERDICTS = {
     "no_gap": "no gap",
     "explained": "explained",
     "unexplained": "unexplained",
 }
-FEW = 8
-"""Rows of a table of details from which it is folded away."""
+LEAST_SHARE = 0.1
+"""Share of the gap from which on a place is suspected."""
+PRINTED_SHARE = 0.05
+"""The same, from which on the terminal names it."""
+MOST_SITES, MOST_ADVICE = 2, 3
+"""Lines of each on the terminal."""
+
+
+def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) -> Document:
+    """The report.
+
+    Args:
+        diagnosis: The result.
+        command: What to type to repeat it.
+        brief: Leave out what only a page shows.
+    """
+    lead, _, sense = diagnosis.sentence.partition(". ")
+    dataset = diagnosis.dataset
+    doubts = [rows.class_table(diagnosis), rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    return Document(
+        dataset.name,
+        "diagnosed",
+        setting(dataset),
+        f"{lead.rstrip('.')}.",
+        sense,
+        [Figures(figures(diagnosis))],
+        [
+            Section("What was found", [rows.effect_table(diagnosis)] if diagnosis.findings else []),
+            Section("Where", _printed_sites(diagnosis) if brief else []),
+            Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)] if to_do(diagnosis) else []),
+            Section("What is not certain", [table for table in doubts if table.rows]),
+            *([Section("Noise", _remarks(diagnosis))] if brief else _evidence(diagnosis)),
+        ],
+        tag=(VERDICTS[diagnosis.verdict], diagnosis.verdict),
+        command=command,
+        footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
+        prints_lead=True,
+    )
 
 
 def page(diagnosis: Diagnosis, *, command: str = "") -> str:
@@ -26,46 +67,93 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         diagnosis: The result.
         command: What to type to repeat it.
     """
-    lead, _, sense = diagnosis.sentence.partition(". ")
-    joints, poses = rows.pose_table(diagnosis)
-    sources = error_sources(enough_rows(diagnosis.model), diagnosis.x)
-    sizes = {name: source.value for name, source in diagnosis.noise.items()}
-    return render(
-        "diagnosis.html",
-        diagnosis=diagnosis,
-        dataset=diagnosis.dataset,
-        verdict=VERDICTS[diagnosis.verdict],
-        setting=setting(diagnosis.dataset),
-        lead=f"{lead.rstrip('.')}.",
-        sense=sense,
-        gap=gap_lines(diagnosis),
-        classes=rows.class_rows(diagnosis),
-        effects=rows.effect_rows(diagnosis),
-        alternatives=rows.alternative_rows(diagnosis),
-        sites=rows.site_rows(diagnosis),
-        validation=list(rows.validation_rows(diagnosis)),
-        limits=list(rows.limit_rows(diagnosis)),
-        untestable=rows.untestable_rows(diagnosis),
-        joints=joints,
-        next_poses=poses,
-        gross=list(rows.gross_rows(diagnosis)),
-        noise=[(*line, diagnosis.noise[line[0]].origin) for line in noise_lines(sizes, sources)],
-        to_do=to_do(diagnosis),
-        first=drawn([make(diagnosis) for make in FIRST]),
-        charts=drawn([make(diagnosis) for make in THEN]),
-        few=FEW,
-        command=command,
-    )
+    return render(document(diagnosis, command=command))
 
 
-def gap_lines(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """The gap step by step: what, how much, and how to read it."""
+def figures(diagnosis: Diagnosis) -> list[Figure]:
+    """The gap step by step: what, how much, and how to read it; bars are shares of what calibration alone leaves."""
     gap = diagnosis.gap
-    low, high = gap.after_ci95_m
+    interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}"
+    largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
+    has_effects = bool(diagnosis.model.effects)
     lines = [
-        ("nominal model", millimetres(gap.nominal_m), "before anything was fitted"),
-        ("calibrated", millimetres(gap.calibrated_m), "ordinary parameters fitted, no effect in the model"),
-        ("with the effects", millimetres(gap.after_m), f"95 %: {millimetre_interval(low, high)}"),
-        ("noise alone", millimetres(gap.noise_floor_m), "what a perfect model would leave"),
+        ("", "nominal model", gap.nominal_m, "before anything was fitted"),
+        ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
+        ("held-out", "with the effects" if has_effects else "calibrated", gap.after_m, interval),
+        ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
     ]
-    return lines if diagnosis.model.effects else [lines[0], ("calibrated", *lines[2][1:]), lines[3]]
+    origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
+    return [
+        Figure(kind, label, millimetres(size), remark, None if i == 0 else 100 * size / largest,
+               f"noise {origins}" if kind == "noise" and origins else "")
+        for i, (kind, label, size, remark) in enumerate(lines)
+        if has_effects or i != 1
+    ]  # fmt: skip
+
+
+def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
+    """Places of the effects found and those where a gap lies, each with its share where it has one."""
+    shares: dict[str, float] = {}
+    for lies in diagnosis.where:
+        shares[lies.site] = shares.get(lies.site, 0.0) + lies.share
+    sites = [finding.candidate_effect.where for finding in diagnosis.findings]
+    if diagnosis.verdict == "unexplained" or not sites:
+        sites += [site for site, share in shares.items() if share >= LEAST_SHARE]
+    return {site: f"{100 * min(1.0, shares[site]):.0f} %" if site in shares else "" for site in dict.fromkeys(sites)}
+
+
+def _evidence(diagnosis: Diagnosis) -> list[Section]:
+    model, sites = diagnosis.model, rows.site_table(diagnosis)
+    both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
+    errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
+    cell = cell_scene(model, diagnosis.x, errors, title="The cell, and how it errs on new poses",
+                      marked=suspected(diagnosis), remark=_highlighted(diagnosis))  # fmt: skip
+    lies = "Where the rest lies" if diagnosis.verdict == "unexplained" else "Where the gap lies"
+    sizes = {name: source.value for name, source in diagnosis.noise.items()}
+    noise = noise_table(
+        sizes,
+        error_sources(enough_rows(model), diagnosis.x),
+        {name: source.origin for name, source in diagnosis.noise.items()},
+    )
+    return [
+        Section(lies, [cell, sites] if sites.rows else [cell]),
+        Section("Step by step", charts([make(diagnosis) for make in STEPS])),
+        Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
+        Section("Errors", charts([make(diagnosis) for make in ERRORS])),
+        Section("Other data of the same arm", [rows.validation_table(diagnosis)] if diagnosis.validation else []),
+        Section("Poses to measure next", [rows.pose_table(diagnosis)] if diagnosis.next_poses else []),
+        Section("What was not found", _not_found(diagnosis)),
+        Section("Noise", [noise, *_remarks(diagnosis)]),
+    ]
+
+
+def _highlighted(diagnosis: Diagnosis) -> str:
+    marked = suspected(diagnosis)
+    if marked:
+        named = ", ".join(f"{rows.place(site)} ({share})" if share else rows.place(site)
+                          for site, share in marked.items())  # fmt: skip
+        whose = "what is left" if diagnosis.verdict == "unexplained" else "the gap"
+        brackets = f" In brackets: the share of {whose} that lies there." if any(marked.values()) else ""
+        return f" Highlighted: {named}.{brackets}"
+    if diagnosis.verdict == "no_gap":
+        return " No place is highlighted: what is left is noise."
+    return " No place is highlighted: the gap lies at none of them alone."
+
+
+def _not_found(diagnosis: Diagnosis) -> list[Block]:
+    tables = (rows.limit_table(diagnosis), rows.untestable_table(diagnosis))
+    return [table for table in tables if table.rows]
+
+
+def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
+    """The sites with the largest shares, for the terminal."""
+    what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
+    return [
+        Text(f"{100 * lies.share:.0f} % {what} at {rows.place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
+        for lies in diagnosis.where[:MOST_SITES]
+        if lies.share >= PRINTED_SHARE
+    ]
+
+
+def _remarks(diagnosis: Diagnosis) -> list[Block]:
+    return [Text(remark, "quiet", printed=True) for remark in diagnosis.noise_remarks]

@@ -1,152 +1,210 @@
 """Tables of a diagnosis: values with their errors and caveats."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from itertools import groupby
-from typing import final
+from typing import Final
 
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import noun
+from robolaser.diagnosis.cause_words import named, noun
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
+from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.joints import moving_joints
-from robolaser.report.diagnosis.advice import caveats, comparison, doubt
+from robolaser.report.diagnosis.advice import SITES, caveats, comparison, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
+from robolaser.report.document import Cell, Column, Table
 
-MOST_MEMBERS = 8
+MOST_MEMBERS: Final = 8
 """Members of a class that are listed."""
+MOST_CLASSES, MOST_EFFECTS = 3, 5
+"""Lines of each on the terminal."""
+FEW: Final = 8
+"""Rows of a table of details from which it is folded away."""
+PROBABILITY: Final = Column("Probability", brief="probability")
 
 
-@final
-@dataclass(frozen=True)
-class EffectRow:
-    """An effect that was found, or one that could stand in its place.
-
-    Attributes:
-        effect: Its name.
-        where: Its site.
-        meaning: In a few words.
-        values: Name of each parameter, value with error and unit, and the caveat about it.
-        cells: What further columns say.
-        caveat: Of the whole.
-    """
-
-    effect: str
-    where: str
-    meaning: str
-    values: Sequence[tuple[str, str, str]]
-    cells: Sequence[str]
-    caveat: str
+def place(site: str) -> str:
+    """A site as people call it."""
+    return site.replace("_", " ") if site in SITES else site
 
 
-@final
-@dataclass(frozen=True)
-class SiteRow:
-    """A site of the gap: its share in per cent, and the p value of finding as much by chance."""
-
-    site: str
-    coordinate: str
-    share: float
-    p_value: str
-
-
-def class_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
-    """Classes of causes: name, meaning, probability, gap without and with it, and its members."""
-    return [
+def class_table(diagnosis: Diagnosis) -> Table:
+    """Classes of causes: their probability, the gap without and with them, and their members."""
+    rows = [
         (
-            one.name.replace("_", " "),
-            _meaning(one),
-            percent(one.probability),
+            Cell(one.name.replace("_", " "), below=[said] if (said := _meaning(one)) else []),
+            Cell(percent(one.probability), order=one.probability),
             "" if one.gap_without_m is None else f"{millimetres(one.gap_without_m)} → {millimetres(one.gap_with_m)}",
-            ", ".join(f"{member} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
+            ", ".join(f"{named(member)} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
             + (f" and {more} more" if (more := len(one.members) - MOST_MEMBERS) > 0 else ""),
         )
         for one in diagnosis.classes
     ]
+    columns = [
+        Column("Class", "name", 30, "class"),
+        PROBABILITY,
+        Column("Gap, without → with", brief="gap, without → with it"),
+        Column("Members that may be at work", "wide"),
+    ]
+    is_open = any(found.probability < CERTAIN for found in diagnosis.findings)
+    return Table(columns, rows, "Classes of causes", "A class can be certain where none of its members is.",
+                 printed=MOST_CLASSES if is_open else 0)  # fmt: skip
 
 
 def _meaning(one: CauseClass) -> str:
     """What a class is, unless its name says as much."""
     words = noun(one.name)
     said = "" if words == f"the {one.name.replace('_', ' ')}" else words
-    return f"{said}, at {one.site}" if one.site else said
+    return f"{said}, at {place(one.site)}" if one.site else said
 
 
-def effect_rows(diagnosis: Diagnosis) -> list[EffectRow]:
+def effect_table(diagnosis: Diagnosis) -> Table:
     """The effects found, most important first: probability, gap before and after, gap without this one."""
-    return [
-        _row(
-            found,
-            (
-                percent(found.probability),
-                f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
-                millimetres(found.gap_without_m),
-            ),
-            "; ".join(caveats(diagnosis, found)),
+    columns = [
+        Column("Effect", "name", 24, "effect"),
+        Column("Value ± standard deviation", "number", brief="value"),
+        PROBABILITY,
+        Column("Gap, before → after"),
+        Column("Gap without it", brief="gap without it"),
+        Column("Caveat", "wide", 28, "caveat"),
+    ]
+    rows = [
+        (
+            *_effect(found),
+            Cell(percent(found.probability), order=found.probability),
+            f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
+            millimetres(found.gap_without_m),
+            Cell(note="\n".join(caveats(diagnosis, found))),
         )
         for found in diagnosis.findings
     ]
+    return Table(columns, rows, printed=MOST_EFFECTS)
 
 
-def alternative_rows(diagnosis: Diagnosis) -> list[EffectRow]:
+def alternative_table(diagnosis: Diagnosis) -> Table:
     """What else could be the cause, as far as these poses can tell: the gap with it, and what it would replace."""
-    return [
-        _row(other, (millimetres(other.gap_m), str(found.candidate_effect)), comparison(found, other))
+    columns = [
+        Column("Alternative", "name", 24),
+        Column("Value ± standard deviation", "number"),
+        Column("Gap with it"),
+        Column("Instead of"),
+        Column("How it compares", "wide", 28),
+    ]
+    rows = [
+        (*_effect(other), millimetres(other.gap_m), named(found.candidate_effect), Cell(note=comparison(found, other)))
         for found in diagnosis.findings
         for other in found.alternatives
     ]
+    note = "These poses cannot distinguish the alternatives from what was found. The next poses would."
+    return Table(columns, rows, "Alternatives", note, fold=6)
 
 
-def _row(one: Finding | Alternative, cells: Sequence[str], caveat: str) -> EffectRow:
+def _effect(one: Finding | Alternative) -> tuple[Cell, Cell]:
+    """An effect, and its parameters, of its amplitudes the clearest first."""
     effect = one.candidate_effect.effect
-    values = [(name, with_error(number), doubt(number)) for name, number in one.parameters.items()]
-    return EffectRow(effect.name, one.candidate_effect.where, effect.title, values, cells, caveat)
+    amplitudes = {amplitude.name for amplitude in effect.amplitudes()}
+    ordered = sorted(one.parameters.items(), key=lambda each: (each[0] not in amplitudes, -_clarity(each[1])))
+    values = [
+        f"{name.replace('_', ' ')} {with_error(number)}" + (f" ({said})" if (said := doubt(number)) else "")
+        for name, number in ordered
+    ]
+    return Cell(sentence_case(named(one.candidate_effect)), below=[effect.title]), Cell("\n".join(values))
 
 
-def site_rows(diagnosis: Diagnosis) -> list[SiteRow]:
+def _clarity(number: Estimate) -> float:
+    return abs(number.value) / number.std if number.std else 0.0
+
+
+def site_table(diagnosis: Diagnosis) -> Table:
     """Where the gap lies."""
-    return [SiteRow(lies.site, lies.coordinate, 100 * lies.share, _chance(lies.p_value)) for lies in diagnosis.where]
+    is_rest = diagnosis.verdict == "unexplained"
+    rows = [
+        (
+            place(lies.site),
+            lies.coordinate,
+            Cell(f"{100 * lies.share:.0f} %", share=100 * lies.share, order=lies.share),
+            Cell(_chance(lies.p_value), order=lies.p_value),
+        )
+        for lies in diagnosis.where
+    ]
+    columns = [Column("Site", "name", 24), Column("Depends on"),
+               Column(f"Share of the {'rest' if is_rest else 'gap'}", "wide", 30), Column("p value")]  # fmt: skip
+    note = (
+        "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that place"
+        " predicts on poses it was not fitted to."
+        if is_rest
+        else "Share: of the squared error beyond noise, the part that the effects found there remove."
+    )
+    return Table(columns, rows, note=note)
 
 
-def limit_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str, list[str]]]:
-    """Effects that were looked for and not found: name, meaning, and how small they must be at each place."""
+def limit_table(diagnosis: Diagnosis) -> Table:
+    """Effects that were looked for and not found, and how small they must be at each place."""
     by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
-    for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect):
-        yield kind.name, kind.title, _less(tuple(limits))
+    rows = [
+        (Cell(sentence_case(kind.name.replace("_", " ")), below=[kind.title]), "\n".join(_less(tuple(limits))))
+        for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect)
+    ]
+    note = (
+        "Detection limit: larger effects would have been found in nine cases out of ten; then what one of that size"
+        " costs at the tool, and from which size on it is told from what looks most like it."
+    )
+    return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=FEW)
 
 
-def untestable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+def untestable_table(diagnosis: Diagnosis) -> Table:
     """What could not be tested, each reason once: effects, and why."""
     effects: dict[str, list[str]] = {}
     for name, reason in diagnosis.not_testable.items():
-        effects.setdefault(reason, []).append(name)
-    return [(", ".join(names), reason) for reason, names in effects.items()]
+        effects.setdefault(reason, []).append(name.replace("_", " "))
+    rows = [(sentence_case(", ".join(names)), reason) for reason, names in effects.items()]
+    return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, "What these data cannot test")
 
 
-def pose_table(diagnosis: Diagnosis) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+def pose_table(diagnosis: Diagnosis) -> Table:
     """Next poses: joints as columns, values for people as rows."""
     joints = list(dict.fromkeys(joint for pose in diagnosis.next_poses for joint in pose))
     units = joint_units(diagnosis.dataset)
-    return joints, [
-        [plain(round(pose[joint], 5), units.get(joint, "rad")) if joint in pose else "" for joint in joints]
-        for pose in diagnosis.next_poses
-    ]
+    rows = [
+        [str(number), *(plain(round(pose[joint], 5), units.get(joint, "rad")) if joint in pose else ""
+                        for joint in joints)]
+        for number, pose in enumerate(diagnosis.next_poses, 1)
+    ]  # fmt: skip
+    return Table(
+        [Column("Pose"), *map(Column, joints)],
+        rows,
+        note="Within the joint limits; the arm does not hit itself there, what else stands in the cell is not known.",
+    )
 
 
-def gross_rows(diagnosis: Diagnosis) -> Iterator[tuple[int, str, str, str]]:
+def gross_table(diagnosis: Diagnosis) -> Table:
     """Gross errors: data row of points.csv from 1, pose, point, and the shot where shots were repeated."""
     points, poses = diagnosis.dataset.points, diagnosis.dataset.poses
-    for row in diagnosis.outliers.tolist():
-        repeat = "" if points.repeat is None else str(points.repeat[row])
-        yield row + 1, poses.names[points.pose[row]], points.names[row], repeat
+    columns = [Column("Row of points.csv"), Column("Pose"), Column("Point")]
+    columns += [] if points.repeat is None else [Column("Repeat")]
+    rows = [
+        (str(row + 1), poses.names[points.pose[row]], points.names[row],
+         *(() if points.repeat is None else (str(points.repeat[row]),)))
+        for row in diagnosis.outliers.tolist()
+    ]  # fmt: skip
+    return Table(columns, rows, "Gross errors", "Excluded from everything above.", FEW)
 
 
-def validation_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, Sequence[str], str]]:
+def validation_table(diagnosis: Diagnosis) -> Table:
     """Other data of the same arm: name, the error step by step, and what did not carry over."""
-    for one in diagnosis.validation:
-        errors = (one.nominal_m, one.calibrated_m, one.after_m, one.noise_floor_m)
-        yield one.dataset, [millimetres(error) for error in errors], "; ".join(one.remarks)
+    columns = [Column("Data set", "name", 24), Column("Nominal"), Column("Calibrated"), Column("With the effects"),
+               Column("Noise alone"), Column("What did not carry over", "wide")]  # fmt: skip
+    rows: list[Sequence[Cell | str]] = [
+        (one.dataset, *map(millimetres, (one.nominal_m, one.calibrated_m, one.after_m, one.noise_floor_m)),
+         Cell(note="\n".join(one.remarks)))
+        for one in diagnosis.validation
+    ]  # fmt: skip
+    note = (
+        "Errors on held-out poses. Only base, target, tool and sockets were fitted anew; everything else is as found on"
+        f" {diagnosis.dataset.name}."
+    )
+    return Table(columns, rows, note=note)
 
 
 def joint_units(dataset: Dataset) -> Mapping[str, str]:
@@ -170,7 +228,9 @@ def _less(limits: Sequence[DetectionLimit]) -> list[str]:
     """A line for each place with a limit, and one for those without."""
     lines = [_limit(one) for one in limits]
     for is_imitated, why in ((True, "in the model as an effect found"), (False, "cannot be seen in these poses")):
-        unseen = [one.candidate_effect.where for one in limits if one.size is None and one.is_imitated == is_imitated]
+        unseen = [
+            place(one.candidate_effect.where) for one in limits if one.size is None and one.is_imitated == is_imitated
+        ]
         lines += [f"{', '.join(unseen)}: {why}"] if unseen else []
     return [*filter(None, lines)]
 
@@ -178,10 +238,14 @@ def _less(limits: Sequence[DetectionLimit]) -> list[str]:
 def _limit(one: DetectionLimit) -> str:
     if one.size is None:
         return ""
-    said = [f"{one.candidate_effect.where} < {plain(one.size, one.unit, 2)}"]
+    said = [f"{place(one.candidate_effect.where)} < {plain(one.size, one.unit, 2)}"]
     if one.at_tool_m is not None:
         said.append(f"{plain(one.at_tool_m, 'm', 2)} at the tool")
     if one.rival is not None:
         size = "" if one.identifiable is None else plain(one.identifiable, one.unit, 2)
-        said.append(f"above {size} distinguishable from {one.rival}" if size else f"indistinguishable from {one.rival}")
+        said.append(
+            f"above {size} distinguishable from {named(one.rival)}"
+            if size
+            else f"indistinguishable from {named(one.rival)}"
+        )
     return "; ".join(said)

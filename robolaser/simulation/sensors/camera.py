@@ -30,31 +30,22 @@ INTRINSICS = {
 HIDING = {"radial_distortion": ("k2", "k3"), "tangential_distortion": ("p1", "p2")}
 """Terms of the lens that take an effect up where they are fitted."""
 SQUARE_M = 0.03
-FEWEST = 6
-"""Corners that show where a board stands."""
-SHIFT_M, TURN_RAD = 0.05, 0.3
-"""How far a bracket is from the flange, and turned, at most."""
-TILT_RAD = 0.1
-"""Of what stands in the cell, at most."""
-MARGIN = 0.02
-"""Of the image, so that noise does not carry a corner out of it."""
-GROSS_PX = (5.0, 60.0)
-"""A corner of another square is taken for it."""
+FEWEST = 6  # corners that show where a board stands
+SHIFT_M, TURN_RAD = 0.05, 0.3  # how far a bracket is from the flange, and turned, at most
+TILT_RAD = 0.1  # of what stands in the cell, at most
+MARGIN = 0.02  # of the image, so that noise does not carry a corner out of it
+GROSS_PX = (5.0, 60.0)  # a corner of another square is taken for it
 
 
 @final
 @dataclass(frozen=True)
 class SimulatedCamera(SimulatedSensor):
-    """A camera that sees every corner of its board in every pose.
-
-    Attributes:
-        corners: Of the board, (k, 3) [m].
-    """
+    """A camera that sees every corner of its board in every pose."""
 
     kind: ClassVar[str] = "camera"
     default_points: ClassVar[int] = 35
 
-    corners: Array
+    corners: Array  # of the board, (k, 3) [m]
 
     @classmethod
     def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:

@@ -27,15 +27,11 @@ GROSS_M = (5e-3, 5e-2)  # reflectors are mixed up
 @final
 @dataclass(frozen=True)
 class SimulatedTracker(SimulatedSensor):
-    """A tracker that sees every reflector in every pose.
-
-    Attributes:
-        names: Of the reflectors.
-    """
+    """A tracker that sees every reflector in every pose."""
 
     kind: ClassVar[str] = "point"
 
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the reflectors
 
     @classmethod
     def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:

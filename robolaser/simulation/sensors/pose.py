@@ -26,16 +26,12 @@ GROSS_RAD = (0.02, 0.2)  # markers are mixed up
 @final
 @dataclass(frozen=True)
 class SimulatedPoseTracker(SimulatedSensor):
-    """A tracker that sees every body in every pose.
-
-    Attributes:
-        names: Of the bodies.
-    """
+    """A tracker that sees every body in every pose."""
 
     kind: ClassVar[str] = "pose"
     default_points: ClassVar[int] = 1
 
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the bodies
 
     @classmethod
     def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:

@@ -34,19 +34,13 @@ GROSS_M = (1e-3, 5e-3)  # a reflection is taken for the ball
 @final
 @dataclass(frozen=True)
 class SimulatedProfile(SimulatedSensor):
-    """A profile sensor that sees one ball in each pose.
-
-    Attributes:
-        ball_of: The ball of each candidate, (≥ n,).
-        at: Where along the arc the points of each pose lie, -1 to 1, (≥ n, k).
-        stands: Whether the sensor stands in the cell.
-    """
+    """A profile sensor that sees one ball in each pose."""
 
     kind: ClassVar[str] = "profile"
 
-    ball_of: Ints
-    at: Array
-    stands: bool
+    ball_of: Ints  # the ball of each candidate, (≥ n,)
+    at: Array  # where along the arc the points of each pose lie, -1 to 1, (≥ n, k)
+    stands: bool  # whether the sensor stands in the cell
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:

@@ -14,26 +14,18 @@ from robolaser.parameters import Values
 from robolaser.simulation.outliers import impossible
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
-REGISTERED: dict[str, "type[SimulatedSensor]"] = {}
-"""Simulated sensors by kind; a subclass enters itself."""
+REGISTERED: dict[str, "type[SimulatedSensor]"] = {}  # simulated sensors by kind; a subclass enters itself
 
 
 @dataclass(frozen=True)
 class SimulatedSensor(ABC):
-    """A sensor of one kind in one cell.
+    """A sensor of one kind in one cell."""
 
-    Attributes:
-        kind: As `[sensor] kind` calls it.
-        default_points: Points in each pose, or names of points, where none are asked for.
-        truth: Every parameter of the sensor by name, as the cell was built.
-        candidates: Configurations in which the nominal arm can measure, at least as many as poses, (≥ n, j).
-    """
+    kind: ClassVar[str]  # as `[sensor] kind` calls it
+    default_points: ClassVar[int] = 3  # points in each pose, or names of points, where none are asked for
 
-    kind: ClassVar[str]
-    default_points: ClassVar[int] = 3
-
-    truth: Mapping[str, float]
-    candidates: Array
+    truth: Mapping[str, float]  # every parameter of the sensor by name, as the cell was built
+    candidates: Array  # configurations in which the nominal arm can measure, at least as many as poses, (≥ n, j)
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()

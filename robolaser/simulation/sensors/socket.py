@@ -26,17 +26,12 @@ GROSS_RAD = (0.01, 0.05)  # of one joint in a pose whose ball is not seated [rad
 @final
 @dataclass(frozen=True)
 class SimulatedSockets(SimulatedSensor):
-    """A ball and its sockets.
-
-    Attributes:
-        sockets: In the base frame, (s, 3) [m].
-        socket_of: The socket of each candidate, (≥ n,).
-    """
+    """A ball and its sockets."""
 
     kind: ClassVar[str] = "socket"
 
-    sockets: Array
-    socket_of: Ints
+    sockets: Array  # in the base frame, (s, 3) [m]
+    socket_of: Ints  # the socket of each candidate, (≥ n,)
 
     @classmethod
     def check_counts(cls, *, poses: int, points: int, repeats: int) -> None:

@@ -27,20 +27,14 @@ GROSS_PX = (10.0, 60.0)  # across the stripe: a reflection is taken for it
 @final
 @dataclass(frozen=True)
 class SimulatedStripe(SimulatedSensor):
-    """A scanner that looks down on a target.
-
-    Attributes:
-        view: What it sees.
-        at: Pixel coordinates along the stripe, (n, k).
-        level: Height of the target in the base frame, or in its own one where it is not placed [m].
-    """
+    """A scanner that looks down on a target."""
 
     kind: ClassVar[str] = "stripe"
     default_points: ClassVar[int] = 12
 
-    view: View
-    at: Array
-    level: float
+    view: View  # what it sees
+    at: Array  # pixel coordinates along the stripe, (n, k)
+    level: float  # height of the target in the base frame, or in its own one where it is not placed [m]
 
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:

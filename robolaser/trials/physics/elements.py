@@ -3,47 +3,32 @@
 from dataclasses import dataclass
 from typing import Final, final
 
-FOOT: Final = "(foot)"
-"""Under the root link."""
-BRACKET: Final = "(bracket)"
-"""Between the flange and what it carries."""
+FOOT: Final = "(foot)"  # under the root link
+BRACKET: Final = "(bracket)"  # between the flange and what it carries
 
 
 @final
 @dataclass(frozen=True)
 class SpringHinge:
-    """A hinge that no encoder sees.
+    """A hinge that no encoder sees."""
 
-    Attributes:
-        before: The joint before which it lies, whose frame it is given in before the joint turns; or `FOOT` or
-            `BRACKET`, whose frames are those of the base and of the flange.
-        axis: (3,)
-        at: A point on it, (3,) [m].
-        stiffness: [Nm/rad]
-    """
-
+    # the joint before which it lies, whose frame it is given in before the joint turns; or `FOOT` or `BRACKET`, whose
+    # frames are those of the base and of the flange
     before: str
-    axis: tuple[float, float, float]
-    at: tuple[float, float, float]
-    stiffness: float
+    axis: tuple[float, float, float]  # (3,)
+    at: tuple[float, float, float]  # a point on it, (3,) [m]
+    stiffness: float  # [Nm/rad]
 
 
 @final
 @dataclass(frozen=True)
 class Gear:
-    """What drives a joint that does not stand where its encoder says.
+    """What drives a joint that does not stand where its encoder says."""
 
-    Attributes:
-        stiffness: Of its spring, or the gain of its servo [Nm/rad or N/m].
-        play: Whole width of the range within which next to nothing holds it [rad or m].
-        centring: Stiffness within the play.
-        servo: Whether a position servo of that gain holds it instead of a spring.
-    """
-
-    stiffness: float
-    play: float = 0.0
-    centring: float = 0.0
-    servo: bool = False
+    stiffness: float  # of its spring, or the gain of its servo [Nm/rad or N/m]
+    play: float = 0.0  # whole width of the range within which next to nothing holds it [rad or m]
+    centring: float = 0.0  # stiffness within the play
+    servo: bool = False  # whether a position servo of that gain holds it instead of a spring
 
     def torque(self, away: float) -> tuple[float, float]:
         """What a gear with play answers to a deflection [Nm or N], and the slope: little within it, a spring beyond."""

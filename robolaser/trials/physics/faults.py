@@ -23,8 +23,7 @@ LEAST_LENGTH_M = 0.05
 class PhysicalFault(FaultModel):
     """Something that gives way, by `size` [rad] at most over the run."""
 
-    form: ClassVar[str]
-    """What the kinds of worlds call it."""
+    form: ClassVar[str]  # what the kinds of worlds call it
 
     @abstractmethod
     def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
@@ -44,16 +43,14 @@ class PhysicalFault(FaultModel):
         if not self.size:
             return T_base_flange
         at_rest, _ = self.arm(run, self.stiffness(run)).at_rest(run.q)
-        moved: Array = at_rest @ np.linalg.inv(run.arm.forward(run.q)) @ T_base_flange
-        return moved
+        return at_rest @ np.linalg.inv(run.arm.forward(run.q)) @ T_base_flange
 
     def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
         """With the bracket where it comes to rest."""
         if not self.size:
             return T_flange_camera
         flange, bracket = self.arm(run, self.stiffness(run)).at_rest(run.q)
-        moved: Array = np.linalg.inv(flange) @ bracket @ T_flange_camera
-        return moved
+        return np.linalg.inv(flange) @ bracket @ T_flange_camera
 
 
 @final
@@ -219,8 +216,7 @@ class BendingLink(PhysicalFault):
         return MujocoArm(run.arm.robot, hinges=springs, load=scanner(run))
 
 
-PHYSICAL: dict[str, type[PhysicalFault]] = {fault.form: fault for fault in PhysicalFault.__subclasses__()}
-"""By form."""
+PHYSICAL: dict[str, type[PhysicalFault]] = {fault.form: fault for fault in PhysicalFault.__subclasses__()}  # by form
 
 
 def scanner(run: SyntheticRun) -> Load:

@@ -10,13 +10,7 @@ from robolaser.errors import TrialError
 from robolaser.finite_differences import forward_differences
 from robolaser.geometry.kinematics import Robot
 from robolaser.trials.physics.elements import BRACKET, Gear, Load, SpringHinge
-from robolaser.trials.physics.specification import (
-    body_name,
-    hinge_name,
-    joint_name,
-    mujoco,
-    specification,
-)
+from robolaser.trials.physics.specification import body_name, hinge_name, joint_name, mujoco, specification
 
 STEP = 1e-6  # of the differences that Newton's method rests on [rad or m]
 SETTLED = 1e-12  # last step of a coordinate [rad or m]

@@ -91,11 +91,7 @@ def _add_link(parent: Any, tree: Tree, name: str, origin: Array) -> Any:
     link = tree.links[name]
     x, y, z, w = Rotation.from_matrix(origin[:3, :3]).as_quat()
     return parent.add_body(
-        name=body_name(name),
-        pos=origin[:3, 3],
-        quat=[w, x, y, z],
-        ipos=link.com,
-        **_mass(max(link.mass, LIGHTEST_KG)),
+        name=body_name(name), pos=origin[:3, 3], quat=[w, x, y, z], ipos=link.com, **_mass(max(link.mass, LIGHTEST_KG))
     )
 
 

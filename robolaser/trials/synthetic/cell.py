@@ -15,61 +15,40 @@ from robolaser.trials.synthetic.scanner import ScannerOptics
 @final
 @dataclass(frozen=True)
 class Target:
-    """Flat steps, all facing one way.
+    """Flat steps, all facing one way."""
 
-    Attributes:
-        middle: (3,) in the base frame [m].
-        axes: Two in the steps and their normal, as rows, (3, 3).
-    """
-
-    middle: Array
-    axes: Array
+    middle: Array  # (3,) in the base frame [m]
+    axes: Array  # two in the steps and their normal, as rows, (3, 3)
 
     def inside(self, point: Array) -> Array:
         """Points of the base frame as two coordinates in the steps and a height, (m, 3)."""
-        inside: Array = (point - self.middle) @ self.axes.T
-        return inside
+        return (point - self.middle) @ self.axes.T
 
     def outside(self, inside: Array) -> Array:
         """And back."""
-        point: Array = inside @ self.axes + self.middle
-        return point
+        return inside @ self.axes + self.middle
 
 
 @final
 @dataclass(frozen=True)
 class Readings:
-    """What a run gives without chance (m).
+    """What a run gives without chance (m)."""
 
-    Attributes:
-        pixel: (m, 2) [px]; NaN where the light does not meet the target.
-        xyz: Target points as the target's drawing has them, (m, 3) in the base frame [m].
-    """
-
-    pixel: Array
-    xyz: Array
+    pixel: Array  # (m, 2) [px]; NaN where the light does not meet the target
+    xyz: Array  # target points as the target's drawing has them, (m, 3) in the base frame [m]
 
 
 @final
 @dataclass(frozen=True)
 class SyntheticCell:
-    """Where everything truly is, save the faults.
+    """Where everything truly is, save the faults."""
 
-    Attributes:
-        run: Of the arm.
-        eye: The scanner.
-        target: Below it.
-        pose: Number of each point's pose, (m,).
-        at: Pixel coordinate along the stripe at which each point is read, (m,) [px].
-        level: Height of the step that it lies on, (m,) [m].
-    """
-
-    run: SyntheticRun
-    eye: ScannerOptics
-    target: Target
-    pose: Ints
-    at: Array
-    level: Array
+    run: SyntheticRun  # of the arm
+    eye: ScannerOptics  # the scanner
+    target: Target  # below it
+    pose: Ints  # number of each point's pose, (m,)
+    at: Array  # pixel coordinate along the stripe at which each point is read, (m,) [px]
+    level: Array  # height of the step that it lies on, (m,) [m]
 
     @property
     def truth(self) -> Mapping[str, float]:
@@ -95,13 +74,11 @@ class SyntheticCell:
             return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
 
         def height(along: Array) -> Array:
-            total: Array = sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
-            return total
+            return sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
 
         def above(point: Array) -> Array:
             place = inside(point)
-            free: Array = place[:, 2] - self.level - height(place[:, :2])
-            return free
+            return place[:, 2] - self.level - height(place[:, :2])
 
         lit = light.of_rows(self.pose)
         point, pixel = self.eye.meet(self.at, lit, lens, above, self._guess(lit.normals, R, t))
@@ -125,5 +102,4 @@ class SyntheticCell:
         planes = np.stack([column, normals, facing], axis=1)
         level = self.level - (t - self.target.middle) @ self.target.axes[2]
         sheet = truth["b"] * np.cos(truth["theta"]) * one
-        point: Array = np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]
-        return point
+        return np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]

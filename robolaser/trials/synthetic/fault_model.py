@@ -13,26 +13,17 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 @dataclass(frozen=True)
 class FaultModel(ABC):
-    """One fault of one cell. A stage that a subclass does not override keeps its value.
+    """One fault of one cell. A stage that a subclass does not override keeps its value."""
 
-    Attributes:
-        where: The location that the truth names.
-        size: Its principal number in SI units; its other numbers are its form.
-    """
-
-    effect: ClassVar[str]
-    """Its name in the truth, the effect library's where that has such an effect."""
-    sizes: ClassVar[tuple[float, float]]
-    """Usual in industry, least and most."""
-    signed: ClassVar[bool] = False
-    """Whether a sampled size may be negative."""
-    location: ClassVar[str | None] = None
-    """Where it always sits; None: at a joint."""
+    effect: ClassVar[str]  # its name in the truth, the effect library's where that has such an effect
+    sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
+    signed: ClassVar[bool] = False  # whether a sampled size may be negative
+    location: ClassVar[str | None] = None  # where it always sits; None: at a joint
     classes: ClassVar[tuple[str, ...]] = ()
     """Classes of causes that are right for an effect that the library lacks, beside `unknown`."""
 
-    where: str
-    size: float
+    where: str  # the location that the truth names
+    size: float  # its principal number in SI units; its other numbers are its form
 
     @classmethod
     def sample(cls, where: str, size: float, run: SyntheticRun, rng: np.random.Generator) -> Self:

@@ -11,19 +11,12 @@ from robolaser.arrays import Array, Ints
 @final
 @dataclass(frozen=True)
 class Light:
-    """One light surface for each pose (n) or row.
+    """One light surface for each pose (n) or row."""
 
-    Attributes:
-        base: Where it leaves the projector, on the camera's x axis when it is not rolled [m].
-        theta: Angle, (n,) [rad].
-        roll: About the view, (n,) [rad].
-        cone: How far its rays stand off the plane, (n,) [rad].
-    """
-
-    base: float
-    theta: Array
-    roll: Array
-    cone: Array
+    base: float  # where it leaves the projector, on the camera's x axis when it is not rolled [m]
+    theta: Array  # angle, (n,) [rad]
+    roll: Array  # about the view, (n,) [rad]
+    cone: Array  # how far its rays stand off the plane, (n,) [rad]
 
     def of_rows(self, pose: Ints) -> "Light":
         """The light at each row's pose, (m,)."""

@@ -12,25 +12,15 @@ from robolaser.trials.synthetic.arm import PinocchioArm
 @final
 @dataclass(frozen=True)
 class SyntheticRun:
-    """What a fault may depend on.
+    """What a fault may depend on."""
 
-    Attributes:
-        arm: The arm as drawn.
-        q: Joint angles as read, (n, j) [rad or m].
-        qd: Velocities at the reading, (n, j) [rad/s or m/s].
-        time: Of each pose, (n,) [s].
-        middle: Of the target, (3,) in the base frame [m].
-        radius: Of the part of the target that is looked at [m].
-        payload_kg: What the flange carries; the URDF does not know of it.
-    """
-
-    arm: PinocchioArm
-    q: Array
-    qd: Array
-    time: Array
-    middle: Array
-    radius: float
-    payload_kg: float
+    arm: PinocchioArm  # the arm as drawn
+    q: Array  # joint angles as read, (n, j) [rad or m]
+    qd: Array  # velocities at the reading, (n, j) [rad/s or m/s]
+    time: Array  # of each pose, (n,) [s]
+    middle: Array  # of the target, (3,) in the base frame [m]
+    radius: float  # of the part of the target that is looked at [m]
+    payload_kg: float  # what the flange carries; the URDF does not know of it
 
     @property
     def share(self) -> Array:
@@ -49,5 +39,4 @@ class SyntheticRun:
 
     def warmed(self, tau: float) -> Array:
         """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""
-        warmed: Array = 1.0 - np.exp(-self.share / tau)
-        return warmed
+        return 1.0 - np.exp(-self.share / tau)

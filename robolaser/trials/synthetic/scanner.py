@@ -19,19 +19,13 @@ STEPS = 9
 @final
 @dataclass(frozen=True)
 class ScannerOptics:
-    """A stripe scanner as it was built.
+    """A stripe scanner as it was built."""
 
-    Attributes:
-        truth: The paper's fourteen numbers, SI.
-        bracket_quat: Turn of the camera on the flange (x, y, z, w), before the small angles.
-        angles: "xyz" or "zyz".
-        stripe_axis: "u" or "v".
-    """
-
-    truth: Mapping[str, float]
+    truth: Mapping[str, float]  # the paper's fourteen numbers, SI
+    # turn of the camera on the flange (x, y, z, w), before the small angles
     bracket_quat: tuple[float, float, float, float]
-    angles: str
-    stripe_axis: str
+    angles: str  # "xyz" or "zyz"
+    stripe_axis: str  # "u" or "v"
 
     @property
     def mount(self) -> Array:
@@ -61,8 +55,7 @@ class ScannerOptics:
         f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         K = np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
         shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens)
-        pixels: Array = np.asarray(shown, dtype=np.float64).reshape(-1, 2)
-        return pixels
+        return np.asarray(shown, dtype=np.float64).reshape(-1, 2)
 
     def meet(
         self, at: Array, light: Light, lens: Array, surface: Callable[[Array], Array], start: Array

@@ -15,17 +15,11 @@ from robolaser.trials.synthetic.run import SyntheticRun
 @final
 @dataclass(frozen=True)
 class TrackerCell:
-    """Where everything truly is, save the faults. In each pose all reflectors are seen.
+    """Where everything truly is, save the faults. In each pose all reflectors are seen."""
 
-    Attributes:
-        run: Of the arm.
-        T_world_base: (4, 4).
-        reflectors: In the flange's frame, by name, (3,) [m].
-    """
-
-    run: SyntheticRun
-    T_world_base: Array
-    reflectors: Mapping[str, Array]
+    run: SyntheticRun  # of the arm
+    T_world_base: Array  # (4, 4)
+    reflectors: Mapping[str, Array]  # in the flange's frame, by name, (3,) [m]
 
     @property
     def pose(self) -> Ints:

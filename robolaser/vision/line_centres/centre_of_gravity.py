@@ -20,29 +20,17 @@ _LOOPS = Loops("robolaser.vision.profile_loops", pays_after=200_000)  # runs of 
 @final
 @dataclass(frozen=True)
 class Profiles:
-    """What the lines' pixels say of each run (n); NaN where the image's border cuts it.
+    """What the lines' pixels say of each run (n); NaN where the image's border cuts it."""
 
-    Attributes:
-        centre: Centre of gravity above LEVEL, (n,) [px along the line].
-        std: Its standard deviation, (n,) [px].
-        width: Between the flanks at LEVEL, (n,) [px].
-        foot: Between the flanks at FOOT, (n,) [px].
-        light: Grey above LEVEL, summed, (n,).
-        peak: Brightest grey, (n,).
-        ground: Grey beside the run, (n,).
-        full: Saturated pixels, (n,).
-        asymmetry: Middle above FOOT against centre above LEVEL, (n,) [px].
-    """
-
-    centre: Array
-    std: Array
-    width: Array
-    foot: Array
-    light: Array
-    peak: Array
-    ground: Array
-    full: Ints
-    asymmetry: Array
+    centre: Array  # centre of gravity above LEVEL, (n,) [px along the line]
+    std: Array  # its standard deviation, (n,) [px]
+    width: Array  # between the flanks at LEVEL, (n,) [px]
+    foot: Array  # between the flanks at FOOT, (n,) [px]
+    light: Array  # grey above LEVEL, summed, (n,)
+    peak: Array  # brightest grey, (n,)
+    ground: Array  # grey beside the run, (n,)
+    full: Ints  # saturated pixels, (n,)
+    asymmetry: Array  # middle above FOOT against centre above LEVEL, (n,) [px]
 
 
 def measure(runs: Runs) -> Profiles:
@@ -66,15 +54,7 @@ def measure(runs: Runs) -> Profiles:
     return Profiles(centre, std, width, foot, light, peak, ground, full.astype(np.int64), low - centre)
 
 
-def _measured(
-    across: Image,
-    line: Ints,
-    first: Ints,
-    last: Ints,
-    ground: Array,
-    reach: int,
-    moments: Array,
-) -> None:
+def _measured(across: Image, line: Ints, first: Ints, last: Ints, ground: Array, reach: int, moments: Array) -> None:
     """The twin of `profile_loops.measured`, which says what it takes."""
     length = across.shape[1]
     mid_column = (first + last) // 2

@@ -14,24 +14,17 @@ from robolaser.vision.board import Image
 from robolaser.vision.line_centres.centre_of_gravity import Profiles
 from robolaser.vision.runs import Runs
 
-HALF_PER_WIDTH = 0.6
-"""Half the breadth of the bar that a stripe is taken for, over its width between the flanks."""
-NARROWEST = 0.8
-"""Least smoothing [px]: less does not reach the next pixel."""
-CUT = 4.0
-"""Smoothing ends after this many standard deviations."""
-TAYLOR_PX = 0.005
-"""Error [px] of the ridge beside the noise's: the light is no parabola between two pixels."""
+HALF_PER_WIDTH = 0.6  # half the breadth of the bar that a stripe is taken for, over its width between the flanks
+NARROWEST = 0.8  # least smoothing [px]: less does not reach the next pixel
+CUT = 4.0  # smoothing ends after this many standard deviations
+TAYLOR_PX = 0.005  # error [px] of the ridge beside the noise's: the light is no parabola between two pixels
 FARTHEST_FROM_PIXEL = 0.6
 """Distance of the ridge from the pixel whose slopes give it [px]; more than a half, lest noise leave it without any."""
 BORDER = 2.5
 """Lines at the image's border, in standard deviations of the smoothing, that have no ridge: none is known beyond."""
-STEPS = 8
-"""Pixels that are walked from the centre of gravity at most."""
-FARTHEST = 0.5
-"""Distance of the ridge from the centre of gravity, in widths, beyond which it is another's."""
-ASLANT = 0.3
-"""Cosine between ridge's normal and line of pixels below which the line hardly crosses the ridge."""
+STEPS = 8  # pixels that are walked from the centre of gravity at most
+FARTHEST = 0.5  # distance of the ridge from the centre of gravity, in widths, beyond which it is another's
+ASLANT = 0.3  # cosine between ridge's normal and line of pixels below which the line hardly crosses the ridge
 
 
 def steger(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:

@@ -26,7 +26,7 @@ from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
+from robolaser.report.error_analysis import ErrorAnalysis
 
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1")
 

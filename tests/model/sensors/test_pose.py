@@ -20,8 +20,8 @@ from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.parameters import Parameter
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.calibration.page import figures
+from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.simulation import Simulated, simulate
 
 ROBOT = find_robot("ur5")

@@ -6,15 +6,13 @@ from robolaser.report.calibration.charts.convergence import convergence
 from robolaser.report.calibration.charts.distribution import distribution
 from robolaser.report.calibration.charts.image import image
 from robolaser.report.calibration.charts.parameters import parameters
-from robolaser.report.calibration.charts.points import points
 from robolaser.report.calibration.charts.poses import poses
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import Chart
+from robolaser.report.error_analysis import ErrorAnalysis
 
 CHARTS: tuple[Callable[[ErrorAnalysis], Chart | None], ...] = (
     convergence,
     parameters,
-    points,
     image,
     poses,
     distribution,

@@ -3,9 +3,9 @@
 import numpy as np
 
 from robolaser.estimation.multistart import subsampled
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records, rule
 from robolaser.report.digits import millimetres
+from robolaser.report.error_analysis import ErrorAnalysis
 
 
 def convergence(analysis: ErrorAnalysis) -> Chart | None:

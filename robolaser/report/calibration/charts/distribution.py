@@ -3,8 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.error_analysis import ErrorAnalysis
 
 BINS = 40
 DRAWN = 40_000  # errors of noise, for a smooth curve

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.report.calibration.charts.points import magnification
-from robolaser.report.calibration.error_analysis import ErrorAnalysis, some_rows
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
+from robolaser.report.error_analysis import ErrorAnalysis, some_rows
+from robolaser.report.magnification import magnification
 
 MOST = 600  # points that a chart carries
 DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")

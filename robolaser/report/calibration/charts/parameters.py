@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from robolaser.report.calibration.error_analysis import ErrorAnalysis
 from robolaser.report.chart import LINES, Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.error_analysis import ErrorAnalysis
 
 MOST = 16  # lines that an eye can follow
 MOMENTS = 150  # generations that a line is drawn through
@@ -35,7 +35,7 @@ def parameters(analysis: ErrorAnalysis) -> Chart | None:
         "labelExpr": "datum.value == 0 ? 'lower bound' : datum.value == 1 ? 'upper bound' : datum.label",
     }
     colour = colours(
-        {name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 7, "symbolType": "stroke"}
+        {name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 4, "symbolType": "stroke"}
     )
     dash = {
         "field": "series",

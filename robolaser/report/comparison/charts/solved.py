@@ -32,7 +32,9 @@ def solved(context: PlotContext, measure: Measure, title: str) -> Chart | None:
     first, last = names[0], names[-1]
     return chart(
         title,
-        f"Of all targets from {context.target(float(tally.tolerances[0]))} to"
+        "The same by wall time."
+        if measure == "seconds"
+        else f"Of all targets from {context.target(float(tally.tolerances[0]))} to"
         f" {context.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
         " over all runs and problems. Higher and further left is better. A line that levels off low means that runs"
         " got stuck.",

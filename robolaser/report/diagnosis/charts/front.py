@@ -1,5 +1,6 @@
 """How small the gap gets with how many effects."""
 
+from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import Diagnosis, ParetoPoint
 from robolaser.report.chart import FITTED, HELD_OUT, MUTED, NOISE, Chart, chart, hover, layer, quantity, records, rule
 
@@ -19,9 +20,10 @@ def front(diagnosis: Diagnosis) -> Chart | None:
     data = records(
         effects=counts,
         gap=gaps,
-        members=[", ".join(f"{one.effect.name} at {one.where}" for one in choice.effects) or "none"
+        members=[", ".join(named(one) for one in choice.effects) or "none"
                  for choice in choices],
-        added=[_added(choices, i) if labelled[i] else "" for i in range(len(choices))],
+        added=[_added(choices, i) if labelled[i] and 2 * i < len(choices) else "" for i in range(len(choices))],
+        last=[_added(choices, i) if labelled[i] and 2 * i >= len(choices) else "" for i in range(len(choices))],
     )  # fmt: skip
     ring = [row for row, choice in zip(data, choices, strict=True) if frozenset(choice.effects) == chosen]
     floor = records(gap=1e3 * diagnosis.gap.noise_floor_m, said="noise alone")
@@ -44,6 +46,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
             layer({"type": "point", "filled": False, "size": 260, "color": HELD_OUT, "opacity": 1, "strokeWidth": 2},
                   ring, tooltip=tooltip, x=x, y=y),
             layer(note, data, x=x, y=y, text={"field": "added"}),
+            layer(note | {"align": "right", "dx": -12, "dy": 14}, data, x=x, y=y, text={"field": "last"}),
         ],
     )  # fmt: skip
 
@@ -51,5 +54,5 @@ def front(diagnosis: Diagnosis) -> Chart | None:
 def _added(choices: list[ParetoPoint], i: int) -> str:
     """What a set has that the one before has not."""
     before = set(choices[i - 1].effects) if i else set()
-    new = [f"+ {one.effect.name} {one.where}" for one in choices[i].effects if one not in before]
+    new = [f"+ {named(one)}" for one in choices[i].effects if one not in before]
     return ", ".join(new)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import final
 
+from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report.chart import (
     FITTED,
@@ -53,7 +54,7 @@ def steps(diagnosis: Diagnosis) -> list[Step]:
     )
     found = [Step("nominal model", MUTED, None, nominal), Step("parameters fitted", MUTED, nominal, calibrated)]
     for finding in diagnosis.findings[:MOST]:
-        label = f"{finding.candidate_effect.effect.name}, {finding.candidate_effect.where}"
+        label = named(finding.candidate_effect)
         found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
     more = len(diagnosis.model.effects) - len(diagnosis.findings[:MOST])
     if more > 0:

@@ -18,14 +18,7 @@ OUTLIERS = "outliers"
 FAULT_MODELS: dict[str, type[FaultModel]] = {model.effect: model for model in _all()}
 """By the name that the truth uses."""
 
-UNMODELLED: tuple[str, ...] = (
-    "cross_talk",
-    "dead_zone",
-    "dented_target",
-    "hose",
-    "hysteresis",
-    "slipping",
-)
+UNMODELLED: tuple[str, ...] = ("cross_talk", "dead_zone", "dented_target", "hose", "hysteresis", "slipping")
 """Faults outside the library, which a diagnosis should call unexplained."""
 
 MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in UNMODELLED and name != OUTLIERS)

@@ -72,5 +72,4 @@ class YieldingFloor(FaultModel):
         load = load * (1.0 + self.pulled * np.tanh(3.0 * load)) * [1.0 + self.softer, 1.0 - self.softer, 0.0]
         tilt = np.tile(np.eye(4), (len(load), 1, 1))
         tilt[:, :3, :3] = Rotation.from_rotvec(self.size * load).as_matrix()
-        tilted: Array = tilt @ T_base_flange
-        return tilted
+        return tilt @ T_base_flange

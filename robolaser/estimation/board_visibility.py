@@ -1,0 +1,246 @@
+"""Postures from which a camera or a scanner sees its whole board, whichever of the two the arm carries."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Board, Dataset, Points
+from robolaser.errors import DataError
+from robolaser.geometry.inverse_kinematics import touching
+from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.geometry.visibility import TILT, View, random_configurations
+from robolaser.model.sensors import sensor_class
+from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.scanner_geometry import view_of
+from robolaser.parameters import Values
+
+NEAR, FAR = 1.3, 2.5  # distances of the board, in distances at which it would just fill the image
+MARGIN = 0.04  # of the image, left free around the board
+ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
+ALONG = 7  # points of the stripe that stand for all of them
+
+
+@dataclass(frozen=True)
+class BoardObserver(ABC):
+    """What sees a board, one of the two on the flange."""
+
+    robot: Robot
+    board: Board
+
+    error: ClassVar[float]  # usual error of a row [its unit]
+
+    @abstractmethod
+    def tried(self, count: int, rng: np.random.Generator) -> Array:
+        """Postures that bring the board somewhere before the camera, (≤ count, j)."""
+
+    @abstractmethod
+    def sees(self, q: Array) -> Bools:
+        """Whether all that is needed is in the image, and not too slanted, (n,)."""
+
+    @abstractmethod
+    def points(self, q: Array) -> Points:
+        """What is seen from postures (n, j), as much from each, one after the other."""
+
+    @abstractmethod
+    def with_board_moved(self, shift: Array) -> Self:
+        """The same with the board elsewhere, by (3,) [m] in the frame that its placement is stated in."""
+
+    @abstractmethod
+    def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
+        """A sentence on why not enough postures were found."""
+
+    def _touching(self, carried: Array, goal: Array, start: Array) -> Array:
+        """Postures near others (n, j) that bring a point on the flange to places in the base frame, (≤ n, j)."""
+        q, reached = touching(self.robot, lambda q: self.robot.forward(q[None])[0], carried, goal, start)
+        return q[reached]
+
+
+@final
+@dataclass(frozen=True)
+class CameraBoard(BoardObserver):
+    """A camera and its board."""
+
+    values: Values  # intrinsics, `hand_eye.*` and `target.*`, one candidate
+    image_px: tuple[int, int]  # width and height
+    rides: bool  # whether the flange carries the camera
+
+    error = 0.2
+
+    @property
+    def corners(self) -> Array:
+        """The board's inner corners in its own frame, (k, 3) [m]."""
+        grid = np.stack(np.meshgrid(np.arange(self.board.columns), np.arange(self.board.rows)), axis=-1)
+        return self.board.square_m * np.pad(grid.reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)))
+
+    def tried(self, count: int, rng: np.random.Generator) -> Array:
+        """With the board's middle before the camera."""
+        size = np.ptp(self.corners, axis=0)[:2].max()
+        filling = size * float(self.values["fx"][0]) / min(self.image_px)
+        ahead = np.array([0.0, 0.0, filling * rng.uniform(NEAR, FAR)])
+        seen, seeing = apply(self._motion("target"), self.corners.mean(axis=0)), apply(self._motion("hand_eye"), ahead)
+        carried, goal = (seeing, seen) if self.rides else (seen, seeing)
+        start = random_configurations(self.robot, count, rng)
+        start = start[-self._board_in_camera(start)[:, 2, 2] < -np.cos(2 * TILT)]
+        return self._touching(carried, goal + rng.uniform(-size / 4, size / 4, (len(start), 3)), start)
+
+    def sees(self, q: Array) -> Bools:
+        """The whole board."""
+        T = self._board_in_camera(q)
+        size = np.array(self.image_px) - 1.0
+        with np.errstate(invalid="ignore"):
+            inside = np.abs(self._pixels(T) - size / 2.0) <= (0.5 - MARGIN) * size
+        return np.asarray((T[:, 2, 2] > np.cos(TILT)) & inside.all(axis=(1, 2)))
+
+    def points(self, q: Array) -> Points:
+        """Every corner."""
+        n, k = len(q), len(self.corners)
+        names = tuple(map(str, range(k))) * n
+        pixel = self._pixels(self._board_in_camera(q)).reshape(-1, 2)
+        return Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.tile(self.corners, (n, 1)))
+
+    def with_board_moved(self, shift: Array) -> Self:
+        """On the flange or in the cell."""
+        moved = {f"target.{axis}": self.values[f"target.{axis}"] + by for axis, by in zip("xyz", shift, strict=True)}
+        return replace(self, values={**self.values, **moved})
+
+    def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
+        """With what may be stated wrongly."""
+        return (
+            f"In {seeing} of {tried} configurations of {self.robot.name} that were tried the camera sees the"
+            f" whole board, {allowed} of them are allowed, but {wanted} are wanted. Ask for fewer poses, or correct"
+            " hand_eye.x ... and target.x ... in dataset.toml."
+        )
+
+    def _motion(self, prefix: str) -> Array:
+        return np.asarray(motion(self.values, prefix)[0])
+
+    def _board_in_camera(self, q: Array) -> Array:
+        """T_camera_board, (n, 4, 4); z is into the board as the camera sees it."""
+        hand_eye, target, flange = self._motion("hand_eye"), self._motion("target"), self.robot.forward(q[None])[0]
+        return inverse(flange @ hand_eye) @ target if self.rides else inverse(hand_eye) @ flange @ target
+
+    def _pixels(self, T_camera_board: Array) -> Array:
+        seen = apply(T_camera_board[:, None], self.corners)
+        flat = on_plane(seen.reshape(1, -1, 3))
+        return to_pixels(distort(flat, self.values), self.values).reshape(*seen.shape[:2], 2)
+
+
+@final
+@dataclass(frozen=True)
+class ScannerBoard(BoardObserver):
+    """A stripe scanner on the flange, and a board in the cell on which the stripe falls."""
+
+    view: View
+    T_base_target: Array
+
+    error = 1e-4
+
+    @property
+    def size_m(self) -> Array:
+        """From the first inner corner to the last."""
+        return self.board.square_m * np.array([self.board.columns - 1, self.board.rows - 1])
+
+    def tried(self, count: int, rng: np.random.Generator) -> Array:
+        """With the stripe on the board."""
+        start = random_configurations(self.robot, count, rng)
+        start = start[np.abs(self._cameras(start)[:, 2, 2]) > np.cos(2 * TILT)]
+        inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
+        goal = apply(self.T_base_target, np.pad(inner, ((0, 0), (0, 1))))
+        return self._touching(self._in_flange(ASIDE * float(rng.choice([-1.0, 0.0, 1.0]))), goal, start)
+
+    def sees(self, q: Array) -> Bools:
+        """The whole board and the stripe on it."""
+        T = self._cameras(q)
+        facing = np.sign(T[:, 2, 3])
+        good: Bools = -facing * T[:, 2, 2] > np.cos(TILT)
+        corners = np.pad(np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * self.size_m, ((0, 0), (0, 1)))
+        good &= self.view.contains(self.view.pixels(apply(inverse(T)[:, None], corners)), MARGIN).all(axis=1)
+        frames = self.robot.joint_frames(q[None])[0][:, len(self.robot.chain) // 2 :, :3, 3]
+        above = apply(inverse(self.T_base_target), frames)[..., 2]
+        good &= (facing[:, None] * above > 0).all(axis=1)
+        return np.asarray(good & np.isfinite(self._illuminated(T)).all(axis=(1, 2)))
+
+    def points(self, q: Array) -> Points:
+        """Some along the stripe."""
+        T = self._cameras(q)
+        illuminated = self._illuminated(T)
+        pixel, xyz = self.view.pixels(illuminated), apply(T[:, None], illuminated)
+        names = tuple(map(str, range(ALONG))) * len(q)
+        of_pose = np.repeat(np.arange(len(q)), ALONG)
+        return Points(of_pose, names, pixel=pixel.reshape(-1, 2), xyz=xyz.reshape(-1, 3))
+
+    def with_board_moved(self, shift: Array) -> Self:
+        """In the cell."""
+        T = self.T_base_target.copy()
+        T[:3, 3] += shift
+        return replace(self, T_base_target=T)
+
+    def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
+        """With what may be in the way."""
+        limits = f", and {allowed} of these are allowed" if allowed < seeing else ""
+        narrow = "widen [limits] in cell.toml if it may, take a smaller --run-up, " if 2 * allowed < seeing else ""
+        return (
+            f"{self.robot.name} sees the whole board and the stripe on it from {seeing} of {tried} configurations that"
+            f" were tried{limits}, but {wanted} are wanted. Ask for fewer poses, {narrow}move the board nearer to the"
+            " middle of the arm's reach, or correct target.x ... in dataset.toml."
+        )
+
+    def _in_flange(self, aside: float) -> Array:
+        """A point of the laser plane on the flange, in the middle of the stripe or beside it, (3,) [m]."""
+        v, across = self.view.values, 1 - self.view.along
+        pitch, length = (v["s_u"], v["s_v"])[across], self.view.image_px[across]
+        slope = aside * length / 2 * pitch / v["f"]
+        depth = v["b"] / (slope + np.tan(v["theta"]))
+        return apply(self.view.T_flange_camera, np.array([slope * depth, 0.0, depth]))
+
+    def _cameras(self, q: Array) -> Array:
+        """T_target_camera, (n, 4, 4)."""
+        T: Array = inverse(self.T_base_target) @ self.robot.forward(q[None])[0] @ self.view.T_flange_camera
+        return T
+
+    def _illuminated(self, T_target_camera: Array) -> Array:
+        along = np.linspace(*self.view.stripe_range(), ALONG)[None]
+        return self.view.illuminated(T_target_camera, 0.0, along)
+
+
+def board_observer(description: Dataset) -> BoardObserver:
+    """What sees the board of a data set that states where they are; terms of a lens that it does not state are zero.
+
+    Raises:
+        DataError: It does not say all that is needed.
+    """
+    scans = sensor_class(description.kind).has_laser_plane()
+    robot, board, size = description.robot, description.board, description.image_px
+    if robot is None or size is None:
+        raise _cannot_plan("the cell has no [robot], or no camera")
+    if board is None:
+        raise _cannot_plan("dataset.toml has no [board], so there is no target to look at")
+    pinhole = () if scans else ("fx", "fy", "cx", "cy", *(f"hand_eye.{part}" for part in SIX))
+    _check_stated(description, (*pinhole, *(f"target.{part}" for part in SIX)))
+    values = {name: np.array([item.nominal]) for name, item in description.parameters.items()}
+    if scans:
+        return ScannerBoard(robot, board, view_of(description, values), motion(values, "target")[0])
+    lens = {name: np.zeros(1) for name in ("k1", "k2", "p1", "p2", "k3")}
+    rides = description.options is None or description.options.mount == "flange"
+    return CameraBoard(robot, board, lens | values, size, rides)
+
+
+def _check_stated(description: Dataset, needed: Sequence[str]) -> None:
+    missing = [name for name in needed if name not in description.parameters]
+    if missing:
+        raise DataError(
+            f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be planned"
+            " where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own"
+            " poses with --poses.",
+            file="dataset.toml",
+        )
+
+
+def _cannot_plan(lacking: str) -> DataError:
+    return DataError(f"Poses cannot be planned: {lacking}. Or give your own poses with --poses.", file="dataset.toml")

@@ -1,0 +1,132 @@
+"""Errors by session, sensor, point and image, and which of them are odd."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.report.digits import millimetres, times
+from robolaser.report.document import Block, Cell, Column, Table, Text
+
+MOST_POINTS: Final = 60
+"""Different names of points, up to which they are reflectors, sockets or balls and no points of a stripe."""
+LEAST_GROUPS: Final = 3
+"""Groups from which on one can be odd among the others."""
+ODD: Final = 3.5
+"""Robust standard deviations above the others from which on a group is odd (Iglewicz and Hoaglin 1993)."""
+LEAST_RATIO: Final = 1.5
+"""Its error over the median, from which on that is worth a look."""
+NAMED: Final = 4
+MOST_ROWS: Final = 60
+"""Of the table: odd groups and the largest errors first."""
+NOUNS: Final[Mapping[str, str]] = {"point": "reflector", "socket": "socket", "profile": "ball"}
+"""What a point is, by the kind of sensor."""
+
+
+@final
+@dataclass(frozen=True)
+class ErrorGroup:
+    """Rows that belong together.
+
+    Attributes:
+        kind: "session", "sensor", "reflector", "socket", "ball", "point", "image" or "pose".
+        name: Of the group.
+        rows: How many rows.
+        rms_m: Root-mean-square error on fitted poses, then held-out where that is known [m].
+        ratio: The last of them over the median of the groups of its kind.
+        is_odd: Does it err far more than the others?
+    """
+
+    kind: str
+    name: str
+    rows: int
+    rms_m: Sequence[float]
+    ratio: float
+    is_odd: bool
+
+
+def groups(dataset: Dataset, errors_m: Sequence[Array]) -> list[ErrorGroup]:
+    """All groups of which there are several, the kinds one after the other.
+
+    Args:
+        dataset: What was measured.
+        errors_m: Errors of all rows, (m, j) each [m]; the last decides what is odd.
+    """
+    return [group for kind, names, number in _kinds(dataset) for group in _groups(kind, names, number, errors_m)]
+
+
+def group_blocks(dataset: Dataset, errors_m: Mapping[str, Array]) -> list[Block]:
+    """What is odd in a sentence, and all groups in a table; errors by what they are called."""
+    found = groups(dataset, list(errors_m.values()))
+    if not found:
+        return []
+    columns = [Column("Of", width=30), Column("Kind"), Column("Points")]
+    columns += [Column(f"RMS error, {name}") for name in errors_m]
+    columns.append(Column("Times the median"))
+    rows: list[Sequence[Cell | str]] = [
+        (
+            Cell(one.name, note="odd" if one.is_odd else ""),
+            one.kind,
+            Cell(f"{one.rows}", order=one.rows),
+            *(Cell(millimetres(size), order=size) for size in one.rms_m),
+            Cell(times(one.ratio), order=one.ratio),
+        )
+        for one in sorted(found, key=lambda one: (not one.is_odd, -one.ratio))[:MOST_ROWS]
+    ]
+    note = f"The {MOST_ROWS} largest of {len(found)}." if len(found) > MOST_ROWS else ""
+    return [Text(sentence(found)), Table(columns, rows, fold=12, note=note)]
+
+
+def sentence(found: Sequence[ErrorGroup]) -> str:
+    """Which groups are odd, by how much."""
+    odd = sorted((one for one in found if one.is_odd), key=lambda one: -one.ratio)
+    if not odd:
+        counted = {kind: sum(one.kind == kind for one in found) for kind in dict.fromkeys(one.kind for one in found)}
+        listed = ", ".join(f"{count} {kind}s" for kind, count in counted.items())
+        return f"None stands out among {listed}."
+    said = [f"{one.kind} {one.name} errs by {millimetres(one.rms_m[-1])}, {times(one.ratio)} times the median"
+            for one in odd[:NAMED]]  # fmt: skip
+    more = f", and {len(odd) - NAMED} more" if len(odd) > NAMED else ""
+    return f"Odd: {'; '.join(said)}{more}. Look at what was measured there."
+
+
+def _kinds(dataset: Dataset) -> Iterator[tuple[str, Sequence[str], Ints]]:
+    """Names of the groups of each kind, and the number of each row's group."""
+    points, poses = dataset.points, dataset.poses
+    if dataset.sessions is not None and poses.session is not None:
+        yield "session", dataset.sessions.names, dataset.session_of_pose[points.pose]
+    if dataset.members and points.sensor is not None:
+        yield "sensor", [member.name for member in dataset.members], points.sensor
+    names = list(dict.fromkeys(points.names))
+    if dataset.kind in NOUNS or (len(names) <= MOST_POINTS and dataset.kind == "camera"):
+        yield NOUNS.get(dataset.kind, "point"), names, points.number
+    yield "pose" if poses.image is None else "image", poses.names, points.pose
+
+
+def _groups(kind: str, names: Sequence[str], number: Ints, errors_m: Sequence[Array]) -> list[ErrorGroup]:
+    counts = np.bincount(number, minlength=len(names))
+    squares = [np.bincount(number, (errors**2).sum(axis=1), minlength=len(names)) for errors in errors_m]
+    seen = np.flatnonzero(counts)
+    if len(seen) < 2:
+        return []
+    sizes = np.sqrt(np.stack(squares)[:, seen] / counts[seen])
+    ratio = sizes[-1] / max(float(np.median(sizes[-1])), 1e-300)
+    is_odd = _odd(ratio, counts[seen] * errors_m[-1].shape[1])
+    return [
+        ErrorGroup(kind, names[i], int(counts[i]), sizes[:, k].tolist(), float(ratio[k]), bool(is_odd[k]))
+        for k, i in enumerate(seen.tolist())
+    ]
+
+
+def _odd(ratio: Array, numbers: Array) -> Array:
+    """Which of the groups err far more than the others, their scatter being no less than chance gives each."""
+    if len(ratio) < LEAST_GROUPS:
+        return np.zeros(len(ratio), dtype=bool)
+    logs = np.log(np.maximum(ratio, 1e-12))
+    scatter = np.median(np.abs(logs - np.median(logs))) / 0.6745
+    score = (logs - np.median(logs)) / np.maximum(scatter, 1 / np.sqrt(2 * numbers))
+    odd: Array = (score > ODD) & (ratio > LEAST_RATIO)
+    return odd

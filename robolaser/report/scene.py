@@ -1,0 +1,111 @@
+"""Scenes in space that a reader can turn, step through pose by pose, and ask what is what."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.report.chart import embedded
+
+DECIMALS: Final = 2
+"""Of millimetres."""
+Shape = Mapping[str, Any]
+
+
+@final
+@dataclass(frozen=True)
+class Photo:
+    """The image of a pose, small enough for a page, with what was extracted from it.
+
+    Attributes:
+        source: The image as a data URI.
+        size_px: Width and height of the image that was taken.
+        points: What was extracted, (m, 2) [px].
+        names: Of the points, each with its error.
+    """
+
+    source: str
+    size_px: tuple[int, int]
+    points: Array
+    names: Sequence[str]
+
+
+@final
+@dataclass(frozen=True)
+class Scene:
+    """Shapes in space.
+
+    Attributes:
+        title: A few words.
+        caption: What it shows and what to look for.
+        alt: Its content in a sentence.
+        shapes: From the functions below.
+        frames: Names of the poses through which the moving shapes go.
+        start: Number of the first one shown.
+        magnification: Of errors, at first; 0 without errors.
+        photos: By the name of a pose.
+    """
+
+    title: str
+    caption: str
+    alt: str
+    shapes: Sequence[Shape]
+    frames: Sequence[str] = ()
+    start: int = 0
+    magnification: float = 0.0
+    photos: Mapping[str, Photo] = field(default_factory=dict)
+
+    @property
+    def json(self) -> str:
+        """All of it as text that may stand in a script element."""
+        photos = {
+            name: {"source": one.source, "size": one.size_px, "points": _listed(one.points, 1.0), "names": one.names}
+            for name, one in self.photos.items()
+        }
+        return embedded(
+            {"alt": self.alt, "shapes": self.shapes, "frames": self.frames, "start": self.start,
+             "magnification": self.magnification, "photos": photos}
+        )  # fmt: skip
+
+
+def path(places: Array, colour: str, *, width: float, closed: bool = False, opacity: float = 1.0) -> Shape:
+    """A line through places (k, 3), or through others in each frame, (n, k, 3) [m]; filled where it is closed."""
+    of_frames = places if places.ndim == 3 else places[None]
+    return {"kind": "path", "at": _listed(of_frames), "colour": colour, "width": width, "closed": closed,
+            "opacity": opacity}  # fmt: skip
+
+
+def dots(
+    places: Array,
+    colour: str | Sequence[str],
+    names: Sequence[str] = (),
+    frames: Sequence[int] = (),
+    *,
+    size: float = 2.0,
+) -> Shape:
+    """Dots (m, 3) [m] of one colour, or one each; each is pale but in its frame, if it has one."""
+    return {"kind": "dots", "at": _listed(places), "colour": colour, "names": names, "of": frames, "size": size}
+
+
+def arrows(
+    places: Array, errors: Array, colour: str, names: Sequence[str], frames: Sequence[int] = (), *, series: str
+) -> Shape:
+    """Errors (m, 3) [m] at places (m, 3) [m], to be magnified; a series that can be switched."""
+    return {"kind": "arrows", "at": _listed(places), "by": _listed(errors, 1e3, 4), "colour": colour, "names": names,
+            "of": frames, "series": series}  # fmt: skip
+
+
+def labels(places: Array, names: Sequence[str], colour: str, *, size: float = 5.0, bold: bool = True) -> Shape:
+    """Named marks (k, 3), or others in each frame, (n, k, 3) [m]."""
+    of_frames = places if places.ndim == 3 else places[None]
+    return {"kind": "labels", "at": _listed(of_frames), "names": names, "colour": colour, "size": size, "bold": bold}
+
+
+def _listed(values: Array, factor: float = 1e3, decimals: int = DECIMALS) -> list[Any]:
+    """Numbers in millimetres as lists; null where they are unknown."""
+    rounded = np.round(factor * values, decimals).astype(object)
+    rounded[~np.isfinite(values)] = None
+    listed: list[Any] = rounded.tolist()
+    return listed
