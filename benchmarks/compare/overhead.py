@@ -1,4 +1,4 @@
-"""What a comparison costs around runs of 50 ms: CPU time of all its processes over that of the runs, without the start."""
+"""What a comparison costs around runs of 50 ms: CPU time of all its processes over that of the runs, start left out."""
 
 import resource
 import tempfile

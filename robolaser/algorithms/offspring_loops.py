@@ -26,18 +26,21 @@ def make_offspring(
     wheel = np.cumsum(weights)
     Y = np.empty((2 * n, d))
     for i in range(n):
-        mother = np.searchsorted(wheel, at[i, 0] * wheel[-1], side="right")
-        father = np.searchsorted(wheel, at[i, 1] * wheel[-1], side="right")
-        for j in range(d):
-            a, b = X[mother, j], X[father, j]
-            if crossed[i]:
-                low, high, rest = min(a, b), max(a, b), 1.0 - share[i]
-                a, b = _within(share[i] * a + rest * b, low, high), _within(share[i] * b + rest * a, low, high)
-            Y[i, j], Y[n + i, j] = a, b
-    for i in range(2 * n):
-        if draws[i] <= prob:
+        mother = X[np.searchsorted(wheel, at[i, 0] * wheel[-1], side="right")]
+        father = X[np.searchsorted(wheel, at[i, 1] * wheel[-1], side="right")]
+        one, other = Y[i], Y[n + i]
+        if crossed[i]:
+            part, rest = share[i], 1.0 - share[i]
             for j in range(d):
-                Y[i, j] = _within(Y[i, j], lower[j], upper[j])
+                a, b = mother[j], father[j]
+                low, high = min(a, b), max(a, b)
+                one[j], other[j] = _within(part * a + rest * b, low, high), _within(part * b + rest * a, low, high)
+        else:
+            one[:], other[:] = mother, father
+        for child, draw in ((one, draws[i]), (other, draws[n + i])):
+            if draw <= prob:
+                for j in range(d):
+                    child[j] = _within(child[j], lower[j], upper[j])
     for k in range(len(mutated)):
         i, j = divmod(mutated[k], d)
         if draws[i] <= prob:

@@ -130,10 +130,7 @@ class PopulationArrays:
             return PopulationArrays.of([both[row] for row in kept])
         current, n = offspring.columns, len(self)
         old, young = kept[kept < n], kept[kept >= n] - n
-        columns = {
-            name: np.concatenate((column.take(old, 0), current[name].take(young, 0)))
-            for name, column in self.columns.items()
-        }
+        columns = {name: _joined(column, old, current[name], young) for name, column in self.columns.items()}
         arrays = PopulationArrays(columns, offspring.evaluated)
         if self.made:
             arrays.made = {to: self.made[row] for to, row in enumerate(kept.tolist()) if row in self.made}
@@ -161,3 +158,12 @@ class PopulationArrays:
                 one.set(name, copy(column[row]))
         one.evaluated.update(self.evaluated)
         return one
+
+
+def _joined(one: Array, rows: Ints, other: Array, others: Ints) -> Array:
+    """Rows of one array and then of another, in one pass."""
+    n = len(rows)
+    both = np.empty((n + len(others), *one.shape[1:]), np.result_type(one, other))
+    np.take(one.astype(both.dtype, copy=False), rows, 0, both[:n], mode="clip")
+    np.take(other.astype(both.dtype, copy=False), others, 0, both[n:], mode="clip")
+    return both

@@ -12,9 +12,8 @@ from robolaser.calibration.simulators.python_module import corrected_module
 from robolaser.calibration.simulators.sdf import sdf
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.model.sensors.camera import OPTICAL
 from robolaser.results import EXPORTED
-
-OPTICAL = "camera_optical"
 
 
 def exported(calibration: Calibration) -> dict[str, str | None]:

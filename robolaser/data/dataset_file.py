@@ -15,13 +15,12 @@ from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.toml_schema import read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
-from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.parameters import Parameter
 
 FILE = "dataset.toml"
 FORMAT = "robolaser-dataset/1"
-GRAVITY = (0.0, 0.0, -9.81)
 QUATERNION_SLACK = 0.01  # files round their digits
 FULL_TURN = 2 * np.pi
 
@@ -37,7 +36,7 @@ class RobotTable:
     urdf: Text
     flange: Text
     joints: Annotated[tuple[Text, ...], Meta(min_length=1)]
-    gravity: tuple[float, float, float] = GRAVITY
+    gravity: tuple[float, float, float] = DOWN
     time: Literal["seconds", "order"] = "seconds"
     path: Literal["consecutive", "unknown"] = "consecutive"
 

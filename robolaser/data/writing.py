@@ -8,11 +8,12 @@ from pathlib import Path
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import table_text
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import FORMAT, GRAVITY
+from robolaser.data.dataset_file import FORMAT
 from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import output_exists
+from robolaser.geometry.kinematics import DOWN
 from robolaser.geometry.rigid_motion import to_quaternion
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
@@ -178,7 +179,7 @@ def _robot(dataset: Dataset) -> dict[str, object]:
         "urdf": "robot.urdf",
         "flange": robot.flange,
         "joints": robot.joints,
-        "gravity": None if robot.gravity == GRAVITY else robot.gravity,
+        "gravity": None if robot.gravity == DOWN else robot.gravity,
         "time": "order" if dataset.time_is_order else None,
         "path": None if dataset.path_known else "unknown",
     }

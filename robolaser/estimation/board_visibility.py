@@ -27,7 +27,7 @@ ALONG = 7  # points of the stripe that stand for all of them
 
 
 @dataclass(frozen=True)
-class BoardView(ABC):
+class BoardObserver(ABC):
     """What sees a board, one of the two on the flange."""
 
     robot: Robot
@@ -63,7 +63,7 @@ class BoardView(ABC):
 
 @final
 @dataclass(frozen=True)
-class CameraBoard(BoardView):
+class CameraBoard(BoardObserver):
     """A camera and its board."""
 
     values: Values  # intrinsics, `hand_eye.*` and `target.*`, one candidate
@@ -133,7 +133,7 @@ class CameraBoard(BoardView):
 
 @final
 @dataclass(frozen=True)
-class ScannerBoard(BoardView):
+class ScannerBoard(BoardObserver):
     """A stripe scanner on the flange, and a board in the cell on which the stripe falls."""
 
     view: View
@@ -209,7 +209,7 @@ class ScannerBoard(BoardView):
         return self.view.illuminated(T_target_camera, 0.0, along)
 
 
-def board_view(description: Dataset) -> BoardView:
+def board_observer(description: Dataset) -> BoardObserver:
     """What sees the board of a data set that states where they are; terms of a lens that it does not state are zero.
 
     Raises:

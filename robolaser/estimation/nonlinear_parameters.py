@@ -11,14 +11,13 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.estimation.fisher_information import lengths
+from robolaser.estimation.fisher_information import NULL, lengths
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 
 AGAIN = 2  # times that several effects choose in turn: the first to choose may have explained what is another's
-NULL = 1e-7  # singular values of unit columns below this share of the largest move nothing
 IMITATED = 1e-8  # share of a column's square up to which what is left, once what imitates it is taken out, is rounding
 CANDIDATES = 1000  # evaluated at a time: a long grid would fill the memory
 

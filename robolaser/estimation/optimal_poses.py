@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.errors import PlanError
-from robolaser.estimation.board_visibility import BoardView, board_view
+from robolaser.estimation.board_visibility import BoardObserver, board_observer
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -45,13 +45,13 @@ def planned(
         UsageError, EffectError: The effects cannot be.
     """
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
-    view = board_view(description)
+    view = board_observer(description)
     candidates = _candidates(view, count, may, np.random.default_rng(seed))
     chosen = candidates[most_telling(_slopes(description, view, candidates, effects), count)]
     return chosen[_short_way(chosen)]
 
 
-def _candidates(view: BoardView, wanted: int, allowed: Allowed, rng: np.random.Generator) -> Array:
+def _candidates(view: BoardObserver, wanted: int, allowed: Allowed, rng: np.random.Generator) -> Array:
     """Postures from which the whole board is seen, (≥ wanted, j).
 
     Of these, only such as keep the board in the image wherever it lies within `UNSURE_M`, if there are enough.
@@ -71,7 +71,7 @@ def _candidates(view: BoardView, wanted: int, allowed: Allowed, rng: np.random.G
     return (found[roomy] if roomy.sum() >= wanted else found[np.argsort(~roomy, kind="stable")])[:enough]
 
 
-def _slopes(description: Dataset, view: BoardView, q: Array, effects: Sequence[str]) -> Array:
+def _slopes(description: Dataset, view: BoardObserver, q: Array, effects: Sequence[str]) -> Array:
     """What each posture would say of every parameter, (k, r, d): see `most_telling`."""
     poses = Poses(tuple(map(str, range(len(q)))), time_s=np.arange(len(q), dtype=np.float64), q=q)
     dataset = replace(description, poses=poses, points=view.points(q), time_is_order=True)

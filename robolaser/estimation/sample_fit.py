@@ -11,12 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.estimation.linearization import RANK
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
 from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
-
-RANK = 1e-12  # singular values below this share of the largest belong to directions that move no row
 
 
 def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:

@@ -12,9 +12,9 @@ from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.result import FORMAT
 from robolaser.data.atomic_write import finish_for_the_dead
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.dataset_file import GRAVITY, QUATERNION_SLACK, check_format, inside
+from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, inside
 from robolaser.errors import DataError, ScanError
-from robolaser.geometry.kinematics import Robot
+from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
@@ -188,7 +188,7 @@ def _robot(path: Path, model: JsonObject, arm: Robot | None) -> Robot | None:
         read_text(urdf, ROBOT_BYTES) if arm is None or urdf.exists() else arm.urdf,
         flange=model.text("flange"),
         joints=model.texts("joints") if model.has("joints") else None,
-        gravity=model.numbers("gravity", 3) if model.has("gravity") else GRAVITY,
+        gravity=model.numbers("gravity", 3) if model.has("gravity") else DOWN,
         source=str(urdf),
     )
 

@@ -85,7 +85,7 @@ def test_the_answer_comes_first_then_the_doubt_then_the_evidence(text, diagnosis
     lead = diagnosis.sentence.partition(". ")[0]
     assert text.index("<header>") < text.replace("&#39;", "'").index(lead) < text.index("<main>")
     headings = re.findall(r"<h2>(.*?)</h2>", text)
-    wanted = ("What was found", "What to do", "What is not certain", "How the gap shrinks", "Errors", "Noise")
+    wanted = ("What was found", "What to do", "What is not certain", "Step by step", "Errors", "Noise")
     order = [headings.index(one) for one in wanted if one in headings]
     assert order == sorted(order)
     assert len(order) >= 4

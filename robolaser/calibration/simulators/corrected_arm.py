@@ -107,11 +107,6 @@ def comment(text: str) -> str:
     return re.sub("-(?=-)", "- ", text)
 
 
-def digits(values: Array) -> str:
-    """Numbers to the last bit."""
-    return " ".join(repr(float(value)) for value in np.ravel(values))
-
-
 def _compliance(spring: Spring, payload_kg: Array) -> Array:
     """Of the linear spring that fits best with each of several masses at the flange, (k,) -> (k,)."""
     torque = _torque(spring, payload_kg)

@@ -4,7 +4,7 @@ import math
 import xml.etree.ElementTree as ET
 
 from robolaser.arrays import Array
-from robolaser.geometry.urdf.writing import origin_attributes
+from robolaser.geometry.urdf.writing import digits, origin_attributes
 
 FARTHEST_SLIDE_M = 1e5  # limit of a sliding joint without limits: a URDF demands some
 
@@ -14,7 +14,7 @@ def add_link(robot: ET.Element, name: str, mass: float = 0.0, com: Array | None 
     link = ET.SubElement(robot, "link", name=name)
     if mass > 0 and com is not None:
         inertial = ET.SubElement(link, "inertial")
-        ET.SubElement(inertial, "origin", xyz=_digits(com))
+        ET.SubElement(inertial, "origin", xyz=digits(com))
         ET.SubElement(inertial, "mass", value=repr(mass))
         ET.SubElement(inertial, "inertia", dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0"))
 
@@ -42,12 +42,8 @@ def add_moving(
     """A joint that turns or slides along an axis (3,), within limits [rad] or [m]; infinite ones are none."""
     limited = all(map(math.isfinite, limits))
     joint = add_fixed(robot, name, parent, child, T, "prismatic" if slides else "revolute" if limited else "continuous")
-    ET.SubElement(joint, "axis", xyz=_digits(axis))
+    ET.SubElement(joint, "axis", xyz=digits(axis))
     if slides and not limited:
         limits, limited = (-FARTHEST_SLIDE_M, FARTHEST_SLIDE_M), True
     if limited:
         ET.SubElement(joint, "limit", lower=repr(limits[0]), upper=repr(limits[1]), effort="0", velocity="0")
-
-
-def _digits(values: Array) -> str:
-    return " ".join(repr(float(value)) for value in values)

@@ -80,7 +80,7 @@ def minimal(tree: Tree, moving: Mapping[str, str]) -> str:
         element = ET.SubElement(robot, "link", name=number[link.name])
         if link.mass > 0:
             inertial = ET.SubElement(element, "inertial")
-            ET.SubElement(inertial, "origin", xyz=_digits(link.com))
+            ET.SubElement(inertial, "origin", xyz=digits(link.com))
             ET.SubElement(inertial, "mass", value=repr(link.mass))
             ET.SubElement(inertial, "inertia", ixx="1", iyy="1", izz="1", ixy="0", ixz="0", iyz="0")
     for i, joint in enumerate(tree.joints.values()):
@@ -91,14 +91,14 @@ def minimal(tree: Tree, moving: Mapping[str, str]) -> str:
         ET.SubElement(element, "child", link=number[joint.child])
         ET.SubElement(element, "origin", origin_attributes(joint.origin))
         if free:
-            ET.SubElement(element, "axis", xyz=_digits(joint.axis))
+            ET.SubElement(element, "axis", xyz=digits(joint.axis))
             ET.SubElement(element, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
     return ET.tostring(robot, encoding="unicode")
 
 
 def origin_attributes(T: Array) -> dict[str, str]:
     """What `<origin>` says of a placement (4, 4), to the last bit."""
-    return {"xyz": _digits(T[:3, 3]), "rpy": _digits(_rpy(T[:3, :3]))}
+    return {"xyz": digits(T[:3, 3]), "rpy": digits(_rpy(T[:3, :3]))}
 
 
 def _rpy(R: Array) -> Array:
@@ -108,8 +108,9 @@ def _rpy(R: Array) -> Array:
     return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])
 
 
-def _digits(values: Array) -> str:
-    return " ".join(repr(float(value)) for value in values)
+def digits(values: Array) -> str:
+    """Numbers to the last bit."""
+    return " ".join(repr(float(value)) for value in np.ravel(values))
 
 
 def _written(robot: ET.Element, before: str) -> str:

@@ -88,11 +88,8 @@ class Composite(Sensor, registered=False):
             self._each(lambda part, *at: part.scale * part.sensor.residuals(*at), values, T_base_flange, perturb)
         )
 
-    def own_rows(self, residuals: Array, kind: str) -> Array:
-        """Rows of one part as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
-        return self._own_rows(residuals, next(part for part in self._parts if part.name == kind))
-
     def _own_rows(self, residuals: Array, part: Part) -> Array:
+        """Rows of one part as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
         return np.asarray(residuals[..., part.rows, : part.numbers] / part.scale)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

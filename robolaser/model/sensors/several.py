@@ -151,6 +151,10 @@ class Several(Composite):
         group[others] = len(part.rows) + np.arange(len(others))
         return replace(source, name=f"{part.name}.{source.name}", effect=effect, group=group)
 
+    def own_rows(self, residuals: Array, kind: str) -> Array:
+        """Rows of one sensor as it has them, (..., m, k) -> (..., its rows, its numbers) [its unit]."""
+        return self._own_rows(residuals, next(part for part in self._parts if part.name == kind))
+
     def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The middle of the points that are known in the base frame at each pose; else the flange, (n, 3) [m]."""
         pivot: Array = T_base_flange[0, :, :3, 3].copy()

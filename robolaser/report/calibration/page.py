@@ -47,9 +47,10 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     ]
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
     lengths = [
-        Figure(kind, label, millimetres(error), remark, None if error is None else 100 * error / largest)
+        Figure(kind, label, millimetres(error), remark, None if error is None else 100 * error / largest,
+               ", ".join(dict.fromkeys(analysis.known_noise.values())) if kind == "noise" else "")
         for kind, label, error, remark in shown
-    ]
+    ]  # fmt: skip
     return lengths + turns
 
 

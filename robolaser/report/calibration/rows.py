@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.diagnosis.cause_words import named
 from robolaser.report.calibration.meanings import effect_meaning, meaning
 from robolaser.report.digits import measured, plain
 from robolaser.report.document import Bounds, Cell
@@ -38,6 +37,8 @@ def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[Cell]], list
 
 def effect_rows(calibration: Calibration) -> list[Sequence[Cell]]:
     """The numbers of the effects in the model: which, value, how far from zero, and caveat."""
+    from robolaser.diagnosis.cause_words import named  # noqa: PLC0415 - brings all of a diagnosis
+
     names = calibration.model.parameters.names
     rows: list[Sequence[Cell]] = []
     for one in calibration.model.effects:

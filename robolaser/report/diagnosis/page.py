@@ -82,11 +82,13 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         ("held-out", "with the effects" if has_effects else "calibrated", gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
     ]
+    origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
     return [
-        Figure(kind, label, millimetres(size), remark, None if i == 0 else 100 * size / largest)
+        Figure(kind, label, millimetres(size), remark, None if i == 0 else 100 * size / largest,
+               f"noise {origins}" if kind == "noise" and origins else "")
         for i, (kind, label, size, remark) in enumerate(lines)
         if has_effects or i != 1
-    ]
+    ]  # fmt: skip
 
 
 def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
@@ -115,7 +117,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     )
     return [
         Section(lies, [cell, sites] if sites.rows else [cell]),
-        Section("How the gap shrinks", charts([make(diagnosis) for make in STEPS])),
+        Section("Step by step", charts([make(diagnosis) for make in STEPS])),
         Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
         Section("Errors", charts([make(diagnosis) for make in ERRORS])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)] if diagnosis.validation else []),

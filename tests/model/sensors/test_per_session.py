@@ -7,6 +7,7 @@ import pytest
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import as_json
 from robolaser.cli import main
 from robolaser.data.dataset import Noise
 from robolaser.data.joining import join_sessions
@@ -90,6 +91,7 @@ def test_one_fit_of_two_sessions_finds_the_arm_better_than_either_and_each_base(
     made = cell(effects=EFFECT, poses=16)
     plan = Plan(effects=("joint_offset:joint_3",))
     both = calibrate(made.dataset, plan)
+    assert as_json(both)["rows"][0]["rows"] == len(made.dataset.points)
     std = dict(zip(both.model.parameters.names, both.std, strict=True))
     alone = [calibrate(session(made.dataset, name), plan) for name in made.dataset.sessions.names]
     for one in alone:
