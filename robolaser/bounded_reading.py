@@ -45,6 +45,8 @@ def opened(path: Path, most_bytes: int, *, text: bool = False, newline: str | No
     Raises:
         DataError: It is not there, no regular file (a pipe would never end), too large, or not UTF-8.
     """
+    if "\0" in str(path):
+        raise unreadable(path, "its name has a null character")
     try:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):

@@ -60,7 +60,7 @@ def misread_joints(model: Model, rms_m: float) -> str | None:
     errors = np.array([_error(_read_as(few, reading)) for reading in readings])
     order = np.argsort(errors)
     best, second = errors[order[0]], errors[order[1:2]].min(initial=np.inf)
-    if best * FALLS > as_read or best * BEST > second:
+    if not np.isfinite(best) or best * FALLS > as_read or best * BEST > second:
         return None
     instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
     return (

@@ -28,6 +28,8 @@ PATIENCE_S = 4.0
 """A motion may take this many times as long as it was given, and so much longer."""
 STILL_S = 3.0
 """A joint that has not moved for so long, and should have, will not arrive."""
+STOPPED_ALIKE = 3
+"""Readings after a stop: a bad line may swallow one sign in two of them, and the next run goes on from there."""
 STOPPING_S = 1.0
 """An arm that still moves so long after it was told to stop did not hear it."""
 STOPS = 5
@@ -56,21 +58,22 @@ class Mover:
                 " unattended_s in [arm]."
             )
 
-    def resting(self, when: str, patience_s: float = STILL_S) -> Array:
-        """Where the arm stands, as two readings in a row say, (j,).
+    def resting(self, when: str, patience_s: float = STILL_S, *, alike: int = 2) -> Array:
+        """Where the arm stands, as so many readings in a row say, (j,).
 
         Raises:
             NotSettled: It moves.
         """
         began = self._clock.now()
-        before = self._arm.read()
+        before, same = self._arm.read(), 1
         while True:
             self._clock.wait(ALIKE_S)
             now = self._arm.read()
             moved = np.abs(now - before)
-            if (moved <= STEPS * self._arm.step).all():
+            same = same + 1 if (moved <= STEPS * self._arm.step).all() else 1
+            if same == alike:
                 return now
-            if self._clock.now() - began > patience_s:
+            if same == 1 and self._clock.now() - began > patience_s:
                 worst = int(np.argmax(moved))
                 raise not_settled(when, self._robot.joints[worst], joint_text(self._robot, worst, float(moved[worst])))
             before = now
@@ -156,7 +159,7 @@ class Mover:
         for _ in range(STOPS):
             try:
                 self._arm.stop()
-                return self.resting("After it was told to stop", STOPPING_S)
+                return self.resting("After it was told to stop", STOPPING_S, alike=STOPPED_ALIKE)
             except no_news as error:
                 trouble = error
         assert trouble is not None

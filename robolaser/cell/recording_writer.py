@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Self, final
+from typing import Any, Self, final
 
 import cv2
 import numpy as np
@@ -24,7 +24,7 @@ from robolaser.data.atomic_write import clear_staged, finish_writing, write_toge
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
-from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
+from robolaser.errors import DataError, OutputError, PlanError, output_exists, unreadable, unwritable
 from robolaser.geometry.kinematics import Robot
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
@@ -236,8 +236,11 @@ class RecordingWriter:
         """Images that a recording that is thrown away has taken."""
         if not (self.folder / POSES).is_file():
             return []
-        text = (self.folder / POSES).read_text(encoding="utf-8", errors="replace")
-        names = [name for row in csv.DictReader(io.StringIO(text, newline="")) for name in named(row)]
+        try:
+            _, rows = _table(self.folder / POSES)
+        except DataError:  # a table that cannot be read names none
+            return []
+        names = [name for row in rows for name in named(row)]
         images = [self.folder / IMAGES / Path(name).name for name in names if Path(name).parent == Path(IMAGES)]
         return [image for image in images if image.is_file()]
 
@@ -283,15 +286,13 @@ class RecordingWriter:
     def _take_up(self, table: Path) -> None:
         """Read the rows that are whole and whose images are; the others' poses are visited again."""
         columns = self._columns()
-        text = read_text(table)
-        reader = csv.DictReader(io.StringIO(text, newline=""))
-        header = set(reader.fieldnames or ())
-        if "\n" in text and header != set(columns):
+        header, rows = _table(table)
+        if header is not None and header != set(columns):
             differing = ", ".join(sorted(header ^ set(columns)))
             raise begun_in_another_cell(
                 self.folder, f"its poses.csv and what would be recorded now differ in {differing}"
             )
-        for cells in reader:
+        for cells in rows:
             row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
             images = [row[name] for name in columns if name.startswith("image") and row.get(name)]
             readings = [row.get(name, "") for name in columns if name == "time_s" or name.startswith("q_")]
@@ -303,6 +304,16 @@ class RecordingWriter:
         self._rows = [row for row in self._rows if row["pose"] not in again]
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
+
+
+def _table(path: Path) -> tuple[set[str] | None, list[dict[str | Any, str | Any]]]:
+    """Columns, None where their line is torn, and rows as they are."""
+    text = read_text(path)
+    reader = csv.DictReader(io.StringIO(text, newline=""))
+    try:
+        return set(reader.fieldnames or ()) if "\n" in text else None, list(reader)
+    except csv.Error as error:
+        raise unreadable(path, str(error)) from None
 
 
 @contextmanager

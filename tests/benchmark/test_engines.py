@@ -111,6 +111,8 @@ class Cluster:
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     running = Cluster(tmp_path_factory.mktemp("dask"))
+    with DaskCluster(running.address) as cluster:
+        assert _eventually(lambda: cluster.workers == 2, SOON_S)
     yield running
     running.close()
 

@@ -90,3 +90,9 @@ def test_readings_within_their_limits_only_once_two_columns_are_exchanged_raise_
     save(wrong, tmp_path / "wrong")
     with pytest.raises(DataError, match=r"Are the columns q_fr3_joint4 and q_fr3_joint6 exchanged\?"):
         load(tmp_path / "wrong")
+
+
+def test_where_no_reading_fits_none_is_accused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robolaser.calibration.misread_joints._error", lambda dataset: np.inf)
+    dataset = simulate(find_robot("scorbot_er7"), poses=8, seed=1).dataset
+    assert misread_joints(Model(dataset), np.inf) is None

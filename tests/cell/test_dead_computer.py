@@ -33,7 +33,8 @@ cell, clock = load_cell(sys.argv[1]), WallClock()
 arm = open_arm(replace(cell, arm=replace(cell.arm, port=sys.argv[2])), clock)
 mover = Mover(arm, cell.robot, float(sys.argv[3]), clock, cell.arm.unattended_s)
 at = mover.resting("before")
-print("moves", flush=True)
+print("ready", flush=True)
+sys.stdin.readline()
 mover.move_and_wait(at + np.array([float(sys.argv[4]), 0, 0, 0, 0]), "p", at)
 """
 
@@ -47,10 +48,14 @@ def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
         children = []
         for kind in kinds:
             asked = [sys.executable, "-c", MOVES, cells[kind].folder, ports[kind], SPEED_RAD_S, WAY_RAD]
-            children.append(stack.enter_context(Popen([str(word) for word in asked], stdout=PIPE)))
+            children.append(stack.enter_context(Popen([str(word) for word in asked], stdin=PIPE, stdout=PIPE)))
         for child in children:
             assert child.stdout is not None
-            assert child.stdout.readline() == b"moves\n"
+            assert child.stdout.readline() == b"ready\n"
+        for child in children:
+            assert child.stdin is not None
+            child.stdin.write(b"\n")
+            child.stdin.flush()
         time.sleep(0.7)
         for child in children:
             child.kill()
@@ -59,6 +64,8 @@ def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
             cell = replace(cells[kind], arm=replace(cells[kind].arm, port=ports[kind]))
             if kind == "acl":  # to open it would stop it
                 with Serial(ports[kind], 9600, timeout=2) as line:
+                    line.write(b"XQ\r")  # makes what was left half typed unknown
+                    line.read_until(b">")
                     first, second = ((line.write(ASK), line.read_until(b">"), time.sleep(0.3))[1] for _ in range(2))
                     assert first == second
             with open_arm(cell, WallClock()) as arm:

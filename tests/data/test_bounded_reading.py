@@ -56,6 +56,11 @@ def test_a_pipe_or_a_folder_is_no_file(tmp_path, name, make):
     assert peek(tmp_path / name) == ""
 
 
+def test_a_name_with_a_null_character_is_no_file(tmp_path):
+    with pytest.raises(DataError, match="null character"):
+        read_text(tmp_path / "a\0b")
+
+
 @pytest.mark.parametrize("name", ["a.toml", "a.urdf", "a.yaml", "a.json", "a.png", "a.npz"])
 def test_more_bytes_than_such_files_have_are_not_read(tmp_path, name):
     with (tmp_path / name).open("wb") as file:
