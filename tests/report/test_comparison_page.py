@@ -28,6 +28,7 @@ from robolaser.report.comparison.excess import rms_excess, rms_target
 from robolaser.report.comparison.page import unbroken
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext
+from robolaser.report.comparison.probable import probable_table
 from robolaser.report.comparison.ranking import result_table, standing_table
 from robolaser.report.comparison.rows import failure_rows, spans
 from robolaser.report.digits import count, duration, manifold
@@ -208,6 +209,21 @@ def test_each_pair_is_shown_from_both_sides(comparisons, standings):
                 assert cell.order + matrix[j][i].order == pytest.approx(1.0)
                 assert cell.lean == pytest.approx(-matrix[j][i].lean)
                 assert cell.text.endswith("*") == matrix[j][i].text.endswith("*")
+
+
+def test_probabilities_are_those_of_the_first_against_each_other_and_add_up(comparisons, standings):
+    context = PlotContext(comparisons["complete"], standings["complete"][0])
+    table = probable_table(context)
+    assert [cells[0].text for cells in table.cells] == list(context.order[1:])
+    assert all(sum(cell.order for cell in cells[1:]) == pytest.approx(1.0) for cells in table.cells)
+    assert probable_table(PlotContext(comparisons["tiny"], standings["tiny"][0])) is None
+
+
+def test_a_profile_never_falls_and_begins_with_shares_of_who_is_fastest(pages):
+    data = titled(pages["complete"])["Evaluations against the fastest"]["layer"][0]["data"]["values"]
+    of = {name: [row["share"] for row in data if row["series"] == name] for name in {row["series"] for row in data}}
+    assert all(np.all(np.diff(shares) >= 0) for shares in of.values())
+    assert sum(shares[0] for shares in of.values()) >= 100 - 1e-3
 
 
 def test_the_leading_and_the_papers_algorithm_have_colours_and_the_others_are_grey(comparisons, standings):

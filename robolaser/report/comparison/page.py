@@ -11,11 +11,13 @@ from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.charts.anytime import anytime
+from robolaser.report.comparison.charts.profiles import profiles
 from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.charts.targets import targets
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext, target
+from robolaser.report.comparison.probable import probable_table
 from robolaser.report.comparison.ranking import result_table, standing_table
 from robolaser.report.digits import plain
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
@@ -107,10 +109,12 @@ def _family_evidence(context: PlotContext, title: str) -> list[Block]:
     made = [
         solved(context, "evaluations", TITLES["evaluations"] + suffix),
         solved(context, "seconds", TITLES["seconds"] + suffix),
+        profiles(context, f"Evaluations against the fastest{suffix}"),
         mean_ranks(context, standings.evaluations.ranks, f"Mean ranks by evaluations{suffix}"),
         mean_ranks(context, standings.seconds.ranks, f"Mean ranks by wall time{suffix}"),
     ]
-    return [*charts(made), *([pairwise_matrix(standings.evaluations)] if len(context.problems) > 1 else [])]
+    tables = [pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else None, probable_table(context)]
+    return [*charts(made), *(table for table in tables if table is not None)]
 
 
 def _evidence(comparison: BenchmarkResult, contexts: Sequence[PlotContext]) -> list[Section]:
