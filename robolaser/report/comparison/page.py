@@ -109,9 +109,9 @@ def _family_evidence(context: PlotContext, title: str) -> list[Block]:
     made = [
         solved(context, "evaluations", TITLES["evaluations"] + suffix),
         solved(context, "seconds", TITLES["seconds"] + suffix),
-        profiles(context, f"Evaluations against the fastest{suffix}"),
         mean_ranks(context, standings.evaluations.ranks, f"Mean ranks by evaluations{suffix}"),
         mean_ranks(context, standings.seconds.ranks, f"Mean ranks by wall time{suffix}"),
+        profiles(context, f"Evaluations against the fastest{suffix}"),
     ]
     tables = [pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else None, probable_table(context)]
     return [*charts(made), *(table for table in tables if table is not None)]
