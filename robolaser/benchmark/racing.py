@@ -67,7 +67,8 @@ def race(
     Raises:
         UsageError: There is no such problem, algorithm or setting.
     """
-    left, dropped = list(dict.fromkeys(algorithms)), {}
+    left = list(dict.fromkeys(algorithms))
+    dropped: dict[str, int] = {}
     with engine or ThisMachine() as used, RunTable() as table:
         for count in range(min(first, seeds), seeds + 1):
             plan = RunPlan.of(problems, left, seeds=count, budget=budget)
