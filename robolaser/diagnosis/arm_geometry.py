@@ -36,7 +36,7 @@ def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
         covariance: Of them there, the prior included, (p, p).
         prior: Their standard deviations by the prior of size 1, (p,).
     """
-    information = np.linalg.inv(covariance / np.outer(prior, prior))
+    information = _inverse(covariance / np.outer(prior, prior))
     gradient = information @ (x / prior)
     of_data, V = np.linalg.eigh(information - np.eye(len(x)))
     of_data, along = np.maximum(of_data, 0.0), (V.T @ gradient) ** 2
@@ -45,3 +45,12 @@ def marginal_cost(x: Array, covariance: Array, prior: Array) -> float:
     explained = (along * variances / (1.0 + variances * of_data)).sum(axis=1)
     here = float((along / (1.0 + of_data)).sum())
     return float((freedom - explained).min()) + here
+
+
+def _inverse(covariance: Array) -> Array:
+    """Its inverse; variances that rounding makes zero, as of fits far from any cell, become the least there are."""
+    try:
+        return np.asarray(np.linalg.inv(covariance))
+    except np.linalg.LinAlgError:
+        variances, V = np.linalg.eigh(covariance)
+        return np.asarray((V / np.maximum(variances, np.finfo(float).eps * max(1.0, variances[-1]))) @ V.T)

@@ -116,3 +116,8 @@ def test_a_corrected_arm_stays_nominal_along_what_the_data_do_not_see() -> None:
     moved = (arm.x - problem.parameters.nominal) / problem.prior
     assert np.linalg.norm(moved) > 0.3
     np.testing.assert_allclose(unseen @ moved, 0.0, atol=0.02)
+
+
+def test_a_variance_that_rounding_makes_zero_has_a_cost_too() -> None:
+    singular = np.outer([1.0, 1.0, 0.0], [1.0, 1.0, 0.0])
+    assert np.isfinite(marginal_cost(np.ones(3), singular, np.ones(3)))
