@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Ints, Progress
-from robolaser.calibration.misread_joints import misread_joints
+from robolaser.arrays import Bools, Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.same_arm import check_same_arm
 from robolaser.diagnosis.averaging import AveragedData
@@ -37,6 +36,7 @@ from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.noise import NoiseModel
 
 
 def diagnose(
@@ -109,9 +109,11 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
 
 def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
     enough = len(np.unique(dataset.points.pose)) >= MIN_POSES
-    preparation, data, refits, selected, outliers = _selected(
-        dataset, library(kinds, dataset) if enough else [], seed, progress
-    )
+    progress("fitting the nominal model", 0.0)
+    preparation, marked = Preparation.of(dataset, seed)
+    misread = preparation.misread_joints(marked)
+    effects = library(kinds, dataset) if enough and not misread else []
+    data, refits, selected, outliers = _selected(preparation, marked, effects, progress)
     start = refits.start
 
     progress("weighing the evidence", 0.6)
@@ -122,7 +124,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     progress("predicting held-out poses", 0.8)
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
-    verdict = judge(_evidence(start, final, left, gap))
+    verdict = judge(_evidence(start, final, left, gap, noise))
     classes = cause_classes(verdict, refits, final, evidence, left, held_out)
     where = _where(verdict, refits, final, evidence, classes, left)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
@@ -132,7 +134,6 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
     said = sentence(verdict, findings, classes, where, gap, repeatability, outliers)
-    misread = misread_joints(start.model, gap.calibrated_m)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
@@ -161,14 +162,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
 
 def _selected(
-    dataset: Dataset, effects: Sequence[CandidateEffect], seed: int, progress: Progress
-) -> tuple[Preparation, AveragedData, Refits, Fit, Ints]:
+    preparation: Preparation, outliers: Bools, effects: Sequence[CandidateEffect], progress: Progress
+) -> tuple[AveragedData, Refits, Fit, Ints]:
     """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
     """
-    progress("fitting the nominal model", 0.0)
-    preparation, outliers = Preparation.of(dataset, seed)
     data, start = preparation.fit(outliers, effects)
     refits = Refits(start, effects)
     final = select(refits, progress=lambda what: progress(what, 0.3))
@@ -189,10 +188,11 @@ def _selected(
         outliers = found
         data, start = preparation.fit(outliers, effects)
         refits, final = again(start, 0.5)
-    return preparation, data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 
 
-def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) -> Evidence:
+def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:
+    known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
     return Evidence(
         chi2_before=start.chi2,
         chi2_after=final.with_likeliest_scatter.chi2,
@@ -202,6 +202,7 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap) ->
         gap_m=gap.after_m,
         gap_before_m=gap.calibrated_m,
         has_effects=bool(final.effects),
+        estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
     )
 
 

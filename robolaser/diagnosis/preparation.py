@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.calibration.checks import check_orientations
 from robolaser.calibration.initialization import find_start
+from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
@@ -65,6 +66,12 @@ class Preparation:
             sources = tuple(source for source in error_sources(model, near) if source.name in noise.sigmas)
             shots = NoiseModel(sources, noise.sigmas)
         return cls(dataset, sensor, shots, near), outliers_within_poses(Fit(problem_of(model, shots, sensor), near))
+
+    def misread_joints(self, outliers: Bools) -> str | None:
+        """A sentence on joints that seem to be read wrongly: no effect is worth a search then; None if none seem so."""
+        model = Model(self.dataset).sharing(self.sensor)
+        errors = model.in_metres(self.near, model.residuals(self.near[None])[0])[~outliers]
+        return misread_joints(model, float(np.sqrt((errors**2).sum(axis=-1).mean())))
 
     def fit(self, outliers: Bools, effects: Sequence[CandidateEffect]) -> tuple[AveragedData, Fit]:
         """The sensor's parameters fitted to averaged rows without gross errors.

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
     ALIAS_SHARE,
@@ -97,6 +98,7 @@ class Evidence:
         gap_m: Held-out gap that is left [m].
         gap_before_m: Of the model without effects [m].
         has_effects: Whether any effect was found.
+        estimated_m: Size of noise that is known as what a model leaves alone [m]; of centimetres it is a wrong model.
     """
 
     chi2_before: float
@@ -107,6 +109,7 @@ class Evidence:
     gap_m: float
     gap_before_m: float
     has_effects: bool
+    estimated_m: float
 
 
 def judge(evidence: Evidence) -> str:
@@ -114,6 +117,8 @@ def judge(evidence: Evidence) -> str:
     explained = evidence.chi2_before - evidence.chi2_after
     excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
     left = max(evidence.localized, excess)
+    if evidence.estimated_m >= SETUP_RMS_M:
+        return "unexplained"
     if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"
     open_m2, before_m2 = (gap**2 - evidence.floor_m**2 for gap in (evidence.gap_m, evidence.gap_before_m))

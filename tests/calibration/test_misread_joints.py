@@ -82,6 +82,17 @@ def test_a_diagnosis_says_it_first() -> None:
     assert examine(wrong, effects=[]).sentence.startswith(said)
 
 
+def test_what_a_camera_then_leaves_is_neither_noise_nor_the_work_of_an_effect() -> None:
+    noise = Noise(pixel_px=0.2)
+    wrong, said = misread(
+        simulate(find_robot("scorbot_er7"), kind="camera", poses=20, noise=noise, seed=2).dataset, "exchanged"
+    )
+    found = examine(wrong)
+    assert found.sentence.startswith(said)
+    assert found.verdict == "unexplained"
+    assert not found.findings
+
+
 def test_readings_within_their_limits_only_once_two_columns_are_exchanged_raise_the_question(tmp_path) -> None:
     sound = simulate(find_robot("fr3"), kind="point", poses=10).dataset
     q = sound.arm[1].copy()

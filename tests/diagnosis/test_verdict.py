@@ -29,8 +29,14 @@ CLEAN = Evidence(
     gap_m=1e-4,
     gap_before_m=1e-4,
     has_effects=False,
+    estimated_m=0.0,
 )
 EXPLAINED = replace(CLEAN, chi2_before=9000.0, has_effects=True)
+
+
+def test_noise_of_centimetres_that_nobody_stated_is_a_wrong_description_of_the_cell():
+    assert judge(CLEAN) == judge(replace(CLEAN, estimated_m=0.009)) == "no_gap"
+    assert judge(replace(CLEAN, estimated_m=0.011)) == judge(replace(EXPLAINED, estimated_m=0.011)) == "unexplained"
 
 
 def test_an_effect_of_one_parameter_must_explain_twenty_and_a_half():
