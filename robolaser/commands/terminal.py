@@ -24,10 +24,15 @@ def say(text: str) -> None:
 @Parameter(name="*", group=Group("Terminal", sort_key=2))
 @dataclass(frozen=True)
 class Terminal:
-    """What a command shows."""
+    """What a command shows.
 
-    json: bool = False  # print nothing but the result, as JSON, on standard output
-    quiet: bool = False  # print warnings and errors only
+    Attributes:
+        json: Print nothing but the result, as JSON, on standard output.
+        quiet: Print warnings and errors only.
+    """
+
+    json: bool = False
+    quiet: bool = False
 
     def print(self, text: str) -> None:
         """Print a part of what people read."""
