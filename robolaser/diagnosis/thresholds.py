@@ -204,6 +204,9 @@ OPEN_SHARE: Final = 0.005
 """Share of the squared gap above the noise, up to which such a remainder needs no further cause either, where the noise
 is so small beside the gap that any other form shows. A judgement: of twelve blind worlds with a remainder, two true
 effects each left 0.0004 and 0.002, causes outside the library 0.012 and more."""
+OPEN_OVER_FLOOR: Final = 2.0
+"""Held-out gap over the noise floor, above which no share of the gap is small enough for that. A judgement: blind
+worlds whose effects are all known stay below 1.5; a real scanner with a remainder of unknown cause is at 5."""
 FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""
 CHI2_EXCESS_SIGMA: Final = 6.0

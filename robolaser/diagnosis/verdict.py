@@ -19,6 +19,7 @@ from robolaser.diagnosis.thresholds import (
     FORM_SHARE,
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
+    OPEN_OVER_FLOOR,
     OPEN_SHARE,
     UNEXPLAINED_DISCOUNT,
 )
@@ -122,5 +123,6 @@ def judge(evidence: Evidence) -> str:
     if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"
     open_m2, before_m2 = (gap**2 - evidence.floor_m**2 for gap in (evidence.gap_m, evidence.gap_before_m))
-    closed = evidence.gap_m <= GAP_OVER_FLOOR * evidence.floor_m or open_m2 <= OPEN_SHARE * before_m2
+    limit = OPEN_OVER_FLOOR if open_m2 <= OPEN_SHARE * before_m2 else GAP_OVER_FLOOR
+    closed = evidence.gap_m <= limit * evidence.floor_m
     return "explained" if evidence.has_effects and left <= FORM_SHARE * explained and closed else "unexplained"

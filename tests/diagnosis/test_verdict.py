@@ -147,6 +147,12 @@ def test_or_as_long_as_next_to_nothing_of_a_large_gap_is_open():
     assert judge(replace(remainder, gap_before_m=0.99 * limit)) == "unexplained"
 
 
+def test_what_stands_far_above_the_noise_is_open_however_large_the_gap_was():
+    remainder = replace(EXPLAINED, localized=100.0, gap_before_m=1.0)
+    assert judge(replace(remainder, gap_m=1.99e-4)) == "explained"
+    assert judge(replace(remainder, gap_m=2.01e-4)) == "unexplained"
+
+
 def test_without_effects_no_remainder_is_a_matter_of_form():
     assert judge(replace(CLEAN, chi2_before=1e6, localized=20.0)) == "unexplained"
 
