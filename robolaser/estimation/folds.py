@@ -22,7 +22,7 @@ ALIKE = 1e-4  # [rad, m] Configurations that differ by less are copies of each o
 TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
 SAMPLE = 10_000  # rows on which these fits of large data are made
-MOST_STEPS = 30
+MOST_STEPS = 8
 """Of a fit without one fold that need not be exact: beyond, it follows a valley that the others hardly see. Of a real
 scanner's, 20, 50 and 644 steps gave 0.460, 0.466 and 0.463 mm on held-out poses."""
 CHORDS, SHORTER = 8, 0.3
