@@ -22,7 +22,7 @@ def on_files(files: Files, config: Any) -> Files:
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
     """Turn links to the guests; gather what each benchmark says of itself."""
     for name, source in GUESTS.items():
-        markdown = markdown.replace(f"](../{source}", f"]({name}")
+        markdown = re.sub(rf"\]\(\.\./((?:\.\./)*){source}", rf"](\1{name}", markdown)
     if BENCHMARKS not in markdown:
         return markdown
     texts = [file.read_text(encoding="utf-8") for file in sorted((ROOT / "benchmarks").glob("*/README.md"))]
