@@ -25,8 +25,8 @@ from robolaser.report.comparison.plot_context import PlotContext
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
-PAGE = ROOT / "docs" / "ablation.md"
-PICTURES = PAGE.with_name("pictures")
+PAGE = ROOT / "docs" / "explanation" / "ablation.md"
+PICTURES = ROOT / "docs" / "pictures"
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper")
 SEEDS = 30
