@@ -156,7 +156,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         after_m=held_out.errors(final),
         noise=noise_sources(noise),
         repeatability=repeatability,
-        noise_remarks=noise_remarks(final, dataset),
+        noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
     )
 

@@ -105,8 +105,8 @@ def test_scatter_as_large_as_is_believed_is_not_called_the_arms_repeatability():
         sentence("no_gap", (), (), (), one.gap, Repeatability({"joint": source}, 4e-4), one.outliers)
         for source in (largest, replace(largest, value=0.9 * largest.value))
     ]
-    assert ["so well does the arm repeat" in text for text in said] == [False, True]
-    assert "no more than that is taken for noise" in said[0]
+    assert ["how well the arm repeats" in text for text in said] == [False, True]
+    assert "no more than that counts as noise" in said[0]
 
 
 def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
@@ -177,7 +177,7 @@ def test_a_parameter_on_its_bound_is_said_with_its_sign():
     diagnosis = geometric()
     first = diagnosis.findings[0]
     on_bound = replace(first, parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
-    assert caveats(diagnosis, on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
+    assert caveats(on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
     assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
 
 
@@ -185,7 +185,7 @@ def test_a_joint_that_begins_at_an_end_of_its_play_has_no_larger_cause():
     diagnosis = geometric()
     play = {"lost_motion": Estimate(3e-3, 1e-5, "rad", ""), "start": Estimate(-1.0, None, "", "lower")}
     found = replace(diagnosis.findings[0], candidate_effect=candidate_effect("backlash:turn"), parameters=play)
-    assert not any("larger" in said for said in caveats(diagnosis, found))
+    assert not any("larger" in said for said in caveats(found))
 
 
 def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
