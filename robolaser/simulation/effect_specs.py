@@ -65,18 +65,11 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
         for candidate_effect in there:
             if candidate_effect not in chosen:
                 chosen[candidate_effect] = None
-                numbers |= _nominal(candidate_effect, dataset)
+                numbers |= {item.name: item.nominal for item in candidate_effect.parameters.items}
+                shape = effect.usual_shape(dataset, candidate_effect.where)
+                numbers |= {candidate_effect.key(inner): value for inner, value in shape.items()}
             numbers[candidate_effect.key(number)] = float(size)
     return tuple(chosen), numbers
-
-
-def _nominal(one: CandidateEffect, dataset: Dataset) -> dict[str, float]:
-    """Nominal numbers; nonlinear ones within what is looked for there: `joint_coupling` follows a joint near by."""
-    grid = one.effect.grid(dataset, one.where)
-    return {item.name: item.nominal for item in one.parameters.items} | {
-        one.key(inner.name): float(np.clip(inner.nominal, values.min(), values.max()))
-        for inner, values in zip(one.effect.nonlinear_parameters(), grid.T, strict=True)
-    }
 
 
 def _check(effect: type[Effect], name: str, size: float) -> None:
