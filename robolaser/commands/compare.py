@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -78,7 +79,6 @@ def compare(
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
-    from robolaser.benchmark.exchange import effects
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result_files import comparison_json, exported, runs_csv
     from robolaser.benchmark.run_loop import fill
@@ -87,7 +87,6 @@ def compare(
     from robolaser.benchmark.table import FILES, NAME, RunTable
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison import page, print_comparison
-    from robolaser.report.comparison.exchange import effect_lines
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -135,9 +134,6 @@ def compare(
                 html = page(shown, judged, command=typed)
                 write_results(output, {**exports, RUNS: runs_csv(result), PAGE: html, RESULT_FILE: text})
                 terminal.show(text, lambda: print_comparison(shown, judged, output))
-                for family in result.families if stock else ():
-                    for line in effect_lines(effects(result, family)):
-                        terminal.print(line)
 
             try:
                 with terminal.progress() as progress:
@@ -196,7 +192,13 @@ def _labelled(
     if not labels:
         return result, ranked
     shown = labelled(result, labels)
-    return shown, tuple(standings(shown, family) for family in shown.families)
+    return shown, tuple(
+        replace(
+            standings(shown, one.family),
+            effects=tuple(replace(effect, stock=labels.get(effect.stock, effect.stock)) for effect in one.effects),
+        )
+        for one in ranked
+    )
 
 
 def _tables(
