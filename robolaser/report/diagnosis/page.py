@@ -13,7 +13,7 @@ from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
-from robolaser.report.setting import noise_table, origin, setting
+from robolaser.report.setting import noise_table, origin
 
 VERDICTS = {
     "no_gap": "no gap",
@@ -46,7 +46,7 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
     return Document(
         dataset.name,
         "diagnosed",
-        setting(dataset),
+        dataset.summary,
         f"{lead.rstrip('.')}.",
         sense,
         [Figures(figures(diagnosis))],
