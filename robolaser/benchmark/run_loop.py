@@ -12,6 +12,7 @@ from typing import final
 
 import cloudpickle
 
+from robolaser.arrays import Progress
 from robolaser.benchmark import racing
 from robolaser.benchmark.engines import Engine, ThisMachine
 from robolaser.benchmark.plan import RunPlan
@@ -25,6 +26,8 @@ AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""
 REPORT_S = 0.5
 """Time between two reports of progress."""
+MOST_SHOWN = 4
+"""Runs under way that a line has room for."""
 
 
 @final
@@ -43,6 +46,24 @@ class RunProgress:
     wanted: int
     running: tuple[Task, ...]
     left_s: float | None
+
+    @property
+    def share(self) -> float:
+        """The share that is done, 0 to 1."""
+        return self.done / max(1, self.wanted)
+
+    @property
+    def words(self) -> str:
+        """How far it has come, and what runs now."""
+        running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in self.running[:MOST_SHOWN])
+        left = "" if self.left_s is None else f"{_duration(self.left_s)} left, "
+        return f"{self.done}/{self.wanted} runs, {left}{running or 'waiting for the first worker'}"
+
+
+def _duration(seconds: float) -> str:
+    """A time in hours and minutes, or minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
 
 
 def run_all(
@@ -90,7 +111,12 @@ def run_all(
 
 
 def compare(
-    plan: RunPlan, engine: Engine | None = None, *, race: bool = False, space: SettingSpace | None = None
+    plan: RunPlan,
+    engine: Engine | None = None,
+    *,
+    race: bool = False,
+    space: SettingSpace | None = None,
+    progress: Progress | None = None,
 ) -> BenchmarkResult:
     """Make all runs of a plan, and write nothing to disk.
 
@@ -99,10 +125,12 @@ def compare(
         engine: Where the runs are made; on all cores of this machine by default.
         race: Drop, seed by seed, who is significantly worse than the best, see `racing.race`.
         space: Where a race takes further settings from.
+        progress: Called twice a second with how far it has come, in words, and the share that is done.
     """
+    tell = progress or (lambda what, share: None)
     with engine or ThisMachine() as used, RunTable() as table:
         for stage in racing.race(plan, table, space) if race else (plan,):
-            fill(table, stage, used)
+            fill(table, stage, used, lambda at: tell(at.words, at.share))
         return table.result(stage)
 
 

@@ -18,13 +18,11 @@ from robolaser.errors import DependencyMissing, Interrupted, OutputError, UsageE
 if TYPE_CHECKING:
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result import BenchmarkResult
-    from robolaser.benchmark.run_loop import RunProgress
     from robolaser.benchmark.setting_space import SettingSpace
     from robolaser.benchmark.standings import Standings
 
 RESULT_FILE, RUNS, PAGE = "comparison.json", "runs.csv", "report.html"
 GB = 1e9
-MOST_SHOWN = 4  # runs under way that a line has room for
 
 
 def compare(
@@ -154,7 +152,7 @@ def compare(
             try:
                 with terminal.progress() as progress:
                     for plan in racing.race(plan, runs, space) if race else (plan,):  # noqa: B020 - `conclude` reads it
-                        fill(runs, plan, engine, lambda at: progress(_words(at), at.done / max(1, at.wanted)))
+                        fill(runs, plan, engine, lambda at: progress(at.words, at.share))
             except (KeyboardInterrupt, EngineLost) as stopped:
                 engine.close()
                 with suppress(KeyboardInterrupt):  # the runs are there even without the report
@@ -238,16 +236,3 @@ def _tables(
     from robolaser.report.comparison.paper_tables import FILES, paper_tables
 
     return {} if form is None else {FILES[form]: paper_tables(result, judged, form)}
-
-
-def _words(state: "RunProgress") -> str:
-    """How far a comparison is, and what runs now."""
-    running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in state.running[:MOST_SHOWN])
-    left = "" if state.left_s is None else f"{_duration(state.left_s)} left, "
-    return f"{state.done}/{state.wanted} runs, {left}{running or 'waiting for the first worker'}"
-
-
-def _duration(seconds: float) -> str:
-    """A time in hours and minutes, or minutes and seconds."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
