@@ -1,4 +1,4 @@
-"""The pictures of docs/effects.md: what each effect leaves once the ordinary parameters were fitted without it.
+"""The pictures of the page on effects: what each effect leaves once the ordinary parameters were fitted without it.
 
 Run from the repository's root: .venv/bin/python docs/pictures/effects.py [NAME]...
 """
