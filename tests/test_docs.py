@@ -27,7 +27,7 @@ GUESTS = {
 PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").rglob("*.md")}
 TEXTS = PAGES | {name: ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
 SCRIPTS = [script for folder in ("benchmarks", "docs", "examples") for script in (ROOT / folder).rglob("*.py")]
-SPEAKING = "calibration cell commands data diagnosis estimation geometry model/sensors report scan vision".split()
+SILENT = ("algorithms", "benchmark", "compiled", "effects", "emulator", "operators", "problems", "simulation", "trials")
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 
@@ -122,7 +122,8 @@ def literals(source: ast.AST) -> Iterable[str]:
 
 
 def test_every_message_that_the_docs_explain_is_one_of_the_package() -> None:
-    files = [file for folder in SPEAKING for file in (ROOT / "robolaser" / folder).rglob("*.py")]
+    package = ROOT / "robolaser"
+    files = [file for file in package.rglob("*.py") if not set(SILENT) & set(file.relative_to(package).parts)]
     sources = [ast.parse(file.read_text(encoding="utf-8")) for file in files]
     said = "\n".join(text.replace("\n", " ") for source in sources for text in literals(source))
     rows = re.findall(r"^\| (.+?) \|", PAGES["docs/reference/messages.md"].read_text(encoding="utf-8"), re.MULTILINE)

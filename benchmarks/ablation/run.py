@@ -17,7 +17,8 @@ import vl_convert
 
 from robolaser.benchmark import load
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.standings import Measure, standings
+from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.table import Measure
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.plot_context import PlotContext

@@ -16,10 +16,8 @@ from playwright.sync_api import sync_playwright
 from robolaser.cli import main
 
 PICTURE = Path(__file__).resolve().with_name("report.png")
-SIMULATED = (
-    "simulate --robot scorbot_er7 --sensor point --poses 12 --effect encoder_eccentricity:joint_2=1e-3"
-    " --point-m 3e-5 --seed 3 --quiet --output"
-).split()
+EFFECT, NOISE = "encoder_eccentricity:joint_2=1e-3", "3e-5"
+SIMULATED = ["simulate", "--robot", "scorbot_er7", "--sensor", "point", "--poses", "12", "--seed", "3"]
 MARK = (
     '<span style="display:inline-block;width:1.7em;height:1.7em;line-height:1.7em;border-radius:50%;text-align:center;'
     'background:#c0492b;color:#fff;font:bold 0.9rem/1.7em sans-serif;margin-right:0.5em">{}</span>'
@@ -47,7 +45,7 @@ def photographed(page: Path, picture: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        main([*SIMULATED, "arm"])
+        main([*SIMULATED, "--effect", EFFECT, "--point-m", NOISE, "--quiet", "--output", "arm"])
         main(["diagnose", "arm", "--output", "why", "--quiet"])
         page = Path(folder, "why", "report.html")
         page.write_text(marked(page.read_text(encoding="utf-8")), encoding="utf-8")

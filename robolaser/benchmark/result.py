@@ -40,7 +40,7 @@ class Effort:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BenchmarkResult(Result):
     """All that was planned, and every run so far.
 

@@ -12,6 +12,7 @@ from typing import final
 
 import cloudpickle
 
+from robolaser.arrays import Progress
 from robolaser.benchmark.engines import Engine, ThisMachine
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.result import BenchmarkResult
@@ -23,6 +24,8 @@ AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""
 REPORT_S = 0.5
 """Time between two reports of progress."""
+MOST_SHOWN = 4
+"""Runs under way that a line has room for."""
 
 
 @final
@@ -41,6 +44,24 @@ class RunProgress:
     wanted: int
     running: tuple[Task, ...]
     left_s: float | None
+
+    @property
+    def share(self) -> float:
+        """The share that is done, 0 to 1."""
+        return self.done / max(1, self.wanted)
+
+    @property
+    def words(self) -> str:
+        """How far it has come, and what runs now."""
+        running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in self.running[:MOST_SHOWN])
+        left = "" if self.left_s is None else f"{_duration(self.left_s)} left, "
+        return f"{self.done}/{self.wanted} runs, {left}{running or 'waiting for the first worker'}"
+
+
+def _duration(seconds: float) -> str:
+    """A time in hours and minutes, or minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
 
 
 def run_all(
@@ -87,15 +108,17 @@ def run_all(
             reported = time.monotonic()
 
 
-def compare(plan: RunPlan, engine: Engine | None = None) -> BenchmarkResult:
+def compare(plan: RunPlan, engine: Engine | None = None, *, progress: Progress | None = None) -> BenchmarkResult:
     """Make all runs of a plan, and write nothing to disk.
 
     Args:
         plan: Which solvers run on which problems, see `RunPlan.of`.
         engine: Where the runs are made; on all cores of this machine by default.
+        progress: Called twice a second with how far it has come, in words, and the share that is done.
     """
+    tell = progress or (lambda what, share: None)
     with engine or ThisMachine() as used, RunTable() as table:
-        fill(table, plan, used)
+        fill(table, plan, used, lambda at: tell(at.words, at.share))
         return table.result(plan)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,12 +18,10 @@ from robolaser.errors import DependencyMissing, Interrupted, OutputError, UsageE
 if TYPE_CHECKING:
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result import BenchmarkResult
-    from robolaser.benchmark.run_loop import RunProgress
     from robolaser.benchmark.standings import Standings
 
 RESULT_FILE, RUNS, PAGE = "comparison.json", "runs.csv", "report.html"
 GB = 1e9
-MOST_SHOWN = 4  # runs under way that a line has room for
 
 
 def compare(
@@ -80,7 +79,6 @@ def compare(
         force: Overwrite an earlier result.
     """
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
-    from robolaser.benchmark.exchange import effects
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result_files import comparison_json, exported, runs_csv
     from robolaser.benchmark.run_loop import fill
@@ -89,7 +87,6 @@ def compare(
     from robolaser.benchmark.table import FILES, NAME, RunTable
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison import page, print_comparison
-    from robolaser.report.comparison.exchange import effect_lines
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -137,13 +134,10 @@ def compare(
                 html = page(shown, judged, command=typed)
                 write_results(output, {**exports, RUNS: runs_csv(result), PAGE: html, RESULT_FILE: text})
                 terminal.show(text, lambda: print_comparison(shown, judged, output))
-                for family in result.families if stock else ():
-                    for line in effect_lines(effects(result, family)):
-                        terminal.print(line)
 
             try:
                 with terminal.progress() as progress:
-                    fill(runs, plan, engine, lambda at: progress(_words(at), at.done / max(1, at.wanted)))
+                    fill(runs, plan, engine, lambda at: progress(at.words, at.share))
             except (KeyboardInterrupt, EngineLost) as stopped:
                 engine.close()
                 with suppress(KeyboardInterrupt):  # the runs are there even without the report
@@ -198,7 +192,13 @@ def _labelled(
     if not labels:
         return result, ranked
     shown = labelled(result, labels)
-    return shown, tuple(standings(shown, family) for family in shown.families)
+    return shown, tuple(
+        replace(
+            standings(shown, one.family),
+            effects=tuple(replace(effect, stock=labels.get(effect.stock, effect.stock)) for effect in one.effects),
+        )
+        for one in ranked
+    )
 
 
 def _tables(
@@ -208,16 +208,3 @@ def _tables(
     from robolaser.report.comparison.paper_tables import FILES, paper_tables
 
     return {} if form is None else {FILES[form]: paper_tables(result, judged, form)}
-
-
-def _words(state: "RunProgress") -> str:
-    """How far a comparison is, and what runs now."""
-    running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in state.running[:MOST_SHOWN])
-    left = "" if state.left_s is None else f"{_duration(state.left_s)} left, "
-    return f"{state.done}/{state.wanted} runs, {left}{running or 'waiting for the first worker'}"
-
-
-def _duration(seconds: float) -> str:
-    """A time in hours and minutes, or minutes and seconds."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"

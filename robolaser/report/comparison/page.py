@@ -10,11 +10,13 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import methods, rows
+from robolaser.report.comparison.budgets import budget_table
 from robolaser.report.comparison.charts.anytime import anytime
 from robolaser.report.comparison.charts.profiles import profiles
 from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.charts.targets import targets
+from robolaser.report.comparison.exchanged import effect_table
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext, target
 from robolaser.report.comparison.probable import probable_table
@@ -100,6 +102,8 @@ def _family(context: PlotContext, number: int, *, brief: bool) -> Section:
     blocks: list[Block] = [Text(unbroken(answer), printed=True) for answer in answers]
     table = standing_table(context, most)
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
+    if (exchanged := effect_table(standings)) is not None:
+        blocks.append(exchanged)
     return Section(title, blocks if brief else [*blocks, *_family_evidence(context, title)])
 
 
@@ -109,9 +113,12 @@ def _family_evidence(context: PlotContext, title: str) -> list[Block]:
     made = [
         solved(context, "evaluations", TITLES["evaluations"] + suffix),
         solved(context, "seconds", TITLES["seconds"] + suffix),
-        mean_ranks(context, standings.evaluations.ranks, f"Mean ranks by evaluations{suffix}"),
-        mean_ranks(context, standings.seconds.ranks, f"Mean ranks by wall time{suffix}"),
+        mean_ranks(context, standings.evaluations, f"Mean ranks by evaluations{suffix}"),
+        mean_ranks(context, standings.seconds, f"Mean ranks by wall time{suffix}"),
         profiles(context, f"Evaluations against the fastest{suffix}"),
+        solved(context, "simplex gradients", TITLES["simplex gradients"] + suffix)
+        if len(context.problems) > 1
+        else None,
     ]
     tables = [pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else None, probable_table(context)]
     return [*charts(made), *(table for table in tables if table is not None)]
@@ -146,7 +153,12 @@ def _problems(context: PlotContext) -> list[Section]:
         blocks: list[Block] = [Text(problem.title, "quiet")]
         if len(context.problems) > 1 and on.evaluations.answer:
             blocks.append(Text(unbroken(on.evaluations.answer)))
-        blocks += [*charts(made), result_table(context, on), pairwise_matrix(on.evaluations)]
+        blocks += [
+            *charts(made),
+            result_table(context, on),
+            budget_table(context, problem),
+            pairwise_matrix(on.evaluations),
+        ]
         sections.append(Section(f"{number}. {problem.name}", blocks))
     return sections
 
