@@ -51,7 +51,8 @@ AFTER_SEARCH = (
     "ALIAS_LOCATIONS", "ALIAS_SHARE", "CERTAIN", "CHI2_EXCESS_SIGMA", "CHI2_INDISTINGUISHABLE", "CREDIBLE_MASS",
     "DETECTION_SIGMA", "FORM_SHARE", "FURTHER_SUBSTITUTES", "GAP_OVER_FLOOR", "LARGEST_PLAUSIBLE",
     "LEAST_LISTED", "LEAST_PROBABILITY", "LEAST_RANGE_EXPONENT", "MIN_CREDIBILITY", "NO_OTHER_EFFECTS",
-    "REFITTED_ALTERNATIVES", "ROUGH", "SAME_COLUMN", "UNDETERMINED", "UNEXPLAINED_DISCOUNT", "WORTH_SAYING",
+    "OPEN_OVER_FLOOR", "OPEN_SHARE", "REFITTED_ALTERNATIVES", "ROUGH", "SAME_COLUMN", "UNDETERMINED",
+    "UNEXPLAINED_DISCOUNT", "WORTH_SAYING",
 )  # fmt: skip
 """Thresholds that are read once the set of effects is chosen."""
 SAME_ERROR = 0.1
@@ -91,8 +92,8 @@ def diagnose_all(cache: Path, numbers: list[int], *, keep_search: bool) -> dict[
     # ruff: noqa: PLC0415  # only now: the thresholds are set
     import robolaser
     from robolaser.diagnosis import examine, pipeline
+    from robolaser.diagnosis.refits import Refits
     from robolaser.diagnosis.result_json import diagnosis_json
-    from robolaser.diagnosis.score_tests import Columns
     from robolaser.geometry.robots import find_robot
     from robolaser.trials.making import make
     from robolaser.trials.outcome import outcome
@@ -111,9 +112,9 @@ def diagnose_all(cache: Path, numbers: list[int], *, keep_search: bool) -> dict[
         def remembered(*args: Any, kept: Path = kept) -> Any:
             if kept.exists():
                 return pickle.loads(kept.read_bytes())
-            preparation, data, refits, *rest = search(*args)
-            refits = replace(refits, _tests={}, _columns=Columns(), _beside_unmodelled={}, _at_joint={})
-            kept.write_bytes(pickle.dumps((preparation, data, refits, *rest)))
+            data, refits, selected, outliers = search(*args)
+            fits = replace(Refits(refits.start, refits.effects), _fits=refits._fits, _latest=refits._latest)
+            kept.write_bytes(pickle.dumps((data, fits, selected, outliers)))
             return pickle.loads(kept.read_bytes())
 
         pipeline._selected = remembered if keep_search else search

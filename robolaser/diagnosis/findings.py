@@ -11,6 +11,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.gaussian_process_basis import TIME
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
@@ -117,14 +118,20 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
     total = max(sum(one.explained for one in evidence), 1e-9)
-    coordinates = {place.site: place.coordinate for place in reversed(localize(start))}
+    places = localize(start)
     found: dict[str, Localization] = {}
     for one in evidence:
         kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
         p_value = survival(one.explained, len(kind.units()))
-        found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
+        found[site] = Localization(site, _coordinate(kind, site, places), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
+
+
+def _coordinate(kind: type[Effect], site: str, places: Sequence[Localization]) -> str:
+    """What a function of unknown form at an effect's place depends on; not time, where the effect does not."""
+    own = [place.coordinate for place in places if place.site == site]
+    return next((one for one in own if one != TIME or kind.depends_on_trajectory), kind.title)
 
 
 def not_testable(

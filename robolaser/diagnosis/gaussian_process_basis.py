@@ -20,6 +20,8 @@ MOST = 24
 LANDMARKS = 300
 """Values of a coordinate that make its basis; those between are interpolated (Nyström)."""
 
+TIME = "time"
+"""The coordinate of what changes along the run."""
 REMEMBERED = 64
 """Coordinates whose basis is kept."""
 LEAST_TORQUE_NM = 1e-6
@@ -104,7 +106,7 @@ class OfPoses:
         """Those in which anything may change from pose to pose: (name, basis (n, p))."""
         poses = self._dataset.poses
         if poses.time_s is not None and np.ptp(self._scene.progress) > 0:
-            yield "time", smooth(self._scene.progress[:, None])
+            yield TIME, smooth(self._scene.progress[:, None])
         for name, values in poses.coordinates.items():
             if np.ptp(values) > 0:
                 yield _words(name), smooth(values[:, None])

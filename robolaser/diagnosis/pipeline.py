@@ -45,6 +45,7 @@ def diagnose(
     seed: int | None = None,
     *,
     validate: Sequence[Dataset] = (),
+    progress: Progress | None = None,
 ) -> DiagnosisResult:
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
@@ -53,6 +54,7 @@ def diagnose(
         effects: The library of effects; `[*robolaser.EFFECTS, Mine]` extends ours.
         seed: Assigns poses to folds and resamples them; the same one gives the same answer.
         validate: Other data of the same arm, which what is found is to predict.
+        progress: Is called with what is going on, and what share of the work is done.
 
     Returns:
         What diagnosis.json holds: gaps in millimetres, else SI.
@@ -60,7 +62,7 @@ def diagnose(
     Raises:
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
     """
-    return DiagnosisResult(examine(dataset, effects, seed=seed, validate=validate), seed or 0)
+    return DiagnosisResult(examine(dataset, effects, seed=seed, validate=validate, progress=progress), seed or 0)
 
 
 def examine(
@@ -156,7 +158,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         after_m=held_out.errors(final),
         noise=noise_sources(noise),
         repeatability=repeatability,
-        noise_remarks=noise_remarks(final, dataset),
+        noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
     )

@@ -52,10 +52,11 @@ def sentence(
     if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
         size = millimetres(repeatability.at_sensor_m)
         text += (
-            f" Whole poses scatter by {size} or more with no cause but chance; no more than that is taken for noise."
+            f" Whole poses scatter by {size} or more with no cause that these data show; no more than that counts as"
+            " noise."
             if repeatability.is_limited
-            else f" Whole poses scatter by {size} with no cause but chance: so well does the arm repeat, and that is a"
-            " part of the noise."
+            else f" Whole poses scatter by {size} with no cause that these data show: that is taken for how well the"
+            " arm repeats, and counts as noise."
         )
     if not len(gross):
         return text

@@ -13,7 +13,7 @@ from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
-from robolaser.report.setting import noise_table, origin, setting
+from robolaser.report.setting import noise_table, origin
 
 VERDICTS = {
     "no_gap": "no gap",
@@ -38,16 +38,20 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
     """
     lead, _, sense = diagnosis.sentence.partition(". ")
     dataset = diagnosis.dataset
-    doubts = [rows.class_table(diagnosis), rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
+    found = [classes, effects] if classes.printed else [effects, classes]
+    doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    if not diagnosis.findings:
+        found, doubts = [], [classes, *doubts]
     return Document(
         dataset.name,
         "diagnosed",
-        setting(dataset),
+        dataset.summary,
         f"{lead.rstrip('.')}.",
         sense,
         [Figures(figures(diagnosis))],
         [
-            Section("What was found", [rows.effect_table(diagnosis)] if diagnosis.findings else []),
+            Section("What was found", [table for table in found if table.rows]),
             Section("Where", _printed_sites(diagnosis) if brief else []),
             Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)] if to_do(diagnosis) else []),
             Section("What is not certain", [table for table in doubts if table.rows]),
