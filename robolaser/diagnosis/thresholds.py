@@ -1,8 +1,9 @@
 """Every threshold that decides what a diagnosis says: its value, its unit, and where it comes from.
 
 "chi-squared" is the sum of squares of whitened residuals and of the parameters' distances from their priors: noise
-alone contributes 1 for each residual. A threshold is either a quantile of a distribution, or a simulation's,
-or a judgement; each says which. What a factor of 0.5 and 2 changes on a blind trial stands in `benchmarks/thresholds/`.
+alone contributes 1 for each residual. A threshold is a quantile of a distribution, or a simulation's, or a judgement:
+what does not say where it comes from is a judgement of how much to try. What a factor of 0.5 and 2 changes on a blind
+trial stands in `benchmarks/thresholds/`, and so does the list of all other numbers of the diagnosis.
 """
 
 from statistics import NormalDist
@@ -120,9 +121,10 @@ FREE_POSE_ROWS: Final = 4
 """Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by. Geometry: three rows
 of two numbers determine the six of a motion."""
 FREE_POSE_M: Final = 0.02
+"""How far a pose may be off as a whole [m], as a standard deviation: what the model lacks moves whole poses, gross
+errors single rows. A judgement: an arm's nominal model is off by 10 mm."""
 FREE_POSE_RAD: Final = 0.05
-"""How far a pose may be off as a whole [m, rad], as standard deviations: what the model lacks moves whole poses, gross
-errors single rows. A judgement: an arm's nominal model is off by 10 mm and a degree or two."""
+"""The same for its turn [rad]. A judgement: by a degree or two."""
 MOST_POSES_OFF: Final = 0.1
 """Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
 
@@ -188,8 +190,9 @@ LEAST_USUAL: Final = 0.01
 """Least size of errors that the data may tell, in units of those usual in industry. The data choose among sizes."""
 LARGEST_USUAL: Final = 3.0
 """Size of the errors of an arm that was never calibrated, in those units. A judgement."""
-WORTH_SAYING: Final = 0.25
-"""Scatter of whole poses over all noise, from which on it is said. A judgement."""
+WORTH_SAYING: Final = 0.5
+"""Scatter of whole poses over all noise, from which on it is said. A judgement, of words alone: where poses do not
+scatter, chance makes a third of the noise look as if they did."""
 
 # Standard errors.
 
