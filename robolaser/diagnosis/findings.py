@@ -132,12 +132,10 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
 def _coordinate(kind: type[Effect], site: str, places: Sequence[Localization]) -> str:
     """What a function of unknown form at an effect's place depends on, if the effect may too: else what the effect is.
 
-    A constant of the arm depends on nothing, an effect at a joint on that joint, and on time only what drifts.
+    A constant of the arm depends on nothing, and on time only what drifts.
     """
-    own = [place.coordinate for place in places if place.site == site]
-    own = [one for one in own if one == TIME or kind.site or one.endswith(site)]
-    allowed = (one for one in own if kind.cause != GEOMETRY and (one != TIME or kind.depends_on_trajectory))
-    return next(allowed, kind.title)
+    own = [place.coordinate for place in places if place.site == site and kind.cause != GEOMETRY]
+    return next((one for one in own if one != TIME or kind.depends_on_trajectory), kind.title)
 
 
 def not_testable(
