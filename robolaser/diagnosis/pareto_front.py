@@ -1,6 +1,6 @@
 """The gap against the number of effects: what each further effect gains on held-out poses."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +20,9 @@ SEEN = 1e-12
 """Share of the squared length of an effect's column, below which it is a combination of those taken before."""
 
 
-def pareto_front(refits: Refits, nested: Sequence[Fit], held_out: HeldOut) -> tuple[ParetoPoint, ...]:
+def pareto_front(
+    refits: Refits, nested: Sequence[Fit], held_out: HeldOut, progress: Callable[[str], None] = lambda what: None
+) -> tuple[ParetoPoint, ...]:
     """The sets of effects than which none with as few effects has a smaller held-out gap, from none on.
 
     All sets of the most promising effects are compared by chi-squared of the model as linear around the fit without
@@ -31,6 +33,7 @@ def pareto_front(refits: Refits, nested: Sequence[Fit], held_out: HeldOut) -> tu
         refits: Fits sets of effects.
         nested: Fits of the chosen effects, added one by one; the model without effects first.
         held_out: Errors on held-out poses.
+        progress: Is called with what is being compared.
 
     Returns:
         Sets by their number of effects, each with a smaller gap than the one before.
@@ -38,7 +41,10 @@ def pareto_front(refits: Refits, nested: Sequence[Fit], held_out: HeldOut) -> tu
     tests = refits.score_tests(refits.start)
     leaders = [tests[i] for i in stepwise_order(tests)]
     most = max(AT_LEAST, len(nested) - 1 + FURTHER)
-    fits = [*nested, *(refits.of(refits.start, some) for some in best_subsets(leaders, most))]
+    fits = list(nested)
+    for some in best_subsets(leaders, most):
+        progress(f"comparing sets of {len(some)} effects")
+        fits.append(refits.of(refits.start, some))
     gaps = np.array([held_out.gap(fit) for fit in fits])
     counts = np.array([len(fit.effects) for fit in fits], dtype=np.int64)
     return tuple(ParetoPoint(fits[i].effects, float(gaps[i])) for i in undominated(counts, gaps))

@@ -120,19 +120,20 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("weighing the evidence", 0.6)
     held_out = HeldOut(start, seed)
-    pruned, evidence, left = prune(refits, selected, held_out)
+    pruned, evidence, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
     final = refits.of(pruned)
 
-    progress("predicting held-out poses", 0.8)
+    progress("judging the gap", 0.8)
     noise = preparation.noise_beside(data, final) if left else final.noise
     left = [] if hindrance else left
     gap = gap_of(start, final, noise, held_out, seed)
     verdict = judge(_evidence(start, final, left, gap, noise))
     classes = cause_classes(verdict, refits, final, evidence, left, held_out)
     where = _where(verdict, refits, final, evidence, classes, left)
+    progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
     nested = nested_fits(refits, final, held_out, evidence)
-    front = pareto_front(refits, nested, held_out)
+    front = pareto_front(refits, nested, held_out, lambda what: progress(what, 0.9))
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
@@ -176,7 +177,7 @@ def _selected(
     final = select(refits, progress=lambda what: progress(what, 0.3))
 
     def again(start: Fit, share: float) -> tuple[Refits, Fit]:
-        fresh = Refits(start, effects)
+        fresh = refits.beside(start) if start.model.dataset is refits.start.model.dataset else Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
     for left in reversed(range(OUTLIER_ROUNDS + 1)):

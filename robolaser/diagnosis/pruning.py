@@ -1,6 +1,6 @@
 """Which effects stay in the final model: those that help new poses, and that no unmodelled cause explains better."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
@@ -16,7 +16,9 @@ from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
 
-def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[EffectEvidence], list[Localization]]:
+def prune(
+    refits: Refits, final: Fit, held_out: HeldOut, progress: Callable[[str], None] = lambda what: None
+) -> tuple[Fit, list[EffectEvidence], list[Localization]]:
     """Take effects out again until each one that is left deserves its place.
 
     First go those without which held-out poses are predicted as well; then those that an unmodelled cause explains
@@ -27,15 +29,20 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
         refits: Fits sets of effects.
         final: The set that costs least.
         held_out: Errors on held-out poses.
+        progress: Is called with what is being weighed.
 
     Returns:
         The model that is left, the evidence for each of its effects, and where its residuals still lie.
     """
-    final = _helpful(refits, final, held_out)
+    final = _helpful(refits, final, held_out, progress)
     while True:
+        progress("looking where the rest lies")
         left = localize(final)
         rivals = PostureRivals.of(refits, final)
-        unmodelled = {one: max(_unmodelled(refits, final, one), rivals.unmodelled([one])) for one in final.effects}
+        unmodelled = {}
+        for one in final.effects:
+            progress(f"weighing {one} against unmodelled causes")
+            unmodelled[one] = max(_unmodelled(refits, final, one), rivals.unmodelled([one]))
         doubtful = _above(unmodelled, EVEN) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
@@ -44,11 +51,14 @@ def prune(refits: Refits, final: Fit, held_out: HeldOut) -> tuple[Fit, list[Effe
             for one in doubtful[: -(-len(doubtful) // 2)]:
                 final = refits.refit(final, removed=one)
             continue
-        helpful = _helpful(refits, final, held_out)
+        helpful = _helpful(refits, final, held_out, progress)
         if helpful is not final:
             final = helpful
             continue
-        evidence = [evidence_for(refits, final, one, unmodelled[one], unexplained) for one in final.effects]
+        evidence = []
+        for one in final.effects:
+            progress(f"weighing {one} against other effects")
+            evidence.append(evidence_for(refits, final, one, unmodelled[one], unexplained))
         better = exchanged(final, evidence, held_out)
         if better is None:
             return final, evidence, left
@@ -96,10 +106,11 @@ def _incredible(
     return sorted((one for one in believable if believable[one] < MIN_CREDIBILITY), key=lambda one: believable[one])
 
 
-def _helpful(refits: Refits, final: Fit, held_out: HeldOut) -> Fit:
+def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Callable[[str], None]) -> Fit:
     """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first."""
     gap = held_out.gap(final)
     while final.effects:
+        progress(f"leaving out each of {len(final.effects)} effects")
         less = min((refits.refit(final, removed=one) for one in final.effects), key=lambda fit: fit.chi2)
         if held_out.gap(less) > gap:
             break

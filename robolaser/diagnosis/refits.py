@@ -90,6 +90,10 @@ class Refits:
         self._fits[frozenset(earlier.effects)] = fit
         return fit
 
+    def beside(self, start: Fit) -> "Refits":
+        """None yet, of the same rows beside other noise."""
+        return Refits(start, self.effects, _columns=self._columns.elsewhere())
+
     def among(self, effects: Sequence[CandidateEffect]) -> "Refits":
         """The same fits, with other candidates that may be added."""
         return replace(self, effects=effects, _tests={})
