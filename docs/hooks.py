@@ -1,4 +1,4 @@
-"""Pages that live elsewhere in the repository: README.md as the front page, CONTRIBUTING.md, CHANGELOG.md, benchmarks."""
+"""Pages that live elsewhere in the repository: README.md as the front page, CONTRIBUTING.md, CHANGELOG.md, READMEs."""
 
 import re
 from pathlib import Path

@@ -98,9 +98,11 @@ def print_figures(figures: Figures, out: Console) -> None:
 
 
 def _printed(block: Table) -> Grid:
-    """Its first rows; cells with their first line and caveat."""
+    """Its first rows; cells with their first line and caveat. Where room is short, wide columns are broken."""
     headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
     made, shown = table(*headings.values()), list(headings)
+    for i, column in zip(shown, made.columns, strict=True):
+        column.no_wrap = block.columns[i].kind != "wide"
     for row in block.cells[: block.printed]:
         texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
         notes = [Text(f" {row[i].note.partition(chr(10))[0]}".rstrip(), style="dim") for i in shown]
