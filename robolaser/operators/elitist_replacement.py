@@ -22,14 +22,19 @@ def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -
     The best parents, first the best, then the offspring in their order. If these are too many the worst
     offspring are left out, if too few more parents stay. Of equals the earlier stays.
     """
-    n_parents = max(min(n_elites, n_survive), n_survive - len(offspring))
-    elites = parents.argsort(kind="stable")[:n_parents]
+    elites = _best(parents, max(min(n_elites, n_survive), n_survive - len(offspring)))
     n_young = n_survive - len(elites)
-    if n_young >= len(offspring):
-        young = np.arange(len(offspring))
-    else:
-        young = np.sort(offspring.argsort(kind="stable")[:n_young])
+    young = np.arange(len(offspring)) if n_young >= len(offspring) else np.sort(_best(offspring, n_young))
     return np.concatenate([elites, len(parents) + young])
+
+
+def _best(costs: Array, n: int) -> Ints:
+    """The n lowest, first the lowest, of equals the earlier; all, if there are fewer."""
+    if not 0 < n < len(costs):
+        return costs.argsort(kind="stable")[:n]
+    low = (costs <= np.partition(costs, n - 1)[n - 1]).nonzero()[0]
+    best: Ints = low[costs[low].argsort(kind="stable")[:n]]
+    return best
 
 
 @final

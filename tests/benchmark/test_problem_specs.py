@@ -211,6 +211,14 @@ def test_bbob_is_measured_above_its_lowest_value_which_ioh_knows():
 
 LIGHT = """
 import sys
+
+class Absent:
+    def find_spec(self, name, *args):
+        if name.partition(".")[0] in {"pinocchio", "cv2", "numba", "serial", "yaml", "cyclopts", "cryptography"}:
+            raise ModuleNotFoundError(name)
+
+sys.meta_path.insert(0, Absent())
+
 from pymoo.core.problem import Problem
 import robolaser.operators, robolaser.algorithms.rcga
 from robolaser import RunPlan, compare
@@ -231,10 +239,10 @@ class Bowl(Problem):
 result = compare(RunPlan.of(["pymoo:sphere", Bowl, "__main__:Bowl"], ["rcga"], seeds=1, budget=200))
 assert len(result.runs) == 3 and not result.failures, result.failures
 standings(result, "test function")
-print(*({"pinocchio", "cv2", "numba"} & set(sys.modules)))
+str(result), result.to_frame(), result.save(sys.argv[1])
 """
 
 
-def test_comparing_on_test_functions_and_problems_of_a_script_loads_neither_pinocchio_nor_opencv_nor_numba():
-    done = subprocess.run([sys.executable, "-c", LIGHT], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == ""
+def test_comparing_on_test_functions_and_problems_of_a_script_needs_only_what_the_docs_name(tmp_path):
+    subprocess.run([sys.executable, "-c", LIGHT, tmp_path], check=True)
+    assert (tmp_path / "report.html").exists()
