@@ -11,8 +11,15 @@ from robolaser.algorithms.algorithm_spec import AlgorithmSpec
 from robolaser.algorithms.user_code import imported, made_with
 from robolaser.arrays import Array
 from robolaser.benchmark.front import Front
-from robolaser.benchmark.problem import INFEASIBLE, OWN, PROBE_SEED, PROBES, TEST_FUNCTION, BenchmarkProblem
-from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.problem import (
+    INFEASIBLE,
+    OWN,
+    PROBE_SEED,
+    PROBES,
+    TEST_FUNCTION,
+    BenchmarkProblem,
+    ProblemSpec,
+)
 from robolaser.errors import DependencyMissing, RobolaserError, UsageError, near
 
 PYMOO, BBOB = "pymoo:", "bbob:"
@@ -203,11 +210,11 @@ def _front(problem: Any, lower: Array, upper: Array) -> Front:
     except Exception:  # some want to be told how many points, or in which directions
         known = None
     if known is not None:
-        return Front.empty(known.min(axis=0), known.max(axis=0), known)
+        return Front.empty(len(lower), known.min(axis=0), known.max(axis=0), known)
     probes = np.random.default_rng(PROBE_SEED).uniform(lower, upper, (FRONT_PROBES, len(lower)))
     values = np.asarray(problem.evaluate(probes, return_values_of=["F"]), np.float64)
     values = values[np.isfinite(values).all(axis=1)]
-    return Front.empty(values.min(axis=0), values.max(axis=0))
+    return Front.empty(len(lower), values.min(axis=0), values.max(axis=0))
 
 
 def _negligible(problem: Any, lower: Array, upper: Array) -> float:

@@ -13,9 +13,11 @@ from typing import final
 import cloudpickle
 
 from robolaser.arrays import Progress
+from robolaser.benchmark import racing
 from robolaser.benchmark.engines import Engine, ThisMachine
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.setting_space import SettingSpace
 from robolaser.benchmark.single_run import BenchmarkRun, Key
 from robolaser.benchmark.table import RunTable
 from robolaser.benchmark.task import Task
@@ -108,18 +110,28 @@ def run_all(
             reported = time.monotonic()
 
 
-def compare(plan: RunPlan, engine: Engine | None = None, *, progress: Progress | None = None) -> BenchmarkResult:
+def compare(
+    plan: RunPlan,
+    engine: Engine | None = None,
+    *,
+    race: bool = False,
+    space: SettingSpace | None = None,
+    progress: Progress | None = None,
+) -> BenchmarkResult:
     """Make all runs of a plan, and write nothing to disk.
 
     Args:
         plan: Which solvers run on which problems, see `RunPlan.of`.
         engine: Where the runs are made; on all cores of this machine by default.
+        race: Drop, seed by seed, who is significantly worse than the best, see `racing.race`.
+        space: Where a race takes further settings from.
         progress: Called twice a second with how far it has come, in words, and the share that is done.
     """
     tell = progress or (lambda what, share: None)
     with engine or ThisMachine() as used, RunTable() as table:
-        fill(table, plan, used, lambda at: tell(at.words, at.share))
-        return table.result(plan)
+        for stage in racing.race(plan, table, space) if race else (plan,):
+            fill(table, stage, used, lambda at: tell(at.words, at.share))
+        return table.result(stage)
 
 
 def fill(
@@ -142,7 +154,7 @@ def fill(
     """
     table.begin(plan, engine=engine.label, workers=engine.workers)
     began = time.monotonic()
-    for run in run_all(plan, engine, made=table.made(), on_progress=on_progress):
+    for run in run_all(plan, engine, made={**table.made(), **table.failed}, on_progress=on_progress):
         table.add(run, after_s=time.monotonic() - began)
 
 

@@ -44,7 +44,12 @@ def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standin
         family: Which of its problems.
         seed: Seed of the bootstrap samples.
     """
-    return standings_of(result.arrays(family), family=family, refused=result.refused, seed=seed)
+    dropped = {
+        (problem.name, name): f"dropped from the race after {count} seeds"
+        for problem in result.of(family)
+        for name, count in result.dropped.items()
+    }
+    return standings_of(result.arrays(family), family=family, refused={**result.refused, **dropped}, seed=seed)
 
 
 def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: int = 1) -> Standings:
@@ -121,7 +126,7 @@ class _Measured:
             unranked |= {names[a]: "no seed has a run of every algorithm" for a in ranked}
             ranked = []
         mean = {a: float(rank) for a, rank in zip(ranked, mean_ranks.mean_ranks(blocks), strict=bool(ranked))}
-        ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, 0.0), names[a]))
+        ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
         pairs = self._pairs(at, ordered, runs, reached > 0)
         areas = self._areas(at)
         places = tuple(

@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.phrases import names
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.budgets import budget_table
 from robolaser.report.comparison.charts.anytime import anytime
@@ -75,7 +76,15 @@ def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
     """Which is better, by how much and how certain, in the first family of problems."""
     if not comparison.runs or not judged:
         return NOTHING
-    return judged[0].evaluations.answer or NOTHING
+    return f"{_raced(comparison)}{judged[0].evaluations.answer}" or NOTHING
+
+
+def _raced(comparison: BenchmarkResult) -> str:
+    """Whom a race left."""
+    left = [name for name in comparison.solvers if name not in comparison.dropped]
+    if not comparison.dropped:
+        return ""
+    return f"The race left {names(left)} of {len(comparison.solvers)} algorithms. "
 
 
 def unbroken(text: str) -> str:
@@ -95,7 +104,7 @@ def _parted(answer: str) -> tuple[str, str]:
 def _family(context: PlotContext, number: int, *, brief: bool) -> Section:
     standings, comparison = context.standings, context.comparison
     title = methods.FAMILIES.get(standings.family, standings.family)
-    above = verdict(comparison, (standings,)) if number == 0 else ""
+    above = standings.evaluations.answer if number == 0 else ""
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
     spoken = (standings.evaluations.answer,) if brief else (standings.evaluations.answer, standings.seconds.answer)
     answers = [answer for answer in dict.fromkeys(spoken) if answer and answer != above]
