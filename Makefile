@@ -3,7 +3,7 @@ PYTHON ?= python3
 SHELL = /bin/bash
 PIP = .venv/bin/python -m pip --disable-pip-version-check
 
-.PHONY: demo test lint matrix fuzz docs bench clean
+.PHONY: demo test lint matrix fuzz site docs bench clean
 
 # Installed once, and again when the dependencies change.
 .venv/installed: pyproject.toml
@@ -50,11 +50,14 @@ fuzz: .venv/developing
 	GENERATED=long .venv/bin/pytest $$(find tests -name 'test_generated_*.py') tests/cell/test_soak.py
 
 .venv/documenting: .venv/developing
-	$(PIP) install --quiet --requirement requirements-docs.txt
+	$(PIP) install --quiet --editable '.[docs]'
 	touch $@
 
-docs: .venv/documenting
-	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict
+# The pages with their links checked, below site/.
+site: .venv/documenting
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
+
+docs: site
 	.venv/bin/python docs/run_code_blocks.py
 
 # What needs nothing beside the repository; benchmarks/*/README.md say how to run each, and the others.

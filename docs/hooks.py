@@ -1,4 +1,4 @@
-"""Pages of the site that live elsewhere in the repository: CONTRIBUTING.md, CHANGELOG.md and the benchmarks' own."""
+"""Pages that live elsewhere in the repository: README.md as the front page, CONTRIBUTING.md, CHANGELOG.md, READMEs."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
-GUESTS = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
+GUESTS = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 BENCHMARKS = "<!-- the READMEs of the benchmarks come here -->"
 
 
@@ -15,18 +15,26 @@ def on_files(files: Files, config: Any) -> Files:
     """Take the guests in, their links to pages turned the way they lead from here."""
     for page, source in GUESTS.items():
         text = (ROOT / source).read_text(encoding="utf-8")
-        files.append(File.generated(config, page, content=re.sub(r"\]\(docs/", "](", text)))
+        files.append(File.generated(config, page, content=_from_here(text)))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
     """Turn links to the guests; gather what each benchmark says of itself."""
     for name, source in GUESTS.items():
-        markdown = markdown.replace(f"](../{source}", f"]({name}")
+        markdown = re.sub(rf"\]\(\.\./((?:\.\./)*){source}", rf"](\1{name}", markdown)
     if BENCHMARKS not in markdown:
         return markdown
     texts = [file.read_text(encoding="utf-8") for file in sorted((ROOT / "benchmarks").glob("*/README.md"))]
     return markdown.replace(BENCHMARKS, "\n\n".join(map(_below, texts)))
+
+
+def _from_here(text: str) -> str:
+    """Links to docs/ and to guests as they lead from the site's root; links to other files become their text."""
+    text = re.sub(r"\]\(docs/", "](", text)
+    for page, source in GUESTS.items():
+        text = text.replace(f"]({source}", f"]({page}")
+    return re.sub(r"(?<!!)\[([^\]]+)\]\((?:LICENSE|examples/[^)]*)\)", r"\1", text)
 
 
 def _below(text: str) -> str:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from robolaser.errors import RobolaserError
     from robolaser.geometry.robots import find_robot
     from robolaser.model.effects import EFFECTS
+    from robolaser.report.progress_bar import progress_bar
 
 _HOME = {
     "Calibration": "calibration.result",
@@ -34,6 +35,7 @@ _HOME = {
     "load": "data.loading",
     "load_calibration": "data.saved_result",
     "load_diagnosis": "data.saved_result",
+    "progress_bar": "report.progress_bar",
     "save": "data.writing",
 }
 
@@ -51,6 +53,7 @@ __all__ = [
     "load",
     "load_calibration",
     "load_diagnosis",
+    "progress_bar",
     "save",
 ]
 

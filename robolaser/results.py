@@ -1,8 +1,9 @@
 """What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol, final
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,6 +17,27 @@ CALIBRATION_FILES: Final = ("calibration.json", "report.html", *EXPORTED)
 DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
 
 
+@final
+@dataclass(frozen=True)
+class Plots:
+    """Charts of a result; a notebook shows them.
+
+    Attributes:
+        titles: What each is called.
+        html: All of them with their captions, drawn as SVG: it needs neither scripts nor a network.
+    """
+
+    titles: tuple[str, ...]
+    html: str
+
+    def __repr__(self) -> str:
+        """Their titles, a line each."""
+        return "\n".join(self.titles)
+
+    def _repr_html_(self) -> str:
+        return self.html
+
+
 class Looks(Protocol):
     """What shows results, a module above all that make them."""
 
@@ -26,6 +48,8 @@ class Looks(Protocol):
     def save(self, result: "Result", folder: Path) -> None: ...  # noqa: D102
 
     def report(self, result: "Result", path: Path) -> None: ...  # noqa: D102
+
+    def plots_of(self, result: "Result", title: str) -> Plots: ...  # noqa: D102
 
     def summary_of(self, result: "Result") -> str: ...  # noqa: D102
 
@@ -65,9 +89,24 @@ class Result:
         """
         Result.looks().report(self, Path(path))
 
+    def plot(self, title: str = "") -> Plots:
+        """The charts of the report.
+
+        Args:
+            title: Only those whose title has these words; all of them by default.
+
+        Raises:
+            UsageError: There is none of that title, or this result was read back from files, which hold no charts.
+        """
+        return Result.looks().plots_of(self, title)
+
     def __str__(self) -> str:
         """The summary that the command prints."""
         return Result.looks().summary_of(self)
+
+    def __repr__(self) -> str:
+        """The summary, too: what a person sees who names a result at a prompt."""
+        return str(self).rstrip("\n")
 
     def _repr_html_(self) -> str:
         return Result.looks().html_of(self)

@@ -19,10 +19,15 @@ from robolaser.model.effects import EFFECTS
 from robolaser.model.sensors import Stripe
 
 ROOT = Path(__file__).parents[1]
-GUESTS = {"contributing.md": ROOT / "CONTRIBUTING.md", "changelog.md": ROOT / "CHANGELOG.md"}
-PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").glob("*.md")}
+GUESTS = {
+    "index.md": ROOT / "README.md",
+    "contributing.md": ROOT / "CONTRIBUTING.md",
+    "changelog.md": ROOT / "CHANGELOG.md",
+}
+PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").rglob("*.md")}
 TEXTS = PAGES | {name: ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
 SCRIPTS = [script for folder in ("benchmarks", "docs", "examples") for script in (ROOT / folder).rglob("*.py")]
+SILENT = ("algorithms", "benchmark", "compiled", "effects", "emulator", "operators", "problems", "simulation", "trials")
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 
@@ -49,8 +54,10 @@ def test_the_first_screen_names_the_two_commands_and_shows_the_result() -> None:
 
 
 def test_every_page_of_the_site_is_there_and_every_page_is_in_the_site() -> None:
-    named = set(re.findall(r"^ {2}- .*: (\S+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
-    assert named == {page.name for page in PAGES.values()} | GUESTS.keys()
+    nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    named = set(re.findall(r"^ +- .*?(\S+\.(?:md|ipynb))$", nav, re.MULTILINE))
+    notebooks = {page.relative_to(ROOT / "docs").as_posix() for page in (ROOT / "docs").rglob("*.ipynb")}
+    assert named == {page.removeprefix("docs/") for page in PAGES} | notebooks | GUESTS.keys()
     assert all(guest.is_file() for guest in GUESTS.values())
 
 
@@ -70,30 +77,30 @@ def test_no_text_knows_the_machine_it_was_written_on(text: Path) -> None:
 def test_the_layers_shown_are_those_that_the_linter_keeps() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     layers = settings["tool"]["importlinter"]["contracts"][0]["layers"]
-    shown = PAGES["docs/architecture.md"].read_text(encoding="utf-8").split("## Layers")[1].split("```")[1]
+    shown = PAGES["docs/explanation/architecture.md"].read_text(encoding="utf-8").split("## Layers")[1].split("```")[1]
     assert shown.removeprefix("text\n").replace("│", "|").splitlines() == layers
 
 
 def test_every_file_of_the_package_has_its_place_in_the_architecture() -> None:
-    tree = PAGES["docs/architecture.md"].read_text(encoding="utf-8").split("```")[1]
+    tree = PAGES["docs/explanation/architecture.md"].read_text(encoding="utf-8").split("```")[1]
     parts = (ROOT / "robolaser").glob("[!_]*")
     names = [f"{part.name}/" if part.is_dir() else part.name for part in parts if part.suffix in ("", ".py")]
     assert [name for name in names if name not in tree and name != "arrays.py"] == []
 
 
 def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
-    assert missing((effect.name for effect in EFFECTS), "effects.md") == []
-    assert missing((number for effect in EFFECTS for number, *_ in effect.amplitudes()), "effects.md") == []
-    assert missing((number for effect in EFFECTS for number, *_ in effect.nonlinear_parameters()), "effects.md") == []
-    assert missing(robolaser.operators.__all__, "operators.md") == []
-    assert missing([*ALGORITHMS, POLISH_ONLY], "operators.md") == []
-    assert missing((robot.name for robot in known_robots()), "your-robot.md") == []
-    assert missing((f"robolaser {name}" for name in app if name[0].isalpha()), "commands.md") == []
+    numbers = [number for effect in EFFECTS for number, *_ in effect.amplitudes() + effect.nonlinear_parameters()]
+    assert missing([*(effect.name for effect in EFFECTS), *numbers], "reference/effects.md") == []
+    assert missing((effect.name for effect in EFFECTS), "reference/gallery.md") == []
+    assert missing(robolaser.operators.__all__, "reference/operators.md") == []
+    assert missing([*ALGORITHMS, POLISH_ONLY], "reference/operators.md") == []
+    assert missing((robot.name for robot in known_robots()), "howto/your-robot.md") == []
+    assert missing((f"robolaser {name}" for name in app if name[0].isalpha()), "reference/commands.md") == []
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
     names = {**Stripe.format.units, **POSE_UNITS}
-    assert missing((name for name in names if name not in "xyz"), "conventions.md") == []
+    assert missing((name for name in names if name not in "xyz"), "reference/conventions.md") == []
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.relative_to(ROOT).as_posix())
@@ -103,3 +110,23 @@ def test_what_a_script_imports_of_the_package_is_there(script: Path) -> None:
             module = import_module(node.module or "")
             gone = [name.name for name in node.names if not hasattr(module, name.name)]
             assert not [name for name in gone if find_spec(f"{node.module}.{name}") is None], script
+
+
+def literals(source: ast.AST) -> Iterable[str]:
+    """Texts of a file, each with "…" for what is filled in."""
+    for node in ast.walk(source):
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(str(part.value) if isinstance(part, ast.Constant) else "…" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def test_every_message_that_the_docs_explain_is_one_of_the_package() -> None:
+    package = ROOT / "robolaser"
+    files = [file for file in package.rglob("*.py") if not set(SILENT) & set(file.relative_to(package).parts)]
+    sources = [ast.parse(file.read_text(encoding="utf-8")) for file in files]
+    said = "\n".join(text.replace("\n", " ") for source in sources for text in literals(source))
+    rows = re.findall(r"^\| (.+?) \|", PAGES["docs/reference/messages.md"].read_text(encoding="utf-8"), re.MULTILINE)
+    quoted = [message for row in rows if row != "the tool says" for message in row.split("<br>")]
+    assert len(quoted) > 90
+    assert [one for one in quoted if not re.search(".*".join(map(re.escape, one.split("…"))), said)] == []

@@ -14,7 +14,7 @@ PUBLISHED_PX = 1.251
 
 
 def test_every_command_of_the_page_prints_what_the_page_shows():
-    page = [sys.executable, str(ROOT / "docs" / "run_code_blocks.py"), str(ROOT / "docs" / "hand-eye.md")]
+    page = [sys.executable, str(ROOT / "docs" / "run_code_blocks.py"), str(ROOT / "docs" / "howto" / "hand-eye.md")]
     ran = subprocess.run(page, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr
 

@@ -17,15 +17,16 @@ import vl_convert
 
 from robolaser.benchmark import load
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.standings import Measure, standings
+from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.table import Measure
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.plot_context import PlotContext
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
-PAGE = ROOT / "docs" / "ablation.md"
-PICTURES = PAGE.with_name("pictures")
+PAGE = ROOT / "docs" / "explanation" / "ablation.md"
+PICTURES = ROOT / "docs" / "pictures"
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper")
 SEEDS = 30

@@ -16,10 +16,10 @@ import numpy as np
 
 from robolaser import RunPlan
 from robolaser.benchmark.engines import DaskCluster, Engine, ThisMachine
-from robolaser.benchmark.exchange import effects
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_files import exported
 from robolaser.benchmark.run_loop import fill
+from robolaser.benchmark.standings import standings
 from robolaser.benchmark.statistics.outcome import outcomes
 from robolaser.benchmark.statistics.signed_rank import shares
 from robolaser.benchmark.statistics.superiority import wins
@@ -101,7 +101,7 @@ def main() -> None:
     read("dask", there)
 
     for family in here.families:
-        print(effects(here, family).to_string())
+        print(*standings(here, family).effects, sep="\n")
         arrays = here.arrays(family)
         for tolerance in (1.0, 1e-2):
             reached = np.isfinite(arrays.evaluations[..., arrays.target(tolerance)]).sum(axis=(0, 2))

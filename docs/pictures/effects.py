@@ -1,4 +1,4 @@
-"""The pictures of docs/effects.md: what each effect leaves once the ordinary parameters were fitted without it.
+"""The pictures of the page on effects: what each effect leaves once the ordinary parameters were fitted without it.
 
 Run from the repository's root: .venv/bin/python docs/pictures/effects.py [NAME]...
 """
@@ -18,6 +18,7 @@ from robolaser.data.dataset import Noise
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.placements import motion
 from robolaser.simulation import Simulated, simulate
 
 FOLDER = Path(__file__).parent / "effects"
@@ -54,27 +55,25 @@ def per_pose(made: Simulated, values: Array) -> Array:
     return np.stack([values[pose == i].mean(axis=0) for i in range(len(made.dataset.poses))])
 
 
-def over_angle(joint: str) -> Draw:
-    """Errors as turns of a joint, over its angle."""
+def turns(ax: Axes, made: Simulated, errors: Array, joint: str) -> Array:
+    """Errors as turns of a joint, (n,) [mrad], the axis named and zero on it."""
+    ax.axhline(0, color=INK, linewidth=0.7)
+    ax.set_ylabel(f"error as a turn\nof {spoken(joint)} [mrad]")
+    return per_pose(made, as_angle(made, errors, joint))
+
+
+def spoken(name: str) -> str:
+    """A joint's or an effect's name as one says it."""
+    return name.replace("_", " ")
+
+
+def over_angle(joint: str, of: str = "") -> Draw:
+    """Errors as turns of a joint, over its angle or that of another one."""
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
-        column = made.dataset.robot.joints.index(joint)
-        angle = np.degrees(made.dataset.poses.q[:, column])
-        ax.scatter(angle, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
-        ax.set_xlabel(f"angle of {joint} [°]")
-        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
-
-    return draw
-
-
-def as_turn_of(joint: str, other: str) -> Draw:
-    """Errors as turns of a joint, over the angle of another."""
-
-    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
-        angle = np.degrees(made.dataset.poses.q[:, made.dataset.robot.joints.index(other)])
-        ax.scatter(angle, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
-        ax.set_xlabel(f"angle of {other} [°]")
-        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+        angle = np.degrees(made.dataset.poses.q[:, made.dataset.robot.joints.index(of or joint)])
+        ax.scatter(angle, turns(ax, made, errors, joint), color=BLUE, **DOTS)
+        ax.set_xlabel(f"angle of {spoken(of or joint)} [°]")
 
     return draw
 
@@ -86,9 +85,8 @@ def over_last_move(joint: str) -> Draw:
         q, order = made.dataset.poses.q[:, made.dataset.robot.joints.index(joint)], Model(made.dataset).run.order
         move = np.empty(len(q))
         move[order] = np.degrees(np.diff(q[order], prepend=q[order][0]))
-        ax.scatter(move, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
-        ax.set_xlabel(f"last move of {joint} [°]")
-        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+        ax.scatter(move, turns(ax, made, errors, joint), color=BLUE, **DOTS)
+        ax.set_xlabel(f"last move of {spoken(joint)} [°]")
 
     return draw
 
@@ -98,9 +96,8 @@ def over_torque(joint: str) -> Draw:
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
         borne = Model(made.dataset).run.gravity_torques[:, made.dataset.robot.joints.index(joint)]
-        ax.scatter(borne, per_pose(made, as_angle(made, errors, joint)), color=BLUE, **DOTS)
-        ax.set_xlabel(f"torque of {joint} [Nm]")
-        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+        ax.scatter(borne, turns(ax, made, errors, joint), color=BLUE, **DOTS)
+        ax.set_xlabel(f"gravity torque on {spoken(joint)} [Nm]")
 
     return draw
 
@@ -111,14 +108,20 @@ def by_approach(joint: str) -> Draw:
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
         column = made.dataset.robot.joints.index(joint)
         way = Model(made.dataset).run.approach[:, column]
-        angle, turn = np.degrees(made.dataset.poses.q[:, column]), per_pose(made, as_angle(made, errors, joint))
-        for sign, colour, word in ((1, BLUE, "came upwards"), (-1, RED, "came downwards")):
+        angle, turn = np.degrees(made.dataset.poses.q[:, column]), turns(ax, made, errors, joint)
+        for sign, colour, word in ((1, BLUE, "from below"), (-1, RED, "from above")):
             ax.scatter(angle[way == sign], turn[way == sign], color=colour, label=word, **DOTS)
-        ax.legend(fontsize=7, frameon=False, loc="upper right")
-        ax.set_xlabel(f"angle of {joint} [°]")
-        ax.set_ylabel(f"error as a turn\nof {joint} [mrad]")
+        key(ax)
+        ax.set_xlabel(f"angle of {spoken(joint)} [°]")
 
     return draw
+
+
+def key(ax: Axes) -> None:
+    """The legend, above the chart where no mark is."""
+    ax.legend(
+        fontsize=7, frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1, 0.96), handletextpad=0, borderpad=0
+    )
 
 
 def over_run(ax: Axes, made: Simulated, errors: Array) -> None:
@@ -126,30 +129,64 @@ def over_run(ax: Axes, made: Simulated, errors: Array) -> None:
     mean = per_pose(made, errors)
     for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
         ax.scatter(made.dataset.poses.time_s / 60, mean[:, i], color=colour, label=name, **DOTS)
-    ax.legend(fontsize=7, frameon=False, ncols=3)
+    key(ax)
     ax.set_xlabel("time [min]")
     ax.set_ylabel("error, base's\naxes [mm]")
 
 
-def over_moment(ax: Axes, made: Simulated, errors: Array) -> None:
-    """Errors along the base's axes, over the overturning moment about its y axis."""
-    moment, mean = Model(made.dataset).run.overturning_moment[:, 1], per_pose(made, errors)
-    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
-        ax.scatter(moment, mean[:, i], color=colour, label=name, **DOTS)
-    ax.legend(fontsize=7, frameon=False, ncols=3)
-    ax.set_xlabel("overturning moment about the base's y axis [Nm]")
-    ax.set_ylabel("error, base's\naxes [mm]")
+def in_base(made: Simulated, vectors: Array) -> Array:
+    """A tracker's vectors along the base's axes, (m, 3)."""
+    values = {name: np.array([value]) for name, value in made.truth.items()}
+    return vectors @ motion(values, "base")[0, :3, :3]
+
+
+def over_reach(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors in height over the horizontal reach of the flange."""
+    reach = np.linalg.norm(made.dataset.flange()[:, :2, 3], axis=1)
+    ax.axhline(0, color=INK, linewidth=0.7)
+    ax.scatter(reach, per_pose(made, in_base(made, errors))[:, 2], color=BLUE, **DOTS)
+    ax.set_xlabel("horizontal reach [m]")
+    ax.set_ylabel("error in height\n[mm]")
+
+
+def over_twist(joint: str) -> Draw:
+    """Errors across the plane of the link before a joint and the flange, over the moment about that link's line."""
+
+    def draw(ax: Axes, made: Simulated, errors: Array) -> None:
+        run, robot = Model(made.dataset).run, made.dataset.robot
+        load, at = run.link_load(joint), robot.chain.index(robot.joints.index(joint))
+        near, far = (run.joint_frames[:, i, :3, 3] for i in (at - 1, at))
+        across = np.cross(far - near, made.dataset.flange()[:, :3, 3] - far)
+        across /= np.linalg.norm(across, axis=1)[:, None]
+        moment = load.moment(np.ones((1, 1, 1)), np.zeros((1, 1, 1)))[0] @ (load.link / np.linalg.norm(load.link))
+        ax.axhline(0, color=INK, linewidth=0.7)
+        ax.scatter(moment, (per_pose(made, in_base(made, errors)) * across).sum(axis=1), color=BLUE, **DOTS)
+        ax.set_xlabel(f"moment about the link before {spoken(joint)} [Nm]")
+        ax.set_ylabel("error across\nthe arm [mm]")
+
+    return draw
 
 
 def over_attitude(ax: Axes, made: Simulated, errors: Array) -> None:
-    """Errors along the camera's axes, over the flange's attitude."""
-    down, mean = Model(made.dataset).run.gravity_in_flange, per_pose(made, in_camera(made, errors))
-    angle = np.degrees(np.arctan2(down[:, 0], down[:, 2]))
-    for i, (name, colour) in enumerate(zip("xyz", (BLUE, RED, INK), strict=True)):
-        ax.scatter(angle, mean[:, i], color=colour, label=name, **DOTS)
-    ax.legend(fontsize=7, frameon=False, ncols=3)
-    ax.set_xlabel("angle from the flange's z axis to gravity, in its xz plane [°]")
-    ax.set_ylabel("error, camera's\naxes [mm]")
+    """Errors along two of the flange's axes, each over gravity along it."""
+    run = Model(made.dataset).run
+    in_flange = np.einsum("mba,mb->ma", run.flange[made.dataset.points.pose, :3, :3], errors)
+    mean = per_pose(made, in_flange)
+    for i, (name, colour) in enumerate(zip("xy", (BLUE, RED), strict=True)):
+        ax.scatter(run.gravity_in_flange[:, i], mean[:, i], color=colour, label=f"along {name}", **DOTS)
+    key(ax)
+    ax.set_xlabel("direction of gravity in the flange frame, x or y part")
+    ax.set_ylabel("error, flange's\naxes [mm]")
+
+
+def over_distance(ax: Axes, made: Simulated, errors: Array) -> None:
+    """Errors away from the middle of all points, over the distance from it."""
+    arm = made.dataset.points.xyz - made.dataset.points.xyz.mean(axis=0)
+    length = np.linalg.norm(arm, axis=1)
+    ax.axhline(0, color=INK, linewidth=0.7)
+    ax.scatter(length, (errors * arm).sum(axis=1) / length, color=BLUE, **DOTS)
+    ax.set_xlabel("distance from the middle of all points [m]")
+    ax.set_ylabel("error away\nfrom it [mm]")
 
 
 def in_camera_over_run(ax: Axes, made: Simulated, errors: Array) -> None:
@@ -205,7 +242,8 @@ def over_speed(ax: Axes, made: Simulated, errors: Array) -> None:
 def as_arrows(ax: Axes, made: Simulated, errors: Array) -> None:
     """Errors in the target's plane as arrows."""
     xyz = made.dataset.points.xyz
-    ax.quiver(xyz[:, 0], xyz[:, 1], errors[:, 0], errors[:, 1], color=BLUE, angles="xy", width=0.004)
+    every = slice(None, None, 2)
+    ax.quiver(*xyz[every, :2].T, *errors[every, :2].T, color=BLUE, angles="xy", width=0.006, scale=30)
     ax.set_aspect("equal")
     ax.set_xlabel("x on the target [m]")
     ax.set_ylabel("y [m]")
@@ -216,7 +254,9 @@ def as_heights(ax: Axes, made: Simulated, errors: Array) -> None:
     xyz = made.dataset.points.xyz
     most = np.abs(errors[:, 2]).max()
     drawn = ax.scatter(xyz[:, 0], xyz[:, 1], c=errors[:, 2], cmap="coolwarm", vmin=-most, vmax=most, **DOTS)
-    ax.figure.colorbar(drawn, ax=ax, label="height [mm]")
+    bar = ax.figure.colorbar(drawn, ax=ax)
+    bar.set_label("height [mm]", size=8, color=INK)
+    bar.ax.tick_params(labelsize=7)
     ax.set_aspect("equal")
     ax.set_xlabel("x on the target [m]")
     ax.set_ylabel("y [m]")
@@ -244,14 +284,14 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
                              over_angle("joint_1")),
     "settling": ({"settling:joint_3": 2e-3}, over_last_move("joint_3")),
     "joint_coupling": ({"joint_coupling:joint_4": 2e-3, "joint_coupling:joint_4.other": 2.0},
-                       as_turn_of("joint_4", "joint_2")),
-    "link_compliance": ({"link_compliance:joint_3": 5e-5, "link_compliance:joint_3.twist": 5e-5},
-                        over_angle("joint_3")),
+                       over_angle("joint_4", of="joint_2")),
+    "link_compliance": ({"link_compliance:elbow_joint": 2e-5, "link_compliance:elbow_joint.twist": 2e-4},
+                        over_twist("elbow_joint")),
     "base_shift": ({"base_shift:base": 1e-3, "base_shift:base.z": -5e-4, "base_shift:base.moment": 0.6}, over_run),
     "thermal_drift": ({"thermal_drift:joint_3": 2e-3}, over_run),
     "hand_eye_drift": ({"hand_eye_drift:hand_eye": 1e-3, "hand_eye_drift:hand_eye.settling": 3.0}, in_camera_over_run),
-    "base_compliance": ({"base_compliance:base": 5e-5}, over_moment),
-    "hand_eye_sag": ({"hand_eye_sag:hand_eye": 1e-3, "hand_eye_sag:hand_eye.moment_z": 1e-2}, over_attitude),
+    "base_compliance": ({"base_compliance:base": 5e-5}, over_reach),
+    "hand_eye_sag": ({"hand_eye_sag:hand_eye": 1e-3, "hand_eye_sag:hand_eye.moment_z": 2e-3}, over_attitude),
     "latency": ({"latency:timing": 0.02}, over_speed),
     "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
     "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),
@@ -261,16 +301,23 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "stripe_bias": ({"stripe_bias:laser": 1.0}, over_tilt),
     "target_scale": ({"target_scale:target": 5e-3}, as_arrows),
     "target_warp": ({"target_warp:target": 1e-3, "target_warp:target.yy": -1e-3}, as_heights),
+    "tracker_scale": ({"tracker_scale:measuring_system": 1e-3}, over_distance),
     "outliers": ({"outliers": 0.03}, by_row),
 }  # fmt: skip
 """For each effect what is put into the cell, a little more than usual, and the view in which it shows."""
+
+
+TRACKED = {"link_compliance": "ur5", "base_compliance": "ur5", "tracker_scale": "ur5"}
+"""Effects that a scanner on the plane arm of a SCORBOT would not show: a tracker before another arm."""
 
 
 def main(names: list[str]) -> None:
     FOLDER.mkdir(exist_ok=True)
     for name in names or PICTURES:
         effects, draw = PICTURES[name]
-        made = simulate(find_robot("scorbot_er7"), poses=POSES, points=POINTS, noise=NOISE, effects=effects, seed=4)
+        kind = {"kind": "point", "points": 3} if name in TRACKED else {"points": POINTS}
+        arm = find_robot(TRACKED.get(name, "scorbot_er7"))
+        made = simulate(arm, poses=POSES, noise=NOISE, effects=effects, seed=4, **kind)
         errors = left_over(made)
         figure = Figure(figsize=SIZE, dpi=96, layout="constrained", facecolor="white")
         ax = figure.subplots()
@@ -281,7 +328,8 @@ def main(names: list[str]) -> None:
         ax.tick_params(colors=INK, length=0, labelsize=7)
         ax.xaxis.label.set(color=INK, fontsize=8)
         ax.yaxis.label.set(color=INK, fontsize=8)
-        ax.set_title(f"{name}: {np.sqrt((errors**2).sum(axis=1).mean()):.2f} mm RMS left", fontsize=8, color=INK)
+        rms = np.sqrt((errors**2).sum(axis=1).mean())
+        ax.set_title(f"{spoken(name).capitalize()}: {rms:.2f} mm RMS", fontsize=8, color=INK, loc="left")
         figure.savefig(FOLDER / f"{name}.png")
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops, compiles
 from robolaser.operators.arithmetic_crossover import arithmetic
 from robolaser.operators.non_uniform_mutation import non_uniform
@@ -22,7 +22,7 @@ def make_offspring(
     at: Array,
     crossed: Bools,
     share: Array,
-    mutated: Ints,
+    moved: Bools,
     upward: Bools,
     steps: Array,
     draws: Array,
@@ -38,8 +38,8 @@ def make_offspring(
         at: Where the wheel stops for the two parents, from 0 to 1, (n, 2).
         crossed: Pairs that are crossed; the children of the others are copies, (n,).
         share: Share λ of the first parent in the first child, (n,).
-        mutated: Genes that mutate, as indices into all children's genes, row after row, (h,).
-        upward: Which of them move towards the upper bound, (h,).
+        moved: Genes that mutate, h of them, (2n, d).
+        upward: Which of these, row by row, move towards the upper bound, (h,).
         steps: Step sizes, as shares of the distance to the bound, (h,).
         draws: Random draws; children whose draw is at most `prob` mutate at all, (2n,).
         prob: Probability that a child mutates at all.
@@ -53,6 +53,7 @@ def make_offspring(
         np.copyto(Y, parents, where=~crossed[:, None])
     Y = Y.reshape(2 * n, d)
     mutants = np.minimum(np.maximum(Y, lower), upper)
+    mutated = moved.reshape(-1).nonzero()[0]
     genes, gene = mutants.reshape(-1), mutated % d
     genes[mutated] = non_uniform(genes[mutated], lower[gene], upper[gene], upward, steps)
     return mutants if prob >= 1.0 else np.where(draws[:, None] <= prob, mutants, Y)

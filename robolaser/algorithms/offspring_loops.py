@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.compiled.decorators import compiled_exactly
 
 
@@ -13,7 +13,7 @@ def make_offspring(
     at: Array,
     crossed: Bools,
     share: Array,
-    mutated: Ints,
+    moved: Bools,
     upward: Bools,
     steps: Array,
     draws: Array,
@@ -24,28 +24,31 @@ def make_offspring(
     """Children of pairs; see the twin for the arguments."""
     n, d = len(at), X.shape[1]
     wheel = np.cumsum(weights)
-    Y = np.empty((2 * n, d))
-    for i in range(n):
-        mother = X[np.searchsorted(wheel, at[i, 0] * wheel[-1], side="right")]
-        father = X[np.searchsorted(wheel, at[i, 1] * wheel[-1], side="right")]
-        one, other = Y[i], Y[n + i]
-        if crossed[i]:
-            part, rest = share[i], 1.0 - share[i]
+    slots = np.searchsorted(wheel, at * wheel[-1], side="right")
+    Y, genes, moves = np.empty((2 * n, d)), np.empty(d, np.int64), 0
+    for i in range(2 * n):
+        pair, second = i % n, i // n
+        mother, father, child = X[slots[pair, second]], X[slots[pair, 1 - second]], Y[i]
+        if crossed[pair]:
+            part, rest = share[pair], 1.0 - share[pair]
             for j in range(d):
                 a, b = mother[j], father[j]
-                low, high = min(a, b), max(a, b)
-                one[j], other[j] = _within(part * a + rest * b, low, high), _within(part * b + rest * a, low, high)
+                child[j] = _within(part * a + rest * b, min(a, b), max(a, b))
         else:
-            one[:], other[:] = mother, father
-        for child, draw in ((one, draws[i]), (other, draws[n + i])):
-            if draw <= prob:
-                for j in range(d):
-                    child[j] = _within(child[j], lower[j], upper[j])
-    for k in range(len(mutated)):
-        i, j = divmod(mutated[k], d)
+            for j in range(d):
+                child[j] = mother[j]
+        h = 0
+        for j in range(d):
+            genes[h] = j  # the next one takes its place if this one stays
+            h += moved[i, j]
         if draws[i] <= prob:
-            ahead = (upper[j] if upward[k] else lower[j]) - Y[i, j]
-            Y[i, j] = _within(Y[i, j] + ahead * steps[k], lower[j], upper[j])
+            for j in range(d):
+                child[j] = _within(child[j], lower[j], upper[j])
+            for k in range(h):
+                j, move = genes[k], moves + k
+                ahead = (upper[j] if upward[move] else lower[j]) - child[j]
+                child[j] = _within(child[j] + ahead * steps[move], lower[j], upper[j])
+        moves += h
     return Y
 
 
@@ -57,5 +60,5 @@ def _within(x: float, low: float, high: float) -> float:
 def warm_up() -> None:
     """Compile `make_offspring`."""
     X, one = np.zeros((2, 1)), np.ones(1)
-    couple, mutated, no = np.zeros((1, 2)), np.zeros(1, np.int64), np.zeros(1, np.bool_)
-    make_offspring(X, np.ones(2), couple, no, np.zeros(1), mutated, no, np.zeros(1), np.zeros(2), 1.0, one, one.copy())
+    couple, no, still = np.zeros((1, 2)), np.zeros(1, np.bool_), np.zeros((2, 1), np.bool_)
+    make_offspring(X, np.ones(2), couple, no, np.zeros(1), still, no, np.zeros(1), np.zeros(2), 1.0, one, one.copy())

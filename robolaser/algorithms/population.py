@@ -164,6 +164,6 @@ def _joined(one: Array, rows: Ints, other: Array, others: Ints) -> Array:
     """Rows of one array and then of another, in one pass."""
     n = len(rows)
     both = np.empty((n + len(others), *one.shape[1:]), np.result_type(one, other))
-    np.take(one.astype(both.dtype, copy=False), rows, 0, both[:n], mode="clip")
-    np.take(other.astype(both.dtype, copy=False), others, 0, both[n:], mode="clip")
+    one.astype(both.dtype, copy=False).take(rows, 0, both[:n], "clip")
+    other.astype(both.dtype, copy=False).take(others, 0, both[n:], "clip")
     return both

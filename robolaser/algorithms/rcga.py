@@ -207,8 +207,8 @@ class RCGA(ArrayBased):
         coins = rng.random(3 * n)
         crossed = coins[2 * n :] < get(crossover.prob)
         share = rng.random(n) if crossed.any() else np.zeros(n)
-        mutated = (rng.random(2 * n * d) < mutation.get_prob_var(self.problem)).nonzero()[0]
-        h = len(mutated)
+        moved = rng.random((2 * n, d)) < mutation.get_prob_var(self.problem)
+        h = np.count_nonzero(moved)
         moves = rng.random(2 * h + 2 * n)
         Y = loop(self.n_iter)(
             parents.X,
@@ -216,7 +216,7 @@ class RCGA(ArrayBased):
             coins[: 2 * n].reshape(n, 2),
             crossed,
             share,
-            mutated,
+            moved,
             moves[:h] < 0.5,
             step_size(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
             moves[2 * h :],

@@ -26,6 +26,7 @@ class BudgetedEvaluator:
         budget: Candidates that may be evaluated.
         evaluations: Candidates evaluated so far.
         best: Lowest cost of a feasible candidate so far; of several objectives, what the front so far misses.
+        x: The candidate of lowest cost so far, (1, d); none, (0, d), before any, or if the solver does not say.
         front: What is not dominated so far, if the problem has several objectives.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
@@ -37,6 +38,7 @@ class BudgetedEvaluator:
         self.evaluations = 0
         self.best = self.violation = np.inf
         self.front = problem.front
+        self.x: Array = np.empty((0, problem.dimension))
         self.out_of_time = False
         self._time_limit_s = time_limit_s
         self._improvements: list[tuple[int, float, float]] = []
@@ -77,7 +79,8 @@ class BudgetedEvaluator:
         values = self._allowed(x, self.problem.cost(x))
         counted = values[: self.left]
         self.violation = self._lowest_violation(counted[:, 0])
-        self.front = self.front.extended(counted[(counted < INFEASIBLE).all(axis=1)])
+        feasible = (counted < INFEASIBLE).all(axis=1)
+        self.front = self.front.extended(counted[feasible], x[: len(counted)][feasible])
         self.record(min(len(x), self.left), self.front.missing if len(self.front.points) else np.inf)
         return values
 
@@ -94,8 +97,8 @@ class BudgetedEvaluator:
         self._recorded(x, np.einsum("cr,cr->c", residuals, residuals))
         return residuals
 
-    def record(self, evaluations: int, cost: float) -> None:
-        """Count candidates that a solver evaluated without this evaluator, and the lowest cost among them.
+    def record(self, evaluations: int, cost: float, x: Array | None = None) -> None:
+        """Count candidates that a solver evaluated without this evaluator, the lowest cost among them, and whose it is.
 
         Raises:
             BudgetExhausted: The budget or the time is used up.
@@ -103,6 +106,7 @@ class BudgetedEvaluator:
         self.evaluations += evaluations
         if self.evaluations <= self.budget and cost < self.best:
             self._improve(self.evaluations, cost)
+            self.x = self.x[:0] if x is None else x[None].copy()
         self._end_if_exhausted()
 
     def trace(self) -> ConvergenceTrace:
@@ -131,6 +135,7 @@ class BudgetedEvaluator:
         lowest = np.minimum.accumulate(np.append(self.best, allowed))
         for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
             self._improve(self.evaluations + int(i) + 1, float(allowed[i]))
+            self.x = x[i : i + 1].copy()
         self.evaluations += len(allowed)
         self._end_if_exhausted()
         return costs

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.single_run import BenchmarkRun
@@ -20,12 +21,15 @@ if TYPE_CHECKING:
 QUARTILES = np.array([0.25, 0.5, 0.75])
 
 
-def fixed_budget(result: BenchmarkResult, budgets: Sequence[float] | Array) -> "pd.DataFrame":
+def fixed_budget(
+    result: BenchmarkResult, budgets: Sequence[float] | Array, problems: Sequence[ProblemSummary] = ()
+) -> "pd.DataFrame":
     """How far above the lowest cost known runs are after so many evaluations.
 
     Args:
         result: With its runs.
         budgets: Evaluations.
+        problems: On which; on all by default.
 
     Returns:
         A row for each problem, algorithm and budget: `problem`, `algorithm`, `budget`, `runs`, and of the excess, in
@@ -37,7 +41,7 @@ def fixed_budget(result: BenchmarkResult, budgets: Sequence[float] | Array) -> "
     for run in result.runs:
         of.setdefault((run.problem, run.algorithm), []).append(run)
     rows = []
-    for problem in result.problems:
+    for problem in problems or result.problems:
         for algorithm in result.solvers:
             if runs := of.get((problem.name, algorithm)):
                 costs = after_evaluations([run.trace for run in runs], np.asarray(budgets, float))

@@ -19,26 +19,19 @@ REFERENCE = 1.1
 @final
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Objective values that no other dominates.
+    """Objective values that no other dominates."""
 
-    Attributes:
-        ideal: The lowest value of each objective on the best known front, (m,).
-        nadir: The highest there, (m,).
-        attainable: Hypervolume of the best known front.
-        points: The values, (n, m).
-    """
-
-    ideal: Array
-    nadir: Array
-    attainable: float
-    points: Array
+    ideal: Array  # the lowest value of each objective on the best known front, (m,)
+    nadir: Array  # the highest there, (m,)
+    attainable: float  # hypervolume of the best known front
+    points: Array  # the values, (n, m)
+    x: Array  # whose values they are, (n, d)
 
     @classmethod
-    def empty(cls, ideal: Array, nadir: Array, known: Array | None = None) -> "Front":
+    def empty(cls, variables: int, ideal: Array, nadir: Array, known: Array | None = None) -> "Front":
         """Of no points yet, for a problem whose front is `known`, (k, m), or not: then all of the box is attainable."""
-        box = cls(
-            ideal, np.where(nadir > ideal, nadir, ideal + 1.0), REFERENCE ** len(ideal), np.empty((0, len(ideal)))
-        )
+        nadir, none = np.where(nadir > ideal, nadir, ideal + 1.0), np.empty((0, len(ideal)))
+        box = cls(ideal, nadir, REFERENCE ** len(ideal), none, np.empty((0, variables)))
         return box if known is None else replace(box, attainable=replace(box, points=known).hypervolume)
 
     @property
@@ -52,9 +45,10 @@ class Front:
         """Hypervolume that it lacks of what is attainable."""
         return self.attainable - self.hypervolume
 
-    def extended(self, values: Array) -> "Front":
-        """With further values (c, m), as far as nothing dominates them."""
+    def extended(self, values: Array, x: Array) -> "Front":
+        """With further values (c, m) of candidates (c, d), as far as nothing dominates them."""
         if not len(values):
             return self
         both = np.concatenate([self.points, values])
-        return replace(self, points=both[moocore.is_nondominated(both)])
+        kept = moocore.is_nondominated(both)
+        return replace(self, points=both[kept], x=np.concatenate([self.x, x])[kept])

@@ -43,5 +43,6 @@ def labelled(result: BenchmarkResult, labels: Mapping[str, str]) -> BenchmarkRes
         problems=tuple(replace(one, found_by=new.get(one.found_by, one.found_by)) for one in result.problems),
         solvers={new[name]: title for name, title in result.solvers.items()},
         refused={(problem, new[name]): reason for (problem, name), reason in result.refused.items()},
+        dropped={new[name]: count for name, count in result.dropped.items()},
         runs=tuple(replace(run, algorithm=new[run.algorithm]) for run in result.runs),
     )

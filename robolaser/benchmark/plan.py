@@ -1,21 +1,24 @@
 """Which solvers run on which problems, with which seeds and limits."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import final
 
+import cloudpickle
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.benchmark.problem import CALIBRATION, PROBE_SEED, PROBES, BenchmarkProblem
-from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.problem import CALIBRATION, PROBE_SEED, PROBES, BenchmarkProblem, ProblemSpec
 from robolaser.benchmark.problem_specs import specs_of
 from robolaser.benchmark.solvers import DEFAULT, find
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.benchmark.task import Task
 from robolaser.errors import UsageError
 
+MAIN = "__main__"
+"""Module of a script or a notebook, which no other process can import."""
 OUR_OWN = "robolaser's own search"
 """Found the lowest cost, if no solver came below it."""
 THEORY = "theory"
@@ -37,6 +40,8 @@ class RunPlan:
         budget: Evaluations a run may spend.
         time_limit_s: Wall time a run may take [s].
         memory_limit_b: Memory a run may take beyond what its process needs anyway [B].
+        pickled: Solvers that another process cannot find by their names, pickled.
+        dropped: After how many seeds a race dropped a solver.
     """
 
     specs: tuple[ProblemSpec, ...]
@@ -45,29 +50,33 @@ class RunPlan:
     budget: int
     time_limit_s: float
     memory_limit_b: int
+    pickled: Mapping[str, bytes] = field(default_factory=dict)
+    dropped: Mapping[str, int] = field(default_factory=dict)
 
     @classmethod
     def of(
         cls,
         problems: Sequence[object],
-        algorithms: Sequence[str] = DEFAULT,
+        algorithms: Sequence[object] = DEFAULT,
         *,
         seeds: int = SEEDS,
         first_seed: int = 1,
         budget: int = BUDGET,
         time_limit_s: float = TIME_LIMIT_S,
         memory_limit_b: int = MEMORY_LIMIT_B,
+        starts: Mapping[str, Array] | None = None,
     ) -> "RunPlan":
         """Plan a benchmark of problems and solvers by name.
 
         Args:
             problems: See `problem_specs.spec_of`.
-            algorithms: See `solvers.find`; one that is named twice takes part once.
+            algorithms: Names, see `solvers.find`, or functions, classes and instances; who comes twice takes part once.
             seeds: Number of seeds.
             first_seed: The first of them, at least 1; the others follow it.
             budget: Evaluations a run may spend.
             time_limit_s: Wall time a run may take [s].
             memory_limit_b: Memory a run may take [B].
+            starts: Candidates that every solver begins with, (k, d), by problem; see `table.starting_points`.
 
         Raises:
             UsageError: There is no such problem, algorithm or setting, or a number is not above 0.
@@ -84,13 +93,22 @@ class RunPlan:
         ):
             if not value > 0:
                 raise UsageError(f"RunPlan: {what} is {value!r}, expected more than 0.")
+        specs = specs_of(problems)
+        found = {given: find(given) for given in dict.fromkeys(algorithms)}
+        if len({solver.name for solver in found.values()}) < len(found):
+            raise UsageError("RunPlan: two algorithms have one name, and results are stored by name.")
         return cls(
-            specs_of(problems),
-            tuple(find(name) for name in dict.fromkeys(algorithms)),
+            specs if starts is None else tuple(_starting(spec, starts) for spec in specs),
+            tuple(found.values()),
             tuple(range(first_seed, first_seed + seeds)),
             budget,
             time_limit_s,
             memory_limit_b,
+            {
+                solver.name: cloudpickle.dumps(solver)
+                for given, solver in found.items()
+                if not isinstance(given, str) or MAIN in given
+            },
         )
 
     @cached_property
@@ -112,11 +130,19 @@ class RunPlan:
     def tasks(self) -> tuple[Task, ...]:
         """All runs, those with the first seed first: a benchmark that is stopped early is fair to all solvers."""
         return tuple(
-            Task(spec.name, solver.name, seed, self.budget, self.time_limit_s, self.memory_limit_b)
-            for seed in self.seeds
+            Task(
+                spec.name,
+                solver.name,
+                seed,
+                self.budget,
+                self.time_limit_s,
+                self.memory_limit_b,
+                self.pickled.get(solver.name, b""),
+            )
+            for number, seed in enumerate(self.seeds)
             for spec in self.specs
             for solver in self.solvers
-            if (spec.name, solver.name) not in self.refused
+            if (spec.name, solver.name) not in self.refused and number < self.dropped.get(solver.name, len(self.seeds))
         )
 
     @cached_property
@@ -128,6 +154,24 @@ class RunPlan:
             *(("numba",) if any(problem.family == CALIBRATION for problem in self.problems) else ()),
             *(("cma",) if solvers & {"pycma", "cmaes"} else ()),
         )
+
+
+def _starting(spec: ProblemSpec, starts: Mapping[str, Array]) -> ProblemSpec:
+    """A problem whose solvers begin with candidates of earlier runs."""
+    dimension = spec.problem().dimension
+    there = starts.get(spec.name, np.empty((0, 0)))
+    if there.shape[1:] != (dimension,) or not len(there):
+        known = ", ".join(f"{name} ({x.shape[1]})" for name, x in starts.items() if len(x)) or "none"
+        raise UsageError(
+            f"No earlier run on {spec.name} with {dimension} variables left a candidate to begin with. There are"
+            f" candidates on: {known}."
+        )
+    return ProblemSpec(spec.name, partial(_with_starts, spec.problem, there))
+
+
+def _with_starts(make: Callable[[], BenchmarkProblem], starts: Array) -> BenchmarkProblem:
+    problem = make()
+    return replace(problem, starts=np.clip(starts, problem.lower, problem.upper))
 
 
 def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
@@ -149,7 +193,7 @@ def best_known(problem: BenchmarkProblem) -> tuple[float, str]:
 
 
 def fingerprint(problem: BenchmarkProblem) -> str:
-    """What identifies a problem besides its name: its bounds, and the costs of some candidates."""
+    """What identifies a problem besides its name: its bounds, the costs of some candidates, and its starts."""
     probes = problem.sample_uniform(np.random.default_rng(PROBE_SEED), PROBES)
-    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes).ravel()])
+    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes).ravel(), problem.starts.ravel()])
     return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)

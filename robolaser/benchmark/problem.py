@@ -1,7 +1,7 @@
 """A cost that solvers minimise: its bounds, its residuals where it has any, and what difference can be neglected."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -40,6 +40,7 @@ class BenchmarkProblem:
         lowest: The lowest cost, where theory knows it.
         constraints: Their number; with any, costs from `INFEASIBLE` on are those of infeasible candidates.
         front: An empty one, if the problem has several objectives.
+        starts: Candidates that every solver begins with, the best first, (k, d); none by default.
     """
 
     name: str
@@ -56,10 +57,11 @@ class BenchmarkProblem:
     lowest: float | None = None
     constraints: int = 0
     front: "Front | None" = None
+    starts: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
         """Make the bounds read-only: what one run wrote into them would change the problem of the next."""
-        for name in ("lower", "upper"):
+        for name in ("lower", "upper", "starts"):
             bound = np.array(getattr(self, name), np.float64)
             bound.setflags(write=False)
             object.__setattr__(self, name, bound)
@@ -73,6 +75,15 @@ class BenchmarkProblem:
         """Candidates, uniform within the bounds, (candidates, d)."""
         x: Array = rng.uniform(self.lower, self.upper, (candidates, self.dimension))
         return x
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ProblemSpec:
+    """Builds a problem; unlike the problem, whose functions cannot be pickled, it can be sent to another process."""
+
+    name: str
+    problem: Callable[[], BenchmarkProblem]
 
 
 @final

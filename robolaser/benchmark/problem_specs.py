@@ -5,8 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import CALIBRATION, BenchmarkProblem
-from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.problem import CALIBRATION, BenchmarkProblem, ProblemSpec
 from robolaser.benchmark.pymoo_specs import BBOB, PYMOO, named_spec, own_spec
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load

@@ -11,9 +11,16 @@ from robolaser.algorithms.algorithm_spec import AlgorithmSpec
 from robolaser.algorithms.user_code import imported, made_with
 from robolaser.arrays import Array
 from robolaser.benchmark.front import Front
-from robolaser.benchmark.problem import INFEASIBLE, OWN, PROBE_SEED, PROBES, TEST_FUNCTION, BenchmarkProblem
-from robolaser.benchmark.problem_spec import ProblemSpec
-from robolaser.errors import DependencyMissing, UsageError, near
+from robolaser.benchmark.problem import (
+    INFEASIBLE,
+    OWN,
+    PROBE_SEED,
+    PROBES,
+    TEST_FUNCTION,
+    BenchmarkProblem,
+    ProblemSpec,
+)
+from robolaser.errors import DependencyMissing, RobolaserError, UsageError, near
 
 PYMOO, BBOB = "pymoo:", "bbob:"
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
@@ -107,7 +114,7 @@ def own_spec(given: object) -> ProblemSpec:
     """A user's problem: an import path with settings, `package.module:attribute[:key=value...]`, or the thing itself.
 
     Raises:
-        UsageError: It cannot be imported or made, or is no problem to compare on.
+        UsageError: It cannot be imported, made or evaluated, or is no problem to compare on.
     """
     if isinstance(given, str):
         spec = AlgorithmSpec.of(given)
@@ -119,7 +126,12 @@ def own_spec(given: object) -> ProblemSpec:
 
 def _checked(name: str, make: Callable[[], Any], family: str) -> ProblemSpec:
     spec = ProblemSpec(name, partial(_problem, name, make, family))
-    spec.problem()
+    try:
+        spec.problem()
+    except RobolaserError:
+        raise
+    except Exception as error:  # whatever a user's problem raises
+        raise UsageError(f"{name} fails at random candidates ({type(error).__name__}: {error}).") from error
     return spec
 
 
@@ -198,11 +210,11 @@ def _front(problem: Any, lower: Array, upper: Array) -> Front:
     except Exception:  # some want to be told how many points, or in which directions
         known = None
     if known is not None:
-        return Front.empty(known.min(axis=0), known.max(axis=0), known)
+        return Front.empty(len(lower), known.min(axis=0), known.max(axis=0), known)
     probes = np.random.default_rng(PROBE_SEED).uniform(lower, upper, (FRONT_PROBES, len(lower)))
     values = np.asarray(problem.evaluate(probes, return_values_of=["F"]), np.float64)
     values = values[np.isfinite(values).all(axis=1)]
-    return Front.empty(values.min(axis=0), values.max(axis=0))
+    return Front.empty(len(lower), values.min(axis=0), values.max(axis=0))
 
 
 def _negligible(problem: Any, lower: Array, upper: Array) -> float:

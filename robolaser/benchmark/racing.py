@@ -1,24 +1,22 @@
-"""The best of many algorithms or settings, without running the hopeless ones to the end: F-race.
+"""The best of many algorithms or settings, without running the hopeless ones to the end: iterated F-race.
 
 Seed by seed, whoever ranks significantly worse than the best so far is dropped. Birattari, Stützle, Paquete &
-Varrentrapp 2002, "A racing algorithm for configuring metaheuristics"; it is the elimination of irace (López-Ibáñez et
-al. 2016), without its sampling of new settings.
+Varrentrapp 2002, "A racing algorithm for configuring metaheuristics". Where settings come from ranges, further races
+follow, of the best and of new settings near them: irace (López-Ibáñez et al. 2016).
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import final
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2, rankdata, t
 
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.defaults import BUDGET, SEEDS
-from robolaser.benchmark.engines import Engine, ThisMachine
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import HEADLINE
-from robolaser.benchmark.run_loop import fill
+from robolaser.benchmark.setting_space import SettingSpace
+from robolaser.benchmark.solvers import find
 from robolaser.benchmark.statistics.mean_ranks import complete
 from robolaser.benchmark.statistics.outcome import outcomes
 from robolaser.benchmark.table import RunTable
@@ -29,58 +27,36 @@ FIRST = 5
 """Seeds before anybody is dropped, as in irace."""
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Race:
-    """How a race ended.
-
-    Attributes:
-        left: Algorithms that were not dropped, the best mean rank first.
-        dropped: After how many seeds the others were.
-        runs: Runs that were made.
-    """
-
-    left: tuple[str, ...]
-    dropped: Mapping[str, int]
-    runs: int
-
-
-def race(
-    problems: Sequence[object],
-    algorithms: Sequence[str],
-    *,
-    seeds: int = SEEDS,
-    first: int = FIRST,
-    budget: int = BUDGET,
-    engine: Engine | None = None,
-) -> Race:
-    """Race algorithms against each other until one is left or seeds are used up.
+def race(plan: RunPlan, table: RunTable, space: SettingSpace | None = None) -> Iterator[RunPlan]:
+    """Plans of a race, the runs of each of which have to be in the table before the next is asked for.
 
     Args:
-        problems: As in `RunPlan.of`.
-        algorithms: Names with settings, as `rcga:b=2`.
-        seeds: Most of them.
-        first: Seeds before anybody is dropped.
-        budget: Evaluations of a run.
-        engine: Where the runs are made; on all cores of this machine by default.
-
-    Raises:
-        UsageError: There is no such problem, algorithm or setting.
+        plan: The algorithms, and the most seeds of each.
+        table: Where the runs are.
+        space: Where further settings come from.
     """
-    left = list(dict.fromkeys(algorithms))
-    dropped: dict[str, int] = {}
-    with engine or ThisMachine() as used, RunTable() as table:
-        for count in range(min(first, seeds), seeds + 1):
-            plan = RunPlan.of(problems, left, seeds=count, budget=budget)
-            fill(table, plan, used)
-            blocks = _blocks(table.result(plan), left)
+    left, most, furthest = [solver.name for solver in plan.solvers], len(plan.seeds), 0
+    for number in range(space.rounds if space is not None else 1):
+        if space is not None and number:
+            plan = _without(plan, left[space.rounds :], furthest)
+            left = left[: space.rounds]
+            new = [find(name) for name in space.near(left, max(space.samples - len(left), 1), number)]
+            plan = replace(plan, solvers=(*plan.solvers, *new))
+            left += [solver.name for solver in new]
+        for count in range(min(FIRST, most), most + 1):
+            stage, furthest = replace(plan, seeds=plan.seeds[:count]), max(furthest, count)
+            yield stage
+            blocks = _blocks(table.result(stage), left)
             stays = survivors(blocks)
-            dropped |= {name: count for name, stay in zip(left, stays, strict=True) if not stay}
-            order = np.argsort(rankdata(blocks, axis=1).sum(axis=0), kind="stable")
-            left = [left[a] for a in order if stays[a]]
+            plan = _without(plan, [name for name, stay in zip(left, stays, strict=True) if not stay], count)
+            left = [left[a] for a in np.argsort(rankdata(blocks, axis=1).sum(axis=0), kind="stable") if stays[a]]
             if len(left) == 1:
                 break
-        return Race(tuple(left), dropped, len(table))
+    yield replace(plan, seeds=plan.seeds[:furthest])
+
+
+def _without(plan: RunPlan, names: Sequence[str], count: int) -> RunPlan:
+    return replace(plan, dropped={**plan.dropped, **dict.fromkeys(names, count)})
 
 
 def survivors(blocks: Array, level: float = LEVEL) -> Bools:
@@ -116,7 +92,7 @@ def _blocks(result: BenchmarkResult, names: Sequence[str]) -> Array:
     found = [np.empty((0, len(names)))]
     for family in result.families:
         arrays = result.arrays(family)
-        if set(arrays.algorithms) == set(names):
+        if set(names) <= set(arrays.algorithms):
             came = outcomes(arrays.evaluations[..., arrays.target(HEADLINE)], arrays.final)
-            found.append(complete(came)[:, [arrays.algorithms.index(name) for name in names]])
+            found.append(complete(came[:, [arrays.algorithms.index(name) for name in names]]))
     return np.concatenate(found)

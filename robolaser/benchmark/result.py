@@ -1,7 +1,7 @@
 """A benchmark's result: its problems, its solvers and every run so far."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, final
 
 from robolaser.benchmark.frames import FRAMES
@@ -40,7 +40,7 @@ class Effort:
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BenchmarkResult(Result):
     """All that was planned, and every run so far.
 
@@ -53,6 +53,7 @@ class BenchmarkResult(Result):
         time_limit_s: Wall time a run may take [s].
         runs: The runs that were made.
         effort: Time and workers.
+        dropped: After how many seeds a race dropped a solver.
     """
 
     problems: tuple[ProblemSummary, ...]
@@ -63,6 +64,7 @@ class BenchmarkResult(Result):
     time_limit_s: float
     runs: tuple[BenchmarkRun, ...]
     effort: Effort
+    dropped: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def families(self) -> tuple[str, ...]:
@@ -72,7 +74,10 @@ class BenchmarkResult(Result):
     @property
     def wanted(self) -> int:
         """Number of runs that were planned."""
-        return (len(self.problems) * len(self.solvers) - len(self.refused)) * len(self.seeds)
+        problems = dict.fromkeys(self.solvers, len(self.problems))
+        for _, name in self.refused:
+            problems[name] -= 1
+        return sum(count * self.dropped.get(name, len(self.seeds)) for name, count in problems.items())
 
     @property
     def failures(self) -> tuple[BenchmarkRun, ...]:

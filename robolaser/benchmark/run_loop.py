@@ -12,9 +12,12 @@ from typing import final
 
 import cloudpickle
 
+from robolaser.arrays import Progress
+from robolaser.benchmark import racing
 from robolaser.benchmark.engines import Engine, ThisMachine
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.setting_space import SettingSpace
 from robolaser.benchmark.single_run import BenchmarkRun, Key
 from robolaser.benchmark.table import RunTable
 from robolaser.benchmark.task import Task
@@ -23,6 +26,8 @@ AHEAD = 2
 """Runs handed out for each worker, so that none waits for its next."""
 REPORT_S = 0.5
 """Time between two reports of progress."""
+MOST_SHOWN = 4
+"""Runs under way that a line has room for."""
 
 
 @final
@@ -41,6 +46,24 @@ class RunProgress:
     wanted: int
     running: tuple[Task, ...]
     left_s: float | None
+
+    @property
+    def share(self) -> float:
+        """The share that is done, 0 to 1."""
+        return self.done / max(1, self.wanted)
+
+    @property
+    def words(self) -> str:
+        """How far it has come, and what runs now."""
+        running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in self.running[:MOST_SHOWN])
+        left = "" if self.left_s is None else f"{_duration(self.left_s)} left, "
+        return f"{self.done}/{self.wanted} runs, {left}{running or 'waiting for the first worker'}"
+
+
+def _duration(seconds: float) -> str:
+    """A time in hours and minutes, or minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"
 
 
 def run_all(
@@ -87,16 +110,28 @@ def run_all(
             reported = time.monotonic()
 
 
-def compare(plan: RunPlan, engine: Engine | None = None) -> BenchmarkResult:
+def compare(
+    plan: RunPlan,
+    engine: Engine | None = None,
+    *,
+    race: bool = False,
+    space: SettingSpace | None = None,
+    progress: Progress | None = None,
+) -> BenchmarkResult:
     """Make all runs of a plan, and write nothing to disk.
 
     Args:
         plan: Which solvers run on which problems, see `RunPlan.of`.
         engine: Where the runs are made; on all cores of this machine by default.
+        race: Drop, seed by seed, who is significantly worse than the best, see `racing.race`.
+        space: Where a race takes further settings from.
+        progress: Called twice a second with how far it has come, in words, and the share that is done.
     """
+    tell = progress or (lambda what, share: None)
     with engine or ThisMachine() as used, RunTable() as table:
-        fill(table, plan, used)
-        return table.result(plan)
+        for stage in racing.race(plan, table, space) if race else (plan,):
+            fill(table, stage, used, lambda at: tell(at.words, at.share))
+        return table.result(stage)
 
 
 def fill(
@@ -119,7 +154,7 @@ def fill(
     """
     table.begin(plan, engine=engine.label, workers=engine.workers)
     began = time.monotonic()
-    for run in run_all(plan, engine, made=table.made(), on_progress=on_progress):
+    for run in run_all(plan, engine, made={**table.made(), **table.failed}, on_progress=on_progress):
         table.add(run, after_s=time.monotonic() - began)
 
 

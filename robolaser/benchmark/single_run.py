@@ -38,6 +38,7 @@ class BenchmarkRun:
         trace: Every improvement; of failed runs as far as it is known.
         violation: The lowest violation of the constraints; 0 with a feasible candidate, or if nothing is known.
         front: Objective values that it found and nothing dominates, (n, m), if there are several objectives.
+        x: The best candidate, (1, d), or those of the front, (n, d); none if they are not known.
     """
 
     problem: str
@@ -51,6 +52,7 @@ class BenchmarkRun:
     trace: ConvergenceTrace
     violation: float = 0.0
     front: Array | None = None
+    x: Array | None = None
 
     @property
     def key(self) -> Key:
@@ -89,4 +91,5 @@ def run(problem: BenchmarkProblem, solver: Solver, *, seed: int, budget: int, ti
         trace=evaluator.trace(),
         violation=evaluator.violation if np.isfinite(evaluator.violation) else 0.0,
         front=None if evaluator.front is None else evaluator.front.points,
+        x=evaluator.x if evaluator.front is None else evaluator.front.x,
     )

@@ -1,9 +1,9 @@
 """The table of a benchmark: a run is a row, and is on disk as soon as it is done.
 
 A SQLite database in WAL mode: several processes may add runs to it at the same time, and whoever is killed loses no run
-that was added. A row of `runs` is a run, a row of `trajectory` an improvement of it,
-a row of `fronts` its objective values that nothing dominates (JSON); `problems`, `solvers`, `refused`,
-`sessions` and `conditions` say what was run and where.
+that was added. A row of `runs` is a run, a row of `trajectory` an improvement of it, a row of `bests` its best
+candidates, with several objectives those that nothing dominates (JSON); `problems`, `solvers`, `refused`, `sessions`
+and `conditions` say what was run and where.
 """
 
 import json
@@ -16,6 +16,7 @@ from typing import Any, Self, final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.benchmark.convergence import ConvergenceTrace
 from robolaser.benchmark.plan import RunPlan, best_known, fingerprint
 from robolaser.benchmark.problem import ProblemSummary
@@ -27,7 +28,7 @@ NAME = "runs.sqlite"
 """Of the file in a result's folder."""
 FILES = (NAME, f"{NAME}-wal", f"{NAME}-shm")
 """All files that SQLite keeps while runs are made."""
-APPLICATION, FORMAT = 0x726C6273, 1
+APPLICATION, FORMAT = 0x726C6273, 2
 """What SQLite's header says of such a file: whose it is, and in which format."""
 WAIT_S = 60.0
 """Time that one writer waits for another."""
@@ -44,7 +45,7 @@ create table sessions (id integer primary key, engine text, workers integer, las
 create table runs (id integer primary key, problem text, algorithm text, seed integer, state text, reason text,
                    evaluations integer, seconds real, processor_s real, best real, violation real,
                    unique (problem, algorithm, seed));
-create table fronts (run integer primary key, points text);
+create table bests (run integer primary key, x text, objectives text);
 create table trajectory (run integer, evaluations integer, seconds real, cost real,
                          primary key (run, evaluations)) without rowid;
 pragma application_id = {APPLICATION};
@@ -67,6 +68,7 @@ class RunTable:
 
     def __init__(self, path: Path | None = None, *, readonly: bool = False) -> None:
         self._path, self._session = path, 0
+        self.failed: dict[Key, float] = {}  # how long runs took that were added and failed [s]
         where = ":memory:" if path is None else f"{path.resolve().as_uri()}?mode={'ro' if readonly else 'rwc'}"
         with self._explained():
             self._db = sqlite3.connect(where, timeout=WAIT_S, isolation_level=None, uri=path is not None)
@@ -128,6 +130,7 @@ class RunTable:
             for name, print_ in prints.items():
                 if known.get(name, print_) != print_:
                     raise self._incomparable(f"the problem {name}", "another one", "this one")
+            conditions["dropped"] = plan.dropped
             conditions["seeds"] = sorted({*there.get("seeds", ()), *plan.seeds})
             self._insert("conditions", ((name, json.dumps(value)) for name, value in conditions.items()), "replace")
             self._insert(
@@ -148,17 +151,18 @@ class RunTable:
         Raises:
             OutputError: The file cannot be written.
         """
+        if run.state != DONE:
+            self.failed[run.key] = run.seconds
         trace, best = run.trace, run.trace.final if len(run.trace.costs) else None
         with self._written():
-            for table in ("trajectory", "fronts"):
+            for table in ("trajectory", "bests"):
                 which = "(select id from runs where (problem, algorithm, seed) = (?, ?, ?))"
                 self._db.execute(f"delete from {table} where run = {which}", run.key)
             told = (run.state, run.reason, run.evaluations, run.seconds, run.processor_s, best, run.violation)
             at = self._insert("runs", [(None, *run.key, *told)], "replace")
             rows = zip(trace.evaluations.tolist(), trace.seconds.tolist(), trace.costs.tolist(), strict=True)
             self._insert("trajectory", ((at, *row) for row in rows))
-            if run.front is not None:
-                self._insert("fronts", [(at, json.dumps(run.front.tolist()))])
+            self._insert("bests", [(at, _json(run.x), _json(run.front))])
             self._db.execute(
                 "update sessions set lasted_s = max(lasted_s, ?), busy_s = busy_s + ? where id = ?",
                 (after_s, run.seconds, self._session),
@@ -209,6 +213,7 @@ class RunTable:
             budget=conditions.get("budget", 0),
             time_limit_s=conditions.get("time_limit_s", 0.0),
             runs=runs,
+            dropped=conditions.get("dropped", {}) if plan is None else plan.dropped,
             effort=Effort(engine, workers, *self._rows(effort)[0]),
         )
 
@@ -219,14 +224,14 @@ class RunTable:
         improvements = np.array(
             self._rows("select run, evaluations, seconds, cost from trajectory order by run, evaluations"), float
         ).reshape(-1, 4)
-        fronts = dict(self._rows("select * from fronts"))
+        bests = {at: (_array(x), _array(front)) for at, x, front in self._rows("select * from bests")}
         for at, problem, algorithm, seed, state, reason, evaluations, seconds, processor_s, _, violation in rows:
             if problem in problems and algorithm in solvers and seed in seeds:
                 of_run = improvements[slice(*np.searchsorted(improvements[:, 0], [at, at + 1]))]
                 trace = ConvergenceTrace(of_run[:, 1].astype(np.int64), of_run[:, 2], of_run[:, 3])
                 told = (state, reason, evaluations, seconds, processor_s)
-                front = np.array(json.loads(fronts[at]), float) if at in fronts else None
-                yield BenchmarkRun(problem, algorithm, seed, *told, trace, violation, front)
+                x, front = bests[at]
+                yield BenchmarkRun(problem, algorithm, seed, *told, trace, violation, front, x)
 
     def _is_empty(self) -> bool:
         return not self._rows("select count(*) from sqlite_master")[0][0]
@@ -297,6 +302,29 @@ def load(path: str | Path) -> BenchmarkResult:
         raise BenchmarkError(f"No runs in {path}: expected the folder of a comparison, or the file {NAME} in it.")
     with RunTable(file, readonly=True) as table:
         return table.result()
+
+
+def starting_points(path: str | Path) -> Mapping[str, Array]:
+    """What the runs of an earlier comparison left to begin with: their best candidates, (k, d), by problem.
+
+    The lowest cost comes first; of several objectives there are those that nothing of the same run dominates.
+
+    Raises:
+        BenchmarkError: There is no such table.
+    """
+    found: dict[str, list[Array]] = {}
+    for run in sorted(load(path).runs, key=lambda run: run.trace.final):
+        if run.x is not None and len(run.x):
+            found.setdefault(run.problem, []).append(run.x)
+    return {name: np.concatenate(x) for name, x in found.items()}
+
+
+def _json(array: Array | None) -> str | None:
+    return None if array is None else json.dumps(array.tolist())
+
+
+def _array(text: str | None) -> Array | None:
+    return None if text is None else np.array(json.loads(text), float)
 
 
 def _version(package: str) -> str | None:

@@ -1,5 +1,6 @@
 """A run that is to be made, as it is sent to another process or machine."""
 
+import pickle
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -7,31 +8,22 @@ import numpy as np
 
 from robolaser.benchmark.convergence import ConvergenceTrace
 from robolaser.benchmark.engines.job import Job
-from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
 from robolaser.benchmark.single_run import FAILED, WARM_UP, BenchmarkRun, Key, run
 
 
 @final
 @dataclass(frozen=True)
 class Task(Job[BenchmarkRun, ProblemSpec, BenchmarkProblem]):
-    """Which solver is to run on which problem, with which seed and limits.
-
-    Attributes:
-        problem: Name of the problem.
-        algorithm: The solver, as the user named it.
-        seed: Of the run.
-        budget: Evaluations it may spend.
-        time_limit_s: Wall time it may take [s].
-        memory_limit_b: Memory it may take beyond what its process needs anyway [B].
-    """
+    """Which solver is to run on which problem, with which seed and limits."""
 
     problem: str
-    algorithm: str
+    algorithm: str  # as the user named it
     seed: int
-    budget: int
+    budget: int  # evaluations it may spend
     time_limit_s: float
-    memory_limit_b: int
+    memory_limit_b: int  # beyond what its process needs anyway
+    solver: bytes = b""  # pickled, where no other process could find it by its name
 
     @property
     def key(self) -> Key:
@@ -63,6 +55,6 @@ class Task(Job[BenchmarkRun, ProblemSpec, BenchmarkProblem]):
     def _run(self, problem: BenchmarkProblem, budget: int) -> BenchmarkRun:
         from robolaser.benchmark.solvers import find  # noqa: PLC0415 - with it come pymoo and SciPy
 
-        solver = find(self.algorithm)
+        solver = pickle.loads(self.solver) if self.solver else find(self.algorithm)
         made = run(problem, solver, seed=self.seed, budget=budget, time_limit_s=self.time_limit_s)
         return replace(made, problem=self.problem, algorithm=self.algorithm)

@@ -36,7 +36,7 @@ class RowErrors:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Calibration(Result):
     """The parameters estimated from data, with their uncertainty and errors.
 

@@ -1,7 +1,8 @@
 """robolaser compare: algorithms side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -17,12 +18,11 @@ from robolaser.errors import DependencyMissing, Interrupted, OutputError, UsageE
 if TYPE_CHECKING:
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result import BenchmarkResult
-    from robolaser.benchmark.run_loop import RunProgress
+    from robolaser.benchmark.setting_space import SettingSpace
     from robolaser.benchmark.standings import Standings
 
 RESULT_FILE, RUNS, PAGE = "comparison.json", "runs.csv", "report.html"
 GB = 1e9
-MOST_SHOWN = 4  # runs under way that a line has room for
 
 
 def compare(
@@ -32,6 +32,10 @@ def compare(
     stock: Annotated[str | None, Parameter(metavar="NAME")] = None,
     exchange: Annotated[tuple[str, ...], Parameter(metavar="SLOT=A,B")] = (),
     factorial: Annotated[bool, Parameter(negative="")] = False,
+    vary: Annotated[tuple[str, ...], Parameter(metavar="KEY=A,B|LOW..HIGH")] = (),
+    samples: Count | None = None,
+    race: Annotated[bool, Parameter(negative="")] = False,
+    start_from: Annotated[Path | None, Parameter(metavar="PATH")] = None,
     seeds: Count = SEEDS,
     budget: Annotated[Count, Parameter(metavar="EVALS")] = BUDGET,
     time_limit: Annotated[Positive, Parameter(metavar="S")] = TIME_LIMIT_S,
@@ -55,6 +59,7 @@ def compare(
         robolaser compare paper --algorithms rcga,de --output comparison
         robolaser compare measured pymoo:rastrigin-14 --seeds 30 --output comparison
         robolaser compare paper --stock GA --exchange crossover=ArithmeticCrossover --output effect
+        robolaser compare paper --algorithms rcga --vary b=0.5..8 --vary pop_size=20..200 --race --output race
 
     Args:
         datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION],
@@ -65,6 +70,10 @@ def compare(
         exchange: A slot and the operators that take their turn in it, as crossover=ArithmeticCrossover,SBX:eta=3 or
             mutation=package.module:attribute; may be given again.
         factorial: Combine exchanges in all ways, instead of one part at a time.
+        vary: A setting of the algorithm and its values, or its range; may be given again.
+        samples: Number of settings to begin with. Default: all combinations of values, or 20 where there are ranges.
+        race: Drop, seed by seed, who is significantly worse than the best; sample new settings near the best.
+        start_from: An earlier comparison, whose best candidates all algorithms begin with.
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
         budget: Most evaluations of a run.
         time_limit: Most seconds of a run.
@@ -79,17 +88,16 @@ def compare(
         resume: Continue a comparison that was stopped.
         force: Overwrite an earlier result.
     """
+    from robolaser.benchmark import racing
     from robolaser.benchmark.engines import DaskCluster, EngineLost, ThisMachine
-    from robolaser.benchmark.exchange import effects
     from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result_files import comparison_json, exported, runs_csv
     from robolaser.benchmark.run_loop import fill
     from robolaser.benchmark.solvers import DEFAULT
     from robolaser.benchmark.standings import standings
-    from robolaser.benchmark.table import FILES, NAME, RunTable
+    from robolaser.benchmark.table import FILES, NAME, RunTable, starting_points
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison import page, print_comparison
-    from robolaser.report.comparison.exchange import effect_lines
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -99,14 +107,17 @@ def compare(
         _refuse_to_mix(output)
     if parquet and find_spec("pyarrow") is None:
         raise DependencyMissing("--parquet needs pyarrow, which is not installed: pip install 'robolaser[parquet]'.")
+    named = _algorithms(algorithms, stock, exchange, factorial=factorial) or DEFAULT
+    space = _settings(named, vary, samples, seed)
     plan = RunPlan.of(
         datasets,
-        _algorithms(algorithms, stock, exchange, factorial=factorial) or DEFAULT,
+        named if space is None else space.first,
         seeds=seeds,
         first_seed=seed,
         budget=budget,
         time_limit_s=time_limit,
         memory_limit_b=round(memory_limit * GB),
+        starts=None if start_from is None else starting_points(start_from),
     )
     labels = _labels(label, plan)
     files = (RESULT_FILE, RUNS, PAGE)
@@ -118,7 +129,7 @@ def compare(
             command="compare",
             files=files,
             state=FILES,
-            inputs=[Path(name) for name in datasets if Path(name).is_dir()],
+            inputs=[path for path in (*map(Path, datasets), start_from) if path is not None and path.is_dir()],
             force=force or resume,
         ) as claim,
     ):
@@ -137,13 +148,11 @@ def compare(
                 html = page(shown, judged, command=typed)
                 write_results(output, {**exports, RUNS: runs_csv(result), PAGE: html, RESULT_FILE: text})
                 terminal.show(text, lambda: print_comparison(shown, judged, output))
-                for family in result.families if stock else ():
-                    for line in effect_lines(effects(result, family)):
-                        terminal.print(line)
 
             try:
                 with terminal.progress() as progress:
-                    fill(runs, plan, engine, lambda at: progress(_words(at), at.done / max(1, at.wanted)))
+                    for plan in racing.race(plan, runs, space) if race else (plan,):  # noqa: B020 - `conclude` reads it
+                        fill(runs, plan, engine, lambda at: progress(at.words, at.share))
             except (KeyboardInterrupt, EngineLost) as stopped:
                 engine.close()
                 with suppress(KeyboardInterrupt):  # the runs are there even without the report
@@ -181,6 +190,19 @@ def _algorithms(typed: str | None, stock: str | None, exchanges: tuple[str, ...]
     return named + (study(stock, exchanges, factorial=factorial) if stock else [])
 
 
+def _settings(named: Sequence[str], vary: tuple[str, ...], samples: int | None, seed: int) -> "SettingSpace | None":
+    """Where settings of the one algorithm come from, if they are varied."""
+    from robolaser.benchmark.setting_space import SettingSpace
+
+    if not vary:
+        if samples is not None:
+            raise UsageError("--samples needs --vary: name a setting and its values.")
+        return None
+    if len(named) != 1:
+        raise UsageError(f"--vary needs one algorithm in --algorithms, and there are {len(named)}.")
+    return SettingSpace(named[0], vary, samples=samples, seed=seed)
+
+
 def _labels(typed: tuple[str, ...], plan: "RunPlan") -> Mapping[str, str]:
     """What readers call the algorithms that take part."""
     from robolaser.benchmark.labels import labels_of
@@ -198,7 +220,13 @@ def _labelled(
     if not labels:
         return result, ranked
     shown = labelled(result, labels)
-    return shown, tuple(standings(shown, family) for family in shown.families)
+    return shown, tuple(
+        replace(
+            standings(shown, one.family),
+            effects=tuple(replace(effect, stock=labels.get(effect.stock, effect.stock)) for effect in one.effects),
+        )
+        for one in ranked
+    )
 
 
 def _tables(
@@ -208,16 +236,3 @@ def _tables(
     from robolaser.report.comparison.paper_tables import FILES, paper_tables
 
     return {} if form is None else {FILES[form]: paper_tables(result, judged, form)}
-
-
-def _words(state: "RunProgress") -> str:
-    """How far a comparison is, and what runs now."""
-    running = "; ".join(f"{run.algorithm} on {run.problem}, seed {run.seed}" for run in state.running[:MOST_SHOWN])
-    left = "" if state.left_s is None else f"{_duration(state.left_s)} left, "
-    return f"{state.done}/{state.wanted} runs, {left}{running or 'waiting for the first worker'}"
-
-
-def _duration(seconds: float) -> str:
-    """A time in hours and minutes, or minutes and seconds."""
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes}:{rest:02d}"

@@ -2,7 +2,6 @@
 
 import json
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,8 +10,6 @@ from typing import final
 from cyclopts import Group, Parameter
 
 from robolaser.report.printable import printable
-
-PATIENCE_S = 2.0  # what takes longer shows its progress
 
 
 def say(text: str) -> None:
@@ -62,27 +59,13 @@ class Terminal:
         Yields:
             A function of what is being done and of the share, 0 to 1, that is done.
         """
-        if self.quiet or not sys.stderr.isatty():
+        if self.quiet:
             yield lambda what, share: None
             return
-        from rich.console import Console
-        from rich.markup import escape
-        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+        from robolaser.report.progress_bar import progress_bar
 
-        columns = (BarColumn(30), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-        bar = Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5)
-        task = bar.add_task("", total=1.0)
-        began = time.monotonic()
-
-        def tell(what: str, share: float) -> None:
-            bar.update(task, description=escape(printable(what)), completed=share)
-            if time.monotonic() - began > PATIENCE_S and not bar.live.is_started:
-                bar.start()
-
-        try:
+        with progress_bar() as tell:
             yield tell
-        finally:
-            bar.stop()
 
 
 TERMINAL = Terminal()  # text on standard output, progress on a terminal

@@ -232,7 +232,7 @@ class Member:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Dataset:
     """A data set of the format `robolaser-dataset/1`, checked.
 
@@ -278,6 +278,17 @@ class Dataset:
     licence: str = ""
     folder: Path | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def summary(self) -> str:
+        """What was measured, with which arm, and how much of it."""
+        arm = f"robot {self.robot.name}" if self.robot else "measured flange poses"
+        poses = len(set(self.points.pose.tolist()))
+        return f"{self.format.title}, {arm}, {len(self.points)} points in {poses} poses"
+
+    def __repr__(self) -> str:
+        """Its name and summary."""
+        return f"<Dataset {self.name}: {self.summary}>"
 
     @property
     def format(self) -> SensorFormat:

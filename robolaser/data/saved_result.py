@@ -6,6 +6,7 @@ from typing import Any, final
 
 from robolaser.bounded_reading import read_json
 from robolaser.data.dataset_file import check_format
+from robolaser.errors import UsageError, near
 from robolaser.results import Result
 
 
@@ -20,6 +21,27 @@ class SavedResult(Result, dict[str, Any]):
     def __init__(self, contents: Mapping[str, Any], folder: Path) -> None:
         super().__init__(contents)
         self.folder = folder
+
+    def value(self, name: str) -> float:
+        """The estimated value of a parameter, or of an effect's: `laser_roll.laser.angle`.
+
+        Raises:
+            UsageError: There is no parameter of that name.
+        """
+        numbers = numbers_of(self)
+        if name not in numbers:
+            raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
+        return float(numbers[name]["value"])
+
+
+def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
+    """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
+    of_effects = {
+        f"{one['effect']}.{one['where']}.{name}": number
+        for one in contents["effects"]
+        for name, number in one["parameters"].items()
+    }
+    return {**contents.get("parameters", {}), **of_effects}
 
 
 def load_calibration(path: str | Path) -> SavedResult:

@@ -11,7 +11,9 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.gaussian_process_basis import TIME
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
+from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
@@ -117,14 +119,23 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
     total = max(sum(one.explained for one in evidence), 1e-9)
-    coordinates = {place.site: place.coordinate for place in reversed(localize(start))}
+    places = localize(start)
     found: dict[str, Localization] = {}
     for one in evidence:
         kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
         p_value = survival(one.explained, len(kind.units()))
-        found[site] = Localization(site, coordinates.get(site, kind.title), share, one.explained, p_value)
+        found[site] = Localization(site, _coordinate(kind, site, places), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
+
+
+def _coordinate(kind: type[Effect], site: str, places: Sequence[Localization]) -> str:
+    """What a function of unknown form at an effect's place depends on, if the effect may too: else what the effect is.
+
+    A constant of the arm depends on nothing, and on time only what drifts.
+    """
+    own = [place.coordinate for place in places if place.site == site and kind.cause != GEOMETRY]
+    return next((one for one in own if one != TIME or kind.depends_on_trajectory), kind.title)
 
 
 def not_testable(
@@ -134,7 +145,7 @@ def not_testable(
     missing = {kind.name: kind.missing(dataset) for kind in kinds}
     reasons = {name: reason for name, reason in missing.items() if not isinstance(reason, SensorLacks)}
     if not enough:
-        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses have points")
+        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses with points differ")
     reasons = {name: reason for name, reason in reasons.items() if reason}
     unseen: dict[str, list[str]] = {}
     for one in limits:

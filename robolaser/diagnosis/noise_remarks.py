@@ -8,7 +8,12 @@ import numpy as np
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_estimate import Excess, row_excess
-from robolaser.diagnosis.thresholds import LEAST_RANGE_EXPONENT, NOISE_CONTRADICTED_SIGMA
+from robolaser.diagnosis.thresholds import (
+    LEAST_RANGE_EXPONENT,
+    LEAST_RANGE_SPREAD,
+    NOISE_CONTRADICTED_SIGMA,
+    ONE_MEASUREMENT,
+)
 from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats
 
 KEYS: Final = {
@@ -21,22 +26,21 @@ KEYS: Final = {
 """What `[noise]` calls a source."""
 SHOWN: Final = {"repeats": "repeated shots", "estimated": "the rows of a pose"}
 """What shows the noise, by its origin."""
-LEAST_SPREAD: Final = 0.05
-"""Standard deviation of the ranges' logarithms, below which they say nothing."""
 
 
-def noise_remarks(final: Fit, shots: Dataset) -> tuple[str, ...]:
+def noise_remarks(final: Fit, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
     """Sentences on the noise of a diagnosis.
 
     Args:
         final: Its model.
         shots: The data set with its repeats.
+        fits: Whether what the model leaves is noise: what is unexplained grows with anything.
     """
     remarks = []
     for prefix, part in shots.named_parts:
         repeats = pixel_repeats(part)
         remarks += [*_contradicted(final, part, prefix), *_smaller(final, part, repeats), *_shared(part, repeats)]
-    return (*dict.fromkeys(remarks), *_growing(final))
+    return (*dict.fromkeys(remarks), *(_growing(final) if fits else ()))
 
 
 def _contradicted(final: Fit, shots: Dataset, prefix: str) -> Iterator[str]:
@@ -62,8 +66,11 @@ def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterat
     row_excesses = row_excess(final.noise, final.at.white, final.problem.numbers - len(final.x))
     if row_excesses.is_below and "stated" in final.noise.origin.values():
         yield (
-            f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: what is stated"
-            " is used, and effects may hide in it."
+            "The rows of a pose agree with each other as if they were made from one measurement: how exact that is they"
+            " do not tell, and what [noise] states is used."
+            if row_excesses.ratio < ONE_MEASUREMENT
+            else f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: what is"
+            " stated is used, and effects may hide in it."
         )
 
 
@@ -84,7 +91,7 @@ def _growing(final: Fit) -> Iterator[str]:
     values = final.problem.parameters.values(final.x[None])
     perturb = model.perturb(values)
     ranges = model.sensor.ranges(values, model.flange(values, perturb), perturb)
-    if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_SPREAD:
+    if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_RANGE_SPREAD:
         return
     squares = np.square(final.at.white.reshape(len(ranges), -1)).mean(axis=1)
     over = squares / squares.mean() - 1.0

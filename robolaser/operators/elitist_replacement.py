@@ -22,14 +22,19 @@ def survivors(parents: Array, offspring: Array, n_elites: int, n_survive: int) -
     The best parents, first the best, then the offspring in their order. If these are too many the worst
     offspring are left out, if too few more parents stay. Of equals the earlier stays.
     """
-    n_parents = max(min(n_elites, n_survive), n_survive - len(offspring))
-    elites = parents.argsort(kind="stable")[:n_parents]
+    elites = _best(parents, max(min(n_elites, n_survive), n_survive - len(offspring)))
     n_young = n_survive - len(elites)
-    if n_young >= len(offspring):
-        young = np.arange(len(offspring))
-    else:
-        young = np.sort(offspring.argsort(kind="stable")[:n_young])
+    young = np.arange(len(offspring)) if n_young >= len(offspring) else np.sort(_best(offspring, n_young))
     return np.concatenate([elites, len(parents) + young])
+
+
+def _best(costs: Array, n: int) -> Ints:
+    """The n lowest, first the lowest, of equals the earlier; all, if there are fewer."""
+    if not 0 < n < len(costs):
+        return costs.argsort(kind="stable")[:n]
+    low = (costs <= np.partition(costs, n - 1)[n - 1]).nonzero()[0]
+    best: Ints = low[costs[low].argsort(kind="stable")[:n]]
+    return best
 
 
 @final
@@ -54,7 +59,7 @@ class ElitistReplacement(Survival):
         self.n_elites = n_elites
 
     def _do(self, problem: Any, pop: Any, *args: Any, n_survive: int, algorithm: Any = None, **kwargs: Any) -> Any:
-        _refuse(algorithm)
+        refuse(algorithm)
         n_parents = _number_of_parents(pop, algorithm, n_survive)
         J = cost.of_population(pop)
         return pop[survivors(J[:n_parents], J[n_parents:], self.n_elites, n_survive)]
@@ -68,8 +73,12 @@ def _number_of_parents(pop: Any, algorithm: Any, n_survive: int) -> int:
     return len(parents) if leads else n_survive
 
 
-def _refuse(algorithm: Any) -> None:
-    """Name an algorithm that reads what its own survival would have written on its individuals."""
+def refuse(algorithm: Any) -> None:
+    """Do not serve an algorithm that reads what its own survival would have written on its individuals.
+
+    Raises:
+        AlgorithmError: It is such a one.
+    """
     if algorithm is None:
         return
     bases = _class_names(algorithm)

@@ -23,7 +23,9 @@ def plain_unless_terminal(console: Console | None) -> Console:
     """The console to print to: the given one or standard output, without colours and wide if it is no terminal."""
     out = console or Console(highlight=False)
     if not out.is_terminal:
-        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
+        out = Console(
+            file=out.file, highlight=False, width=WIDE, color_system=None, force_terminal=False, force_jupyter=False
+        )
     out.push_render_hook(_Printable())
     return out
 
@@ -45,10 +47,10 @@ class _PrintableText:
 
 
 def table(*headings: str) -> Grid:
-    """A table with these columns, none of which is broken."""
+    """A table with these columns, of which only the last is broken."""
     made = Grid(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for heading in headings:
-        made.add_column(heading, no_wrap=True)
+    for number, heading in enumerate(headings, 1):
+        made.add_column(heading, no_wrap=number < len(headings))
     return made
 
 
@@ -96,9 +98,11 @@ def print_figures(figures: Figures, out: Console) -> None:
 
 
 def _printed(block: Table) -> Grid:
-    """Its first rows; cells with their first line and caveat."""
+    """Its first rows; cells with their first line and caveat. Where room is short, wide columns are broken."""
     headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
     made, shown = table(*headings.values()), list(headings)
+    for i, column in zip(shown, made.columns, strict=True):
+        column.no_wrap = block.columns[i].kind != "wide"
     for row in block.cells[: block.printed]:
         texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
         notes = [Text(f" {row[i].note.partition(chr(10))[0]}".rstrip(), style="dim") for i in shown]

@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 import re
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from importlib.metadata import PackageNotFoundError
@@ -13,12 +14,13 @@ from typing import Final
 import jinja2
 from markupsafe import Markup
 
-from robolaser.report.chart import CONFIG
+from robolaser.report.chart import CONFIG, Chart
 from robolaser.report.document import Block, Charts, Document
 from robolaser.report.printable import printable
 from robolaser.report.still_chart import still
 
 ASSETS: Final = "report/assets"
+STYLE: Final = "report/templates/style.css"
 FOR_CHARTS: Final = ("vega.min.js", "vega-lite.min.js", "vega-interpreter.js")
 OURS: Final = ("page.js", "charts.js", "scenes.js")
 MADE_BY_A_MAP: Final = "//# sourceMappingURL"
@@ -47,6 +49,14 @@ def fragment(document: Document) -> str:
     """The answer and what a terminal would show, for a notebook."""
     text: str = _environment().get_template("notebook.html").render(document=document)
     return printable(text)
+
+
+def stills(charts: Sequence[Chart]) -> str:
+    """Charts for a notebook: SVG on white, in the colours of a page by day."""
+    text: str = _environment().get_template("stills.html").render(charts=charts)
+    by_day = (resources.files("robolaser") / STYLE).read_text(encoding="utf-8").partition("}")[0]
+    colours = dict(re.findall(r"(--[\w-]+): (#\w+);", by_day))
+    return printable(re.sub(r"var\((--[\w-]+)\)", lambda named: colours[named[1]], text))
 
 
 def version() -> str:

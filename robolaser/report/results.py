@@ -19,15 +19,17 @@ from robolaser.calibration.result import Calibration, as_json, json_text
 from robolaser.calibration.ros_export import exported
 from robolaser.data.atomic_write import write_text
 from robolaser.data.result_folder import results_in, write_results
-from robolaser.data.saved_result import SavedResult
+from robolaser.data.saved_result import SavedResult, numbers_of
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.diagnosis.result_json import DiagnosisResult
+from robolaser.errors import UsageError, near
 from robolaser.report import calibration as of_calibration
 from robolaser.report import comparison as of_comparison
 from robolaser.report import diagnosis as of_diagnosis
-from robolaser.report.page import fragment
-from robolaser.results import CALIBRATION_FILES, DIAGNOSIS_FILES, Result
+from robolaser.report.document import Charts, Document
+from robolaser.report.page import fragment, stills
+from robolaser.results import CALIBRATION_FILES, DIAGNOSIS_FILES, Plots, Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -115,12 +117,19 @@ def frame_of(result: Result) -> "pd.DataFrame":
     said = result.to_dict()
     if said["format"] == DIAGNOSIS:
         return pd.DataFrame(said["effects"], columns=FINDING)
-    of_effects = {
-        f"{one['effect']}.{one['where']}.{name}": number
-        for one in said["effects"]
-        for name, number in one["parameters"].items()
-    }
-    return pd.DataFrame.from_dict(said["parameters"] | of_effects, orient="index").rename_axis("parameter")
+    return pd.DataFrame.from_dict(numbers_of(said), orient="index").rename_axis("parameter")
+
+
+def plots_of(result: Result, title: str) -> Plots:
+    """The charts of the report whose titles have these words."""
+    document = _document(result, brief=False)
+    if document is None:
+        raise UsageError("A result that was read back has no charts: its report.html shows them.")
+    known = [chart for block in document.blocks if isinstance(block, Charts) for chart in block.charts]
+    shown = [chart for chart in known if title.lower() in chart.title.lower()]
+    if not shown:
+        raise UsageError(f"No chart '{title}'.{near(title, [chart.title for chart in known])}")
+    return Plots(tuple(chart.title for chart in shown), stills(shown))
 
 
 def summary_of(result: Result) -> str:
@@ -129,19 +138,25 @@ def summary_of(result: Result) -> str:
         headline = result.get("sentence") or f"rms {1e3 * result['rms_m']:.3g} mm on fitted poses"
         return f"{result['dataset']}: {headline}\n{frame_of(result).to_string()}\n"
     text = io.StringIO()
-    _print(result, Console(file=text))
+    _print(result, Console(file=text, force_terminal=False, force_jupyter=False))
     return text.getvalue()
 
 
 def html_of(result: Result) -> str:
     """The summary for a notebook."""
+    document = _document(result, brief=True)
+    return f"<pre>{escape(summary_of(result))}</pre>" if document is None else fragment(document)
+
+
+def _document(result: Result, *, brief: bool) -> Document | None:
+    """The report; None for a result that was read back."""
     if isinstance(result, Calibration):
-        return fragment(of_calibration.document(result, brief=True))
+        return of_calibration.document(result, brief=brief)
     if isinstance(result, DiagnosisResult):
-        return fragment(of_diagnosis.document(result.diagnosis, brief=True))
+        return of_diagnosis.document(result.diagnosis, brief=brief)
     if isinstance(result, BenchmarkResult):
-        return fragment(of_comparison.document(result, _ranked(result), brief=True))
-    return f"<pre>{escape(summary_of(result))}</pre>"
+        return of_comparison.document(result, _ranked(result), brief=brief)
+    return None
 
 
 def _print(result: Result, console: Console) -> None:

@@ -22,13 +22,6 @@ SOURCES: Mapping[str, str] = {
 """What each source of noise disturbs; others are called by their names."""
 
 
-def setting(dataset: Dataset) -> str:
-    """What was measured, with which arm, and how much of it."""
-    arm = f"robot {dataset.robot.name}" if dataset.robot else "measured flange poses"
-    poses = len(set(dataset.points.pose.tolist()))
-    return f"{dataset.format.title}, {arm}, {len(dataset.points)} points in {poses} poses"
-
-
 def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> Iterator[tuple[str, str, str]]:
     """Each source of noise: its name, what it disturbs, and its standard deviation with unit.
 

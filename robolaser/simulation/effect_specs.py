@@ -66,6 +66,8 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
             if candidate_effect not in chosen:
                 chosen[candidate_effect] = None
                 numbers |= {item.name: item.nominal for item in candidate_effect.parameters.items}
+                shape = effect.usual_shape(dataset, candidate_effect.where)
+                numbers |= {candidate_effect.key(inner): value for inner, value in shape.items()}
             numbers[candidate_effect.key(number)] = float(size)
     return tuple(chosen), numbers
 

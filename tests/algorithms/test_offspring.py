@@ -17,14 +17,15 @@ LOWER, UPPER = np.array([-1.0, 0.0, 5.0, 2.0, -1e-9]), np.array([1.0, 1e6, 5.5, 
 def arguments(seed, n=8, m=11, outside=0.0, prob=1.0):
     rng = np.random.default_rng(seed)
     room = UPPER - LOWER
-    h = int(rng.integers(0, 2 * n * 5))
+    moved = rng.random((2 * n, 5)) < rng.random()
+    h = np.count_nonzero(moved)
     return {
         "X": rng.uniform(LOWER - outside * room, UPPER + outside * room, (m, 5)),
         "weights": rng.random(m) ** 8 * (rng.random(m) < 0.8) + 1e-300,
         "at": rng.random((n, 2)),
         "crossed": rng.random(n) < 0.6,
         "share": rng.random(n),
-        "mutated": np.sort(rng.choice(2 * n * 5, h, replace=False)),
+        "moved": moved,
         "upward": rng.random(h) < 0.5,
         "steps": rng.random(h),
         "draws": rng.random(2 * n),
@@ -50,7 +51,7 @@ def test_children_stay_within_bounds():
 
 
 def test_children_who_neither_mix_nor_move_are_their_parents():
-    given = arguments(1) | {"crossed": np.zeros(8, bool), "mutated": np.zeros(0, int)}
+    given = arguments(1) | {"crossed": np.zeros(8, bool), "moved": np.zeros((16, 5), bool)}
     given |= {"upward": np.zeros(0, bool), "steps": np.zeros(0)}
     for child in make_offspring(**given):
         assert (child == given["X"]).all(axis=1).any()
@@ -59,7 +60,7 @@ def test_children_who_neither_mix_nor_move_are_their_parents():
 def test_without_luck_no_gene_moves():
     given = arguments(2, prob=0.0)
     still = make_offspring(**given)
-    assert np.array_equal(still, make_offspring(**given | {"steps": np.ones(len(given["mutated"]))}))
+    assert np.array_equal(still, make_offspring(**given | {"steps": np.ones(np.count_nonzero(given["moved"]))}))
 
 
 def test_a_long_run_is_compiled_and_a_short_one_does_not_wait_for_it(monkeypatch):

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator
-from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem
-from robolaser.benchmark.problem_spec import ProblemSpec
+from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem, ProblemSpec
 
 
 def bowl(*, broken: bool = False) -> BenchmarkProblem:

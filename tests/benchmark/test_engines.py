@@ -341,9 +341,20 @@ def test_the_command_gives_on_a_cluster_what_it_gives_here(running: Cluster, tmp
 
 MINE = """
 import sys
+from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.problem import Problem
 from robolaser import RunPlan, compare
 from robolaser.benchmark.engines import DaskCluster, ThisMachine
+
+
+class Halves(GA):
+    pass
+
+
+def walk(evaluator, seed):
+    rng = np.random.default_rng(seed)
+    while True:
+        evaluator.objectives(np.clip(rng.normal(size=(10, 3)), -5, 5))
 
 
 class Bowl(Problem):
@@ -358,16 +369,34 @@ import numpy as np
 
 offsets = np.array([0.0, 1.0])
 two = Bowl(n_obj=2)
-plan = RunPlan.of([Bowl, lambda: two, "__main__:Bowl"], ["random", "NSGA2"], seeds=2, budget=300)
+solvers = ["random", "NSGA2", walk, Halves, "__main__:Halves"]
+plan = RunPlan.of([Bowl, lambda: two, "__main__:Bowl"], solvers, seeds=2, budget=300)
 for engine in (ThisMachine(2), DaskCluster(sys.argv[1])):
     result = compare(plan, engine)
-    assert len(result.runs) == 12 and not result.failures, result.failures
+    assert len(result.runs) == 26 and not result.failures, result.failures
     print(sorted((*run.key, run.trace.final) for run in result.runs))
 """
 
 
-def test_problems_of_a_script_run_in_processes_and_on_a_cluster_alike(running: Cluster) -> None:
-    done = subprocess.run([sys.executable, "-c", MINE, running.address], capture_output=True, text=True, check=False)
+NOTEBOOK = """
+import sys
+from IPython.core.interactiveshell import InteractiveShell
+
+shell = InteractiveShell.instance()
+source, sys.argv = sys.argv[1], sys.argv[1:]
+for cell in source.split("\\n\\n\\n"):
+    shell.run_cell(cell).raise_error()
+"""
+
+
+@pytest.mark.parametrize("program", [[MINE], [NOTEBOOK, MINE]], ids=["script", "notebook"])
+def test_problems_and_algorithms_of_ones_own_run_in_processes_and_on_a_cluster_alike(
+    running: Cluster, program: list[str]
+) -> None:
+    if NOTEBOOK in program:
+        pytest.importorskip("IPython")
+    command = [sys.executable, "-c", *program, running.address]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     here, there = done.stdout.splitlines()
     assert here == there

@@ -1,5 +1,9 @@
 """One part of an algorithm is exchanged, and what that does is measured against all that is else alike."""
 
+import json
+from importlib.resources import files
+
+import jsonschema
 import numpy as np
 import pytest
 from made_up import made_up_comparison
@@ -8,16 +12,21 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.operators.crossover.sbx import SBX
 
 from robolaser.algorithms.exchanged import joined, make_exchanged, parted
-from robolaser.benchmark.exchange import effects, study
+from robolaser.benchmark.exchange import study
 from robolaser.benchmark.problem_specs import spec_of
 from robolaser.benchmark.single_run import run
 from robolaser.benchmark.solvers import find
+from robolaser.benchmark.standings import standings
 from robolaser.cli import main
 from robolaser.errors import UsageError
 from robolaser.operators import ArithmeticCrossover
 
 MINE = ArithmeticCrossover(prob=0.5)
 EXCHANGES = ["crossover=robolaser.operators:ArithmeticCrossover,SBX:eta=3", "mutation=non-uniform"]
+
+
+def effects(result):
+    return standings(result, "calibration").effects
 
 
 def test_one_part_at_a_time_or_all_combinations():
@@ -62,7 +71,7 @@ def test_names_part_and_join_again():
 @pytest.mark.parametrize(
     "slot", ["sampling=LHS", "selection=roulette", "crossover=SBX", "mutation=PM", "survival=elitist"]
 )
-@pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "NSGA2"])
+@pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "SMSEMOA"])
 def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
     make_exchanged(f"{stock}+{slot}")
 
@@ -76,6 +85,7 @@ def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
         ("GB+crossover=SBX", "cannot be exchanged"),
         ("ga:bb=2+crossover=SBX", "bb"),
         ("cmaes+crossover=SBX", "cmaes has no place for another crossover"),
+        ("NSGA2+survival=elitist", "ElitistReplacement cannot serve NSGA2"),
     ],
 )
 def test_what_cannot_be_exchanged_is_said(text, said):
@@ -100,23 +110,24 @@ def test_an_exchanged_algorithm_runs_and_repeats_itself():
 def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():
     speeds = {"GA": 1.0, "GA+crossover=X": 3.0, "GA+mutation=M": 1.0, "GA+crossover=X+mutation=M": 3.0, "other": 9.0}
     result = made_up_comparison(speeds, seeds=12)
-    frame = effects(result, "calibration").set_index("operator")
-    assert list(frame.index) == ["X", "M"]
-    assert frame.strata.tolist() == [4, 4]
-    assert frame.loc["X", "superiority_lower"] > 0.9
-    assert frame.loc["X", "ratio_upper"] < 1.0
-    assert frame.loc["X", "ratio"] == pytest.approx(1 / 3, rel=0.25)
-    assert frame.loc["X", "p_adjusted"] < 1e-6
-    assert frame.loc["M", "superiority_lower"] < 0.5 < frame.loc["M", "superiority_upper"]
-    assert frame.loc["M", "p"] > 0.05
-    assert (frame.p_adjusted >= frame.p).all()
-    assert len(effects(made_up_comparison({"GA": 1.0, "de": 2.0}), "calibration")) == 0
+    x, m = effects(result)
+    assert [(one.stock, one.slot, one.operator, one.strata) for one in (x, m)] == [
+        ("GA", "crossover", "X", 4),
+        ("GA", "mutation", "M", 4),
+    ]
+    assert x.superiority.lower > 0.9
+    assert x.ratio.upper < 1.0
+    assert x.ratio.value == pytest.approx(1 / 3, rel=0.25)
+    assert x.p_adjusted < 1e-6
+    assert m.superiority.lower < 0.5 < m.superiority.upper
+    assert m.p_adjusted >= m.p > 0.05
+    assert effects(made_up_comparison({"GA": 1.0, "de": 2.0})) == ()
 
 
 def test_a_part_without_effect_is_hardly_ever_called_one():
     speeds = {"GA": 1.0, "GA+crossover=X": 1.0}
     results = [made_up_comparison(speeds, seeds=6, problems=(f"p{i}", f"q{i}")) for i in range(40)]
-    p = [effects(result, "calibration").p[0] for result in results]
+    p = [effects(result)[0].p for result in results]
     assert np.mean(np.array(p) < 0.05) <= 0.15
 
 
@@ -124,5 +135,10 @@ def test_a_study_is_one_line(tmp_path, capsys):
     typed = ["--stock", "GA:pop_size=20", "--exchange", "crossover=ArithmeticCrossover,SBX", "--seeds", "2"]
     assert main(["compare", "pymoo:sphere-2", *typed, "--budget", "200", "--output", str(tmp_path)]) == 0
     shown = capsys.readouterr().out
-    assert "GA:pop_size=20 with ArithmeticCrossover as crossover: better in" in shown
+    assert "What each exchanged part does" in shown
+    assert "ArithmeticCrossover as crossover" in shown
+    said = json.loads((tmp_path / "comparison.json").read_text())
+    jsonschema.validate(said, json.loads(files("robolaser").joinpath("schemas/comparison.schema.json").read_text()))
+    assert [one["operator"] for one in said["standings"][0]["effects"]] == ["ArithmeticCrossover", "SBX"]
+    assert "What each exchanged part does" in (tmp_path / "report.html").read_text()
     assert main(["compare", "paper", "--stock", "GA", "--output", str(tmp_path / "new")]) == 2

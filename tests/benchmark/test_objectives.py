@@ -39,9 +39,9 @@ def test_a_front_holds_what_nothing_dominates_and_misses_the_rest_of_the_hypervo
     rng = np.random.default_rng(1)
     for m in (2, 3):
         values = rng.random((200, m))
-        front = Front.empty(np.zeros(m), np.ones(m))
+        front = Front.empty(2, np.zeros(m), np.ones(m))
         for part in np.split(values, 4):
-            front = front.extended(part)
+            front = front.extended(part, part[:, :2])
         kept = values[NonDominatedSorting().do(values, only_non_dominated_front=True)]
         assert sorted(front.points.tolist()) == sorted(kept.tolist())
         expected = REFERENCE**m - HV(ref_point=np.full(m, REFERENCE))(values)
@@ -50,7 +50,8 @@ def test_a_front_holds_what_nothing_dominates_and_misses_the_rest_of_the_hypervo
 
 def test_the_known_front_itself_misses_nothing():
     problem, front = get_problem("zdt1", n_var=5), spec_of("pymoo:zdt1:n_var=5").problem().front
-    assert front.extended(problem.pareto_front()).missing == pytest.approx(0.0, abs=1e-12)
+    known = problem.pareto_front()
+    assert front.extended(known, np.zeros((len(known), 5))).missing == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["zdt1:n_var=5", "bnh", "dtlz2:n_var=5:n_obj=3"])
@@ -67,7 +68,9 @@ def test_the_cost_of_a_run_is_the_hypervolume_that_the_front_of_all_feasible_can
     made = run(problem, find("random"), seed=1, budget=250, time_limit_s=60.0)
     everything = np.concatenate(seen)[:250]
     feasible = everything[(everything < 1e29).all(axis=1)]
-    assert made.trace.final == pytest.approx(problem.front.extended(feasible).missing)
+    assert made.trace.final == pytest.approx(
+        problem.front.extended(feasible, np.zeros((len(feasible), problem.dimension))).missing
+    )
     assert (np.diff(made.trace.costs) < 0).all()
     assert made.trace.evaluations[-1] <= made.evaluations == 250
 

@@ -6,7 +6,8 @@ import pytest
 from made_up import made_up_comparison
 
 from robolaser.benchmark.result_arrays import TOLERANCES, ResultArrays
-from robolaser.benchmark.standings import Standings, significance, standings, standings_of
+from robolaser.benchmark.standings import Standings, significance, standings
+from robolaser.benchmark.standings.ranking import standings_of
 
 BUDGET = 4000.0
 
@@ -114,7 +115,7 @@ def test_equals_do_not_differ_significantly_and_the_answer_says_so():
     found = _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}))
     assert not any(pair.significant for pair in found.evaluations.pairs)
     assert "no algorithm differs significantly from" in found.evaluations.answer
-    assert found.evaluations.ranks.groups == (found.evaluations.ranks.algorithms,)
+    assert found.evaluations.groups == (tuple(place.algorithm for place in found.evaluations.ranked),)
 
 
 def test_solvers_that_do_not_differ_from_the_first_are_named():
@@ -191,7 +192,7 @@ def test_who_lacks_a_problem_is_not_ranked_with_the_others_and_it_is_said_why():
     found = _ranked(arrays, refused={("problem 1", "picky"): "its cost is no sum of squares"})
     last = found.evaluations.places[-1]
     assert (last.algorithm, last.rank, last.unranked) == ("picky", None, "its cost is no sum of squares")
-    assert found.evaluations.ranks.algorithms == ("a", "b")
+    assert tuple(place.algorithm for place in found.evaluations.ranked) == ("a", "b")
     assert "Not ranked: picky." in found.evaluations.answer
     assert found.by_problem[0].evaluations.places[0].algorithm == "picky"
     assert "it has 0 of 12 runs on problem 1" in _ranked(arrays).evaluations.places[-1].unranked
@@ -200,7 +201,7 @@ def test_who_lacks_a_problem_is_not_ranked_with_the_others_and_it_is_said_why():
 def test_while_runs_are_missing_the_blocks_that_are_complete_count():
     arrays = _without(_arrays({"a": 1.0, "b": 2.0}), algorithm=1, problem=0, seeds=slice(9, None))
     found = _ranked(arrays).evaluations
-    assert found.ranks.blocks == 24 - 3
+    assert found.blocks == 24 - 3
     assert [standing.runs for standing in found.places] == [24, 21]
 
 

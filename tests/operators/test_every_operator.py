@@ -21,7 +21,7 @@ import robolaser.operators
 from robolaser.operators.testing import FAILS, REFUSED, SLOTS, WORKS, check_operator, compatibility_table
 
 FAMILY = [getattr(robolaser.operators, name) for name in robolaser.operators.__all__]
-DOCS = Path(__file__).parents[2] / "docs" / "operators.md"
+DOCS = Path(__file__).parents[2] / "docs" / "reference" / "operators.md"
 
 
 def slot(operator):

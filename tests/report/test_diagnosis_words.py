@@ -72,6 +72,13 @@ def test_a_certain_class_is_said_first_where_no_single_effect_is_certain():
     assert "Which single effects of these are at work, these poses do not tell." in said
 
 
+def test_members_that_are_not_reported_are_counted():
+    one = doubted(geometric())
+    some = (replace(one.classes[0], members=one.classes[0].members[:1]),)
+    said = sentence("explained", one.findings, some, one.where, one.gap, one.repeatability, one.outliers)
+    assert "by the arm's geometry (joint offset of perturb and 1 more)" in said
+
+
 def test_what_is_explained_is_never_perhaps():
     for one in (doubted(geometric()), doubted(geometric(), of_class=0.5)):
         assert "perhaps" not in one.sentence
@@ -105,14 +112,15 @@ def test_scatter_as_large_as_is_believed_is_not_called_the_arms_repeatability():
         sentence("no_gap", (), (), (), one.gap, Repeatability({"joint": source}, 4e-4), one.outliers)
         for source in (largest, replace(largest, value=0.9 * largest.value))
     ]
-    assert ["so well does the arm repeat" in text for text in said] == [False, True]
-    assert "no more than that is taken for noise" in said[0]
+    assert ["how well the arm repeats" in text for text in said] == [False, True]
+    assert "no more than that counts as noise" in said[0]
 
 
 def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
     one = unexplained()
     known = [replace(lies, coordinate=f"placement of {lies.site}", unknown=False) for lies in one.where[:1]]
     (advice,) = (said for said in to_do(replace(one, where=tuple(known))) if said.startswith("Check"))
+    assert "looks like a wrong placement of perturb" in advice
     assert "The library has effects of that form" in advice
     assert "in no form that an effect of the library has" not in advice
 
@@ -177,15 +185,22 @@ def test_a_parameter_on_its_bound_is_said_with_its_sign():
     diagnosis = geometric()
     first = diagnosis.findings[0]
     on_bound = replace(first, parameters={"offset": Estimate(-0.1, None, "rad", "lower")})
-    assert caveats(diagnosis, on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
+    assert caveats(on_bound)[0].startswith("offset ended on its lower bound, -5.73°")
     assert doubt(on_bound.parameters["offset"]) == "on its lower bound"
+
+
+def test_a_spring_that_cannot_be_softer_than_none_has_no_larger_cause():
+    diagnosis = geometric()
+    bent = {"bending": Estimate(1e-5, 1e-6, "rad/Nm"), "twist": Estimate(0.0, None, "rad/Nm", "lower")}
+    found = replace(diagnosis.findings[0], candidate_effect=candidate_effect("link_compliance:turn"), parameters=bent)
+    assert not any("larger" in said for said in caveats(found))
 
 
 def test_a_joint_that_begins_at_an_end_of_its_play_has_no_larger_cause():
     diagnosis = geometric()
     play = {"lost_motion": Estimate(3e-3, 1e-5, "rad", ""), "start": Estimate(-1.0, None, "", "lower")}
     found = replace(diagnosis.findings[0], candidate_effect=candidate_effect("backlash:turn"), parameters=play)
-    assert not any("larger" in said for said in caveats(diagnosis, found))
+    assert not any("larger" in said for said in caveats(found))
 
 
 def test_a_sensor_parameter_on_its_bound_is_to_be_seen_to():
@@ -204,6 +219,25 @@ def test_joints_are_listed_shortly():
         members([*listed, candidate_effect("laser_roll:laser")]) == "joint offset of joint_2, 3 and 5, and laser roll"
     )
     assert members(listed[:2]) == "joint offset of joint_2 and joint_3"
+
+
+def test_no_images_are_to_be_looked_at_where_there_are_none():
+    tracked, scanned = (replace(one, outliers=np.array([0])) for one in (unexplained(), MADE["no_gap"]()))
+    assert "Look at the measurements of the gross errors listed below; they are excluded here." in to_do(tracked)
+    assert "Look at the images of the gross errors listed below; they are excluded here." in to_do(scanned)
+
+
+def test_what_is_not_reported_is_not_advised_on():
+    one = doubted(geometric())
+    assert any("geometry" in said for said in to_do(one))
+    assert not any("geometry" in said for said in to_do(replace(one, classes=())))
+
+
+def test_the_terminal_cuts_no_name_however_long_the_caveat():
+    one = of(stripe(robot=arm(), effects=GEOMETRIC), rivals=("encoder_eccentricity:perturb",) * 3)
+    text = printed(one).lower()
+    assert all(named(found.candidate_effect) in text for found in one.findings)
+    assert "and 1 more" in text
 
 
 def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis, tmp_path):

@@ -1,6 +1,7 @@
 """What `calibrate`, `diagnose` and `compare` give in Python."""
 
 import json
+import re
 from pathlib import Path
 
 import jsonschema
@@ -9,7 +10,7 @@ import pytest
 import robolaser
 from robolaser.benchmark.plan import RunPlan
 from robolaser.data.saved_result import SavedResult
-from robolaser.errors import OutputError
+from robolaser.errors import OutputError, UsageError
 from robolaser.results import Result
 from robolaser.simulation import simulate
 
@@ -28,6 +29,12 @@ def keeps_its_contract(result: Result, kind: str, folder: Path) -> None:
     assert (folder / kind / "report.html").exists()
     result.report(folder / "alone.html")
     assert (folder / "alone.html").read_text().lower().startswith("<!doctype html>")
+    assert repr(result) == str(result).rstrip("\n")
+    if isinstance(result, SavedResult):
+        with pytest.raises(UsageError, match=r"its report\.html shows them"):
+            result.plot()
+    else:
+        draws_its_charts(result)
     result.save(folder / kind)  # its own earlier result
     (folder / "foreign").mkdir(exist_ok=True)
     (folder / "foreign" / "report.html").write_text("mine")
@@ -35,11 +42,30 @@ def keeps_its_contract(result: Result, kind: str, folder: Path) -> None:
         result.save(folder / "foreign")
 
 
+def draws_its_charts(result: Result) -> None:
+    """All of them, or those of a title, in colours that need no style sheet."""
+    every = result.plot()
+    assert every.html.count("<svg") == len(every.titles) > 1
+    assert "var(" not in every._repr_html_()
+    assert result.plot(every.titles[-1].upper()).titles == every.titles[-1:]
+    with pytest.raises(UsageError, match=f"There are: {re.escape(every.titles[0])}"):
+        result.plot("nothere")
+
+
 def test_results_print_show_tabulate_save_and_are_read_back(tmp_path):
     dataset = simulate(robolaser.find_robot("scorbot_er7"), poses=10, points=6, seed=1).dataset
     calibration = robolaser.calibrate(dataset)
     keeps_its_contract(calibration, "calibration", tmp_path)
     assert calibration.to_frame().loc["b", "value"] == calibration.value("b")
+    assert len(str(calibration).splitlines()) <= 25
+    for one in (calibration, robolaser.load_calibration(tmp_path / "calibration")):
+        assert one.value("b") == calibration.value("b")
+        with pytest.raises(UsageError, match=r"No parameter 'nothere'\. There are: f, s_u, s_v"):
+            one.value("nothere")
+    assert (
+        repr(dataset)
+        == "<Dataset simulated-scorbot_er7: laser stripe scanner, robot scorbot_er7, 60 points in 10 poses>"
+    )
 
     diagnosis = robolaser.diagnose(dataset, effects=[], seed=1)
     keeps_its_contract(diagnosis, "diagnosis", tmp_path)
@@ -57,4 +83,8 @@ def test_results_print_show_tabulate_save_and_are_read_back(tmp_path):
 
 def test_a_comparison_is_a_result_too(tmp_path):
     plan = RunPlan.of(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
-    keeps_its_contract(robolaser.compare(plan), "comparison", tmp_path)
+    told: list[tuple[str, float]] = []
+    keeps_its_contract(
+        robolaser.compare(plan, progress=lambda what, share: told.append((what, share))), "comparison", tmp_path
+    )
+    assert re.match("[01]/1 runs", told[0][0])

@@ -66,6 +66,12 @@ def test_an_effects_inner_number_may_be_given_within_its_bounds(robot: Robot) ->
         small(robot, effects={**wave, "transmission_error:joint_2.cycles": 400.0})
 
 
+def test_a_coupled_joint_follows_one_near_by_and_never_itself(robot: Robot) -> None:
+    truth = small(robot, effects={"joint_coupling": 1e-3}).truth
+    others = [truth[f"joint_coupling.{joint}.other"] for joint in robot.joints]
+    assert all(0 < abs(other - own) <= 2 for own, other in enumerate(others, 1))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_gross_errors_spoil_the_share_of_rows_that_was_asked_for_and_no_others(robot: Robot, kind: str) -> None:
     points = 6 if kind == "camera" else 3

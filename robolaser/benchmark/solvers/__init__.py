@@ -7,6 +7,7 @@ from robolaser.algorithms.algorithm_spec import AlgorithmSpec, malformed
 from robolaser.algorithms.exchanged import make_exchanged, parted, stock_class
 from robolaser.algorithms.registry import ALGORITHMS, algorithms, unknown_algorithm
 from robolaser.algorithms.settings import check
+from robolaser.algorithms.user_code import imported
 from robolaser.benchmark.solvers.least_squares import ScipyLeastSquares
 from robolaser.benchmark.solvers.pycma import Pycma
 from robolaser.benchmark.solvers.pymoo_algorithm import PymooAlgorithm
@@ -35,12 +36,17 @@ def solver_titles() -> Mapping[str, str]:
     return {**SOLVERS} | {name: algorithm.title for name, algorithm in algorithms().items() if name not in SOLVERS}
 
 
-def find(text: str) -> Solver:
+def find(given: object) -> Solver:
     """Make the solver that a text names: `NAME` or `package.module:attribute`, and `:key=value` for each setting.
+
+    A function, class or instance is what else would lie at an import path.
 
     Raises:
         UsageError: There is no such solver, it cannot search, or it cannot be made with these settings.
     """
+    if not isinstance(given, str):
+        return user_solver(AlgorithmSpec(getattr(given, "__name__", type(given).__name__), ""), given)
+    text = given
     stock, parts = parted(text)
     spec = AlgorithmSpec.of(stock)
     if parts or (spec.attribute is None and spec.name not in solver_titles() and stock_class(spec.name)):
@@ -50,7 +56,7 @@ def find(text: str) -> Solver:
     if spec.attribute is not None:
         if spec.name in solver_titles():
             raise malformed(text, f"'{spec.attribute}' is not a setting")
-        return user_solver(spec)
+        return user_solver(spec, imported(spec))
     if spec.name in algorithms():
         algorithm = algorithms()[spec.name]
         if spec.settings:

@@ -18,3 +18,9 @@ def within(x: Array, problem: BenchmarkProblem) -> Array:
 def from_unit_box(y: Array, problem: BenchmarkProblem) -> Array:
     """Map candidates (c, d) from the unit box to the problem's bounds."""
     return within(problem.lower + y * (problem.upper - problem.lower), problem)
+
+
+def to_unit_box(x: Array, problem: BenchmarkProblem) -> Array:
+    """Map candidates (c, d) within the problem's bounds to the unit box."""
+    width = problem.upper - problem.lower
+    return (x - problem.lower) / np.where(width > 0, width, 1.0)

@@ -1,5 +1,6 @@
 """SciPy's least squares, from one random start after another."""
 
+from itertools import chain, repeat
 from typing import ClassVar, Literal, final
 
 import numpy as np
@@ -47,8 +48,8 @@ class ScipyLeastSquares(Solver):
         problem, rng = evaluator.problem, np.random.default_rng(seed)
         free = problem.upper > problem.lower
         lower, upper = problem.lower[free], problem.upper[free]
-        while True:
-            start = problem.sample_uniform(rng)[0]
+        for given in chain(problem.starts, repeat(None)):
+            start = problem.sample_uniform(rng)[0] if given is None else given
             residuals = _Residuals(evaluator, start, free)
             if not np.isfinite(residuals(start[free])).all():
                 continue

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.algorithms.settings import Setting, number, switch, whole
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
-from robolaser.benchmark.solvers.bounds import from_unit_box
+from robolaser.benchmark.solvers.bounds import from_unit_box, to_unit_box
 from robolaser.benchmark.solvers.solver import Solver
 
 SILENT = -9
@@ -49,6 +49,7 @@ class Pycma(Solver):
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415
 
         problem, rng = evaluator.problem, np.random.default_rng(seed)
+        starts = iter(to_unit_box(problem.starts, problem) if len(problem.starts) else ())
 
         def costs(y: list[Array]) -> list[float]:
             found: list[float] = evaluator.cost(from_unit_box(np.array(y), problem)).tolist()
@@ -59,7 +60,7 @@ class Pycma(Solver):
             while True:
                 cma.fmin2(
                     None,
-                    lambda: rng.uniform(size=problem.dimension),
+                    lambda: next(starts, rng.uniform(size=problem.dimension)),
                     self._sigma,
                     {
                         "bounds": [0, 1],

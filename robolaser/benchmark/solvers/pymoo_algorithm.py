@@ -34,7 +34,9 @@ class PymooAlgorithm(Solver):
         self.name, self.title, self._make = name, title, make
 
     def refuses(self, problem: BenchmarkProblem) -> str | None:
-        """Those of pymoo's algorithms that know one objective only say so."""
+        """Those of pymoo's algorithms that know one objective only say so, and who samples no first candidates."""
+        if len(problem.starts) and not hasattr(self._make(), "initialization"):
+            return "it cannot begin with given candidates"
         if problem.front is None:
             return None
         single = any(kind.__module__.startswith("pymoo.algorithms.soo.") for kind in type(self._make()).__mro__)
@@ -47,14 +49,18 @@ class PymooAlgorithm(Solver):
             AlgorithmError: It goes on and on without a candidate.
         """
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
+        from robolaser.benchmark.solvers.starting import starting_with  # noqa: PLC0415
         from robolaser.problems.bounded import Bounded  # noqa: PLC0415
 
         problem, rng, idle = evaluator.problem, np.random.default_rng(seed), 0
-        n_obj = 1 if problem.front is None else len(problem.front.ideal)
+        n_obj, starts = 1 if problem.front is None else len(problem.front.ideal), problem.starts
         with seeded(seed):
             while idle < IDLE_ROUNDS:
                 costs = _Costs(evaluator)
                 algorithm, bounded = self._make(), Bounded(costs, problem.lower, problem.upper, n_obj=n_obj)
+                if len(starts):  # only the first time: what collapsed there would collapse again
+                    algorithm.initialization.sampling = starting_with(starts, algorithm.initialization.sampling)
+                    starts = starts[:0]
                 algorithm.setup(bounded, termination=("n_eval", evaluator.left), seed=seed, verbose=False)
                 idle += 1  # it may end before it begins
                 while algorithm.has_next() and not costs.collapsed and idle < IDLE_ROUNDS:

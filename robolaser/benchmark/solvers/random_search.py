@@ -30,5 +30,7 @@ class RandomSearch(Solver):
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until the evaluator ends the run."""
         rng = np.random.default_rng(seed)
+        if len(evaluator.problem.starts):
+            evaluator.objectives(evaluator.problem.starts)
         while True:
             evaluator.objectives(evaluator.problem.sample_uniform(rng, BATCH))

@@ -1,5 +1,6 @@
 """SciPy's differential evolution, restarted whenever it ends."""
 
+from itertools import chain, repeat
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -51,12 +52,13 @@ class ScipyEvolution(Solver):
             found = evaluator.cost(within(np.atleast_2d(x.T), problem))
             return found if x.ndim == 2 else found[0]
 
-        while True:
+        for start in chain(problem.starts[:1], repeat(None)):
             differential_evolution(
                 costs,
                 Bounds(problem.lower, problem.upper),
                 vectorized=True,
                 updating="deferred",
+                x0=start,
                 seed=int(rng.integers(1, 2**31)),
                 **self._settings,
             )

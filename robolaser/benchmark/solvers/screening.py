@@ -2,10 +2,9 @@
 
 from typing import ClassVar, final
 
-import numpy as np
-
 from robolaser.algorithms.registry import SCREENING
 from robolaser.algorithms.settings import Setting
+from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver
@@ -28,23 +27,26 @@ class Screening(Solver):
 
     def refuses(self, problem: BenchmarkProblem) -> str | None:
         """It only applies to calibrations."""
-        return None if problem.model is not None else "it knows calibrations only, by their closed forms"
+        if problem.model is None:
+            return "it knows calibrations only, by their closed forms"
+        whole = problem.dimension == len(problem.model.parameters)
+        return None if whole or not len(problem.starts) else "it begins with all parameters of a calibration"
 
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until descents agree."""
         model = evaluator.problem.model
         if model is None:
             raise TypeError(f"{evaluator.problem.name} is not a calibration")
-        counted = 0
+        counted, whole = 0, evaluator.problem.dimension == len(model.parameters)
 
-        def record(evaluations: int, cost: float) -> None:
+        def record(evaluations: int, cost: float, x: Array) -> None:
             nonlocal counted
-            evaluator.record(evaluations - counted + 1, cost)  # and one on all rows, for J
+            evaluator.record(evaluations - counted + 1, cost, x if whole else None)  # and one on all rows, for J
             counted = evaluations
 
         def after_round(so_far: SoFar) -> None:
-            record(so_far.evaluations, float(model.cost(so_far.x[None])[0]))
+            record(so_far.evaluations, float(model.cost(so_far.x[None])[0]), so_far.x)
 
-        no_starts = np.empty((0, len(model.parameters)))
-        found = multistart(model, seed=seed, starts=no_starts, progress=after_round)
-        record(found.evaluations, found.cost)
+        starts = evaluator.problem.starts.reshape(-1, len(model.parameters))
+        found = multistart(model, seed=seed, starts=starts, progress=after_round)
+        record(found.evaluations, found.cost, found.x)

@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.algorithms.algorithm_spec import AlgorithmSpec
 from robolaser.algorithms.settings import unknown_setting
-from robolaser.algorithms.user_code import EXPECTED, imported, keywords, made_with, no_settings, not_an_algorithm
+from robolaser.algorithms.user_code import EXPECTED, keywords, made_with, no_settings, not_an_algorithm
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.pymoo_algorithm import IDLE_ROUNDS, PymooAlgorithm, idle_error
@@ -57,15 +57,14 @@ class UserSolver(Solver):
         return self._refuses(problem)
 
 
-def user_solver(spec: AlgorithmSpec) -> Solver:
-    """Make a solver of what lies at an import path.
+def user_solver(spec: AlgorithmSpec, found: Any) -> Solver:
+    """Make a solver of what a user wrote.
 
     Raises:
-        UsageError: It is not there, cannot search, or cannot be made with these settings.
+        UsageError: It cannot search, or cannot be made with these settings.
     """
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
-    found = imported(spec)
     if callable(found) and not inspect.isclass(found) and _needs(found) == SEARCHES:
         return UserSolver(spec.text, _title(found, spec), _with_settings(spec, found))
     if isinstance(found, Solver | Algorithm):

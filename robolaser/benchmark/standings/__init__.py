@@ -1,32 +1,6 @@
 """Rankings of solvers: which is better, by how much, and how certain that is."""
 
-from robolaser.benchmark.standings.ranking import standings, standings_of
-from robolaser.benchmark.standings.table import (
-    FinalCosts,
-    IntervalEstimate,
-    Measure,
-    OnProblem,
-    Order,
-    Pair,
-    Ranks,
-    Reached,
-    Result,
-    Standing,
-    Standings,
-)
+from robolaser.benchmark.standings.ranking import standings
+from robolaser.benchmark.standings.table import Standings
 
-__all__ = [
-    "FinalCosts",
-    "IntervalEstimate",
-    "Measure",
-    "OnProblem",
-    "Order",
-    "Pair",
-    "Ranks",
-    "Reached",
-    "Result",
-    "Standing",
-    "Standings",
-    "standings",
-    "standings_of",
-]
+__all__ = ["Standings", "standings"]

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from robolaser.benchmark.standings.table import IntervalEstimate, Measure
+from robolaser.benchmark.standings.table import Measure
+from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
 MANY = 3
 """Names that a sentence lists before it counts the others."""

@@ -1,6 +1,5 @@
 """Standings of solvers, computed from their runs: on one problem, and on all of a family."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -14,26 +13,27 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
 from robolaser.benchmark.standings import significance
 from robolaser.benchmark.standings.answer import answer
+from robolaser.benchmark.standings.effects import effects
 from robolaser.benchmark.standings.table import (
     FinalCosts,
-    IntervalEstimate,
     Measure,
     OnProblem,
     Order,
     Pair,
-    Ranks,
     Reached,
     Result,
     Standing,
     Standings,
 )
 from robolaser.benchmark.statistics import difference, ecdf, mean_ranks, running_time, superiority
-from robolaser.benchmark.statistics.intervals import Intervals
+from robolaser.benchmark.statistics.intervals import IntervalEstimate, Intervals, finite
 from robolaser.benchmark.statistics.outcome import outcomes
 from robolaser.benchmark.statistics.quantiles import quantiles
 from robolaser.benchmark.statistics.success import wilson
 
-UNKNOWN = IntervalEstimate(None, None, None)
+UNKNOWN = IntervalEstimate(None)
+Reasons = Mapping[tuple[str, str], str]
+"""Why a solver has no runs on a problem, or not all, by (problem, solver)."""
 
 
 def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standings:
@@ -44,23 +44,19 @@ def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standin
         family: Which of its problems.
         seed: Seed of the bootstrap samples.
     """
-    return standings_of(result.arrays(family), family=family, refused=result.refused, seed=seed)
+    dropped = {
+        (problem.name, name): f"dropped from the race after {count} seeds"
+        for problem in result.of(family)
+        for name, count in result.dropped.items()
+    }
+    return standings_of(result.arrays(family), family=family, refused={**result.refused, **dropped}, seed=seed)
 
 
-def standings_of(
-    arrays: ResultArrays, *, family: str, refused: Mapping[tuple[str, str], str], seed: int = 1
-) -> Standings:
-    """Rank the solvers, given their runs as arrays.
-
-    Args:
-        arrays: Runs on the family's problems.
-        family: Its name.
-        refused: Why a solver does not apply to a problem, by (problem, solver).
-        seed: Seed of the bootstrap samples.
-    """
+def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: int = 1) -> Standings:
+    """Rank the solvers, given their runs as arrays."""
     drawn = running_time.draws(len(arrays.problems), len(arrays.seeds), np.random.default_rng(seed))
     evaluations, seconds = (_Measured.of(arrays, measure, drawn) for measure in ("evaluations", "seconds"))
-    everywhere = range(len(arrays.problems))
+    everywhere, headline = range(len(arrays.problems)), arrays.target(HEADLINE)
     return Standings(
         family=family,
         tolerance=HEADLINE,
@@ -78,6 +74,9 @@ def standings_of(
             )
             for p, name in enumerate(arrays.problems)
         ),
+        effects=effects(
+            arrays.algorithms, evaluations.places, evaluations.expected.value[..., headline], evaluations.samples
+        ),
         scope=significance.SCOPE,
     )
 
@@ -85,27 +84,16 @@ def standings_of(
 @final
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """A family's runs in one measure: problems p, algorithms a, seeds s, targets t, bootstrap samples b.
-
-    Attributes:
-        arrays: The runs.
-        measure: Evaluations or seconds.
-        times: To each target, (p, a, s, t).
-        totals: Of whole runs, (p, a, s).
-        places: Of runs on their problem, (p, a, s).
-        expected: Running times to each target, (p, a, t).
-        samples: The same to the headline target in bootstrap samples, (p, a, b).
-        p_adjusted: For all pairs on all problems, (p, a, a).
-    """
+    """A family's runs in one measure: problems p, algorithms a, seeds s, targets t, bootstrap samples b."""
 
     arrays: ResultArrays
     measure: Measure
-    times: Array
-    totals: Array
-    places: Array
-    expected: Intervals
-    samples: Array
-    p_adjusted: Array
+    times: Array  # to each target, (p, a, s, t)
+    totals: Array  # of whole runs, (p, a, s)
+    places: Array  # of runs on their problem, (p, a, s)
+    expected: Intervals  # running times to each target, (p, a, t)
+    samples: Array  # the same to the headline target in bootstrap samples, (p, a, b)
+    p_adjusted: Array  # for all pairs on all problems, (p, a, a)
 
     @classmethod
     def of(cls, arrays: ResultArrays, measure: Measure, drawn: Ints) -> "_Measured":
@@ -125,7 +113,7 @@ class _Measured:
             difference.holm_pairs(difference.rank_sum(places)),
         )
 
-    def order(self, problems: Sequence[int], refused: Mapping[tuple[str, str], str]) -> Order:
+    def order(self, problems: Sequence[int], refused: Reasons) -> Order:
         """Rank the solvers on some of the problems."""
         arrays, at = self.arrays, list(problems)
         names, headline = arrays.algorithms, arrays.target(HEADLINE)
@@ -138,38 +126,47 @@ class _Measured:
             unranked |= {names[a]: "no seed has a run of every algorithm" for a in ranked}
             ranked = []
         mean = {a: float(rank) for a, rank in zip(ranked, mean_ranks.mean_ranks(blocks), strict=bool(ranked))}
-        ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, 0.0), names[a]))
+        ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
         pairs = self._pairs(at, ordered, runs, reached > 0)
         areas = self._areas(at)
-        standings = tuple(
+        places = tuple(
             Standing(
                 algorithm=names[a],
                 rank=1 + sum(other < mean[a] - 1e-9 for other in mean.values()) if a in mean else None,
                 mean_rank=mean.get(a),
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
-                success=_estimate(wilson(reached[:, a].sum(), runs[:, a].sum()), ()),
-                running_time=_estimate(self.expected, (at[0], a, headline)) if len(at) == 1 else UNKNOWN,
+                success=wilson(reached[:, a].sum(), runs[:, a].sum()).at(),
+                running_time=self.expected.at(at[0], a, headline) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
-                area=_plain(areas[a]),
+                area=finite(areas[a]),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
                 unranked=unranked.get(names[a], ""),
             )
             for a in ordered
         )
-        made = (runs[:, :, None] > 0) & (runs[:, None, :] > 0)  # comparisons for which p is corrected
-        if len(at) == 1:
+        if len(at) == 1:  # comparisons for which p is corrected
             comparisons = int((~np.isnan(self.p_adjusted)).sum()) // 2
         else:
+            made = (runs[:, :, None] > 0) & (runs[:, None, :] > 0)
             comparisons = int(np.triu(made.any(axis=0), 1).sum())
-        fewest = int(runs[:, ranked].min()) if ranked else 0
+        order = [a for a in ordered if a in mean]
+        differ = {(one, other) for (one, other), pair in pairs.items() if pair.significant}
+        alike = np.array([[not {(a, b), (b, a)} & differ for b in order] for a in order], bool)
         return Order(
             measure=self.measure,
             problems=tuple(arrays.problems[p] for p in at),
-            places=standings,
+            places=places,
             pairs=tuple(pairs.values()),
-            ranks=_ranks([one for one in standings if one.rank is not None], len(blocks), tuple(pairs.values())),
-            answer=answer(self.measure, standings, problems=len(at), runs=fewest, comparisons=comparisons),
+            blocks=len(blocks),
+            groups=tuple(tuple(names[order[i]] for i in group) for group in mean_ranks.groups(alike)),
+            answer=answer(
+                self.measure,
+                places,
+                problems=len(at),
+                runs=int(runs[:, ranked].min()) if ranked else 0,
+                comparisons=comparisons,
+            ),
         )
 
     def _pairs(self, at: list[int], ordered: list[int], runs: Ints, solved: Bools) -> dict[tuple[int, int], Pair]:
@@ -181,20 +178,19 @@ class _Measured:
         p = difference.stratified(places)
         adjusted = self.p_adjusted[at[0]] if len(at) == 1 else difference.holm_pairs(p)
         found = {}
-        for pair in combinations(ordered, 2):
-            one, other = pair
+        for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
-            superior = _estimate(better, pair)
-            found[pair] = Pair(
+            superior = better.at(one, other)
+            found[one, other] = Pair(
                 one=names[one],
                 other=names[other],
                 superiority=superior,
                 effect=None if superior.value is None else significance.effect(superior.value),
-                ratio=_estimate(ratios, pair) if len(both) else UNKNOWN,
+                ratio=ratios.at(one, other) if len(both) else UNKNOWN,
                 ratio_problems=tuple(self.arrays.problems[at[i]] for i in both),
-                p=_plain(p[pair]),
-                p_adjusted=_plain(adjusted[pair]),
-                significant=significance.is_significant(float(adjusted[pair])),
+                p=finite(p[one, other]),
+                p_adjusted=finite(adjusted[one, other]),
+                significant=significance.is_significant(float(adjusted[one, other])),
             )
         return found
 
@@ -205,30 +201,16 @@ class _Measured:
         return ecdf.areas(self.times[at], float(budgets[0]), float(budgets[-1]))
 
 
-def _unranked(
-    arrays: ResultArrays, at: list[int], runs: Ints, refused: Mapping[tuple[str, str], str]
-) -> dict[str, str]:
+def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons) -> dict[str, str]:
     """Who lacks so many runs that the others would have to be ranked on what little is left, and why."""
     found: dict[str, str] = {}
     for i, p in enumerate(at):
         problem, most = arrays.problems[p], int(runs[i].max(initial=0))
         for name, there in zip(arrays.algorithms, runs[i].tolist(), strict=True):
-            if there < significance.ENOUGH * most or not most:
-                reason = refused.get((problem, name), f"it has {there} of {len(arrays.seeds)} runs on {problem}")
-                found.setdefault(name, reason)
+            reason = refused.get((problem, name))
+            if reason or there < significance.ENOUGH * most or not most:
+                found.setdefault(name, reason or f"it has {there} of {len(arrays.seeds)} runs on {problem}")
     return found
-
-
-def _ranks(ranked: Sequence[Standing], blocks: int, pairs: Sequence[Pair]) -> Ranks:
-    names = [standing.algorithm for standing in ranked]
-    differ = {frozenset((pair.one, pair.other)) for pair in pairs if pair.significant}
-    alike = np.array([[frozenset((one, other)) not in differ for other in names] for one in names], bool)
-    return Ranks(
-        algorithms=tuple(names),
-        mean_ranks=tuple(standing.mean_rank for standing in ranked if standing.mean_rank is not None),
-        blocks=blocks,
-        groups=tuple(tuple(names[i] for i in group) for group in mean_ranks.groups(alike)),
-    )
 
 
 def _result(arrays: ResultArrays, evaluations: Intervals, seconds: Intervals, p: int, a: int) -> Result:
@@ -242,24 +224,10 @@ def _result(arrays: ResultArrays, evaluations: Intervals, seconds: Intervals, p:
         algorithm=arrays.algorithms[a],
         runs=runs,
         failed=int(arrays.failed[p, a].sum()),
-        final=FinalCosts(*map(_plain, ends)) if runs else None,
+        final=FinalCosts(*map(finite, ends)) if runs else None,
         violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
         targets=tuple(
-            Reached(
-                tolerance=float(tolerance),
-                successes=int(reached[t]),
-                success=_estimate(shares, (t,)),
-                evaluations=_estimate(evaluations, (p, a, t)),
-                seconds=_estimate(seconds, (p, a, t)),
-            )
+            Reached(float(tolerance), int(reached[t]), shares.at(t), evaluations.at(p, a, t), seconds.at(p, a, t))
             for t, tolerance in enumerate(arrays.tolerances)
         ),
     )
-
-
-def _plain(number: float) -> float | None:
-    return float(number) if math.isfinite(number) else None
-
-
-def _estimate(bounded: Intervals, at: tuple[int, ...]) -> IntervalEstimate:
-    return IntervalEstimate(_plain(bounded.value[at]), _plain(bounded.lower[at]), _plain(bounded.upper[at]))

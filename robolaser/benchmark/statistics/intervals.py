@@ -1,5 +1,6 @@
 """Numbers that runs estimate, and the bounds of what they could be as well."""
 
+import math
 from dataclasses import dataclass
 from typing import final
 
@@ -10,16 +11,29 @@ CONFIDENCE = 0.95
 
 
 @final
+@dataclass(frozen=True)
+class IntervalEstimate:
+    """A number and its interval; None where the runs give none, or leave an end open."""
+
+    value: float | None
+    lower: float | None = None
+    upper: float | None = None
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class Intervals:
-    """Estimates, and the intervals that hold the truth with `CONFIDENCE`; all of one shape.
+    """Estimates, and the intervals that hold the truth with `CONFIDENCE`; all of one shape."""
 
-    Attributes:
-        value: NaN where there is none, infinite where no run reached a target.
-        lower: NaN where there are too few runs to say.
-        upper: NaN where there are too few runs to say, infinite where they leave it open.
-    """
+    value: Array  # NaN where there is none, infinite where no run reached a target
+    lower: Array  # NaN where there are too few runs to say
+    upper: Array  # NaN where there are too few runs to say, infinite where they leave it open
 
-    value: Array
-    lower: Array
-    upper: Array
+    def at(self, *index: int) -> IntervalEstimate:
+        """One of them."""
+        return IntervalEstimate(finite(self.value[index]), finite(self.lower[index]), finite(self.upper[index]))
+
+
+def finite(number: float) -> float | None:
+    """A number for JSON, which knows neither NaN nor infinity."""
+    return float(number) if math.isfinite(number) else None

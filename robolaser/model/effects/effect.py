@@ -102,6 +102,11 @@ class Effect(ABC):
         """
         return np.array([[each.nominal for each in cls.nonlinear_parameters()]])
 
+    @classmethod
+    def usual_shape(cls, dataset: Dataset, where: str) -> dict[str, float]:
+        """Nonlinear parameters of a simulated one by name, as far as their nominal values mean nothing there."""
+        return {}
+
     def carried_to(self, run: Run, found_in: RunSummary | None) -> "CarryOver":
         """What becomes of it in another run.
 

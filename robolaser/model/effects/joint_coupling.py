@@ -54,6 +54,11 @@ class JointCoupling(Effect):
         own = joints.index(where)
         return np.array([[i + 1.0] for i in range(len(joints)) if 0 < abs(i - own) <= FARTHEST])
 
+    @classmethod
+    def usual_shape(cls, dataset: Dataset, where: str) -> dict[str, float]:
+        """The first joint that can be led along this one."""
+        return {"other": float(cls.grid(dataset, where)[0, 0])}
+
     def apply(self, q: Array, run: Run, /) -> Array:
         """Turn the joint with the other one."""
         chain = np.array(run.robot.chain)

@@ -13,7 +13,7 @@ from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
-from robolaser.report.setting import noise_table, origin, setting
+from robolaser.report.setting import noise_table, origin
 
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""
@@ -72,7 +72,7 @@ def document(calibration: Calibration, *, command: str = "", brief: bool = False
     return Document(
         dataset.name,
         "calibrated",
-        setting(dataset),
+        dataset.summary,
         words.headline(analysis),
         words.judgement(analysis),
         [

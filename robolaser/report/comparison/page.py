@@ -9,12 +9,15 @@ import numpy as np
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.phrases import names
 from robolaser.report.comparison import methods, rows
+from robolaser.report.comparison.budgets import budget_table
 from robolaser.report.comparison.charts.anytime import anytime
 from robolaser.report.comparison.charts.profiles import profiles
 from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.charts.targets import targets
+from robolaser.report.comparison.exchanged import effect_table
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext, target
 from robolaser.report.comparison.probable import probable_table
@@ -73,7 +76,15 @@ def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
     """Which is better, by how much and how certain, in the first family of problems."""
     if not comparison.runs or not judged:
         return NOTHING
-    return judged[0].evaluations.answer or NOTHING
+    return f"{_raced(comparison)}{judged[0].evaluations.answer}" or NOTHING
+
+
+def _raced(comparison: BenchmarkResult) -> str:
+    """Whom a race left."""
+    left = [name for name in comparison.solvers if name not in comparison.dropped]
+    if not comparison.dropped:
+        return ""
+    return f"The race left {names(left)} of {len(comparison.solvers)} algorithms. "
 
 
 def unbroken(text: str) -> str:
@@ -93,13 +104,15 @@ def _parted(answer: str) -> tuple[str, str]:
 def _family(context: PlotContext, number: int, *, brief: bool) -> Section:
     standings, comparison = context.standings, context.comparison
     title = methods.FAMILIES.get(standings.family, standings.family)
-    above = verdict(comparison, (standings,)) if number == 0 else ""
+    above = standings.evaluations.answer if number == 0 else ""
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
     spoken = (standings.evaluations.answer,) if brief else (standings.evaluations.answer, standings.seconds.answer)
     answers = [answer for answer in dict.fromkeys(spoken) if answer and answer != above]
     blocks: list[Block] = [Text(unbroken(answer), printed=True) for answer in answers]
     table = standing_table(context, most)
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
+    if (exchanged := effect_table(standings)) is not None:
+        blocks.append(exchanged)
     return Section(title, blocks if brief else [*blocks, *_family_evidence(context, title)])
 
 
@@ -109,9 +122,12 @@ def _family_evidence(context: PlotContext, title: str) -> list[Block]:
     made = [
         solved(context, "evaluations", TITLES["evaluations"] + suffix),
         solved(context, "seconds", TITLES["seconds"] + suffix),
-        mean_ranks(context, standings.evaluations.ranks, f"Mean ranks by evaluations{suffix}"),
-        mean_ranks(context, standings.seconds.ranks, f"Mean ranks by wall time{suffix}"),
+        mean_ranks(context, standings.evaluations, f"Mean ranks by evaluations{suffix}"),
+        mean_ranks(context, standings.seconds, f"Mean ranks by wall time{suffix}"),
         profiles(context, f"Evaluations against the fastest{suffix}"),
+        solved(context, "simplex gradients", TITLES["simplex gradients"] + suffix)
+        if len(context.problems) > 1
+        else None,
     ]
     tables = [pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else None, probable_table(context)]
     return [*charts(made), *(table for table in tables if table is not None)]
@@ -146,7 +162,12 @@ def _problems(context: PlotContext) -> list[Section]:
         blocks: list[Block] = [Text(problem.title, "quiet")]
         if len(context.problems) > 1 and on.evaluations.answer:
             blocks.append(Text(unbroken(on.evaluations.answer)))
-        blocks += [*charts(made), result_table(context, on), pairwise_matrix(on.evaluations)]
+        blocks += [
+            *charts(made),
+            result_table(context, on),
+            budget_table(context, problem),
+            pairwise_matrix(on.evaluations),
+        ]
         sections.append(Section(f"{number}. {problem.name}", blocks))
     return sections
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from robolaser.benchmark.standings import Order, Pair
 from robolaser.benchmark.standings.phrases import chance
+from robolaser.benchmark.standings.table import Order, Pair
 from robolaser.report.document import Cell, Column, Table
 
 FEW = 8

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 from robolaser.benchmark.fixed import fixed_budget, fixed_target
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import IntervalEstimate, Standing, Standings
+from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.phrases import figure
+from robolaser.benchmark.standings.table import Standing
+from robolaser.benchmark.statistics.intervals import IntervalEstimate
 from robolaser.benchmark.statistics.signed_rank import ROPE, signed_rank
 from robolaser.report.comparison.plot_context import target
 from robolaser.report.digits import percent, rate

@@ -6,8 +6,9 @@ import numpy as np
 
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
-from robolaser.benchmark.standings import IntervalEstimate, OnProblem, Pair, Reached, Result, Standing
 from robolaser.benchmark.standings.phrases import chance
+from robolaser.benchmark.standings.table import OnProblem, Pair, Reached, Result, Standing
+from robolaser.benchmark.statistics.intervals import IntervalEstimate
 from robolaser.report.comparison.excess import number
 from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
@@ -86,7 +87,7 @@ def result_table(context: PlotContext, on: OnProblem) -> Table:
     columns = [Column("Algorithm", "name", 23), Column("Rank")]
     columns += [Column(context.target(tolerance)) for tolerance in SHOWN]
     columns += [Column("Final result above the best known: median, quartiles")]
-    return Table(columns, rows, "Expected evaluations to targets, and final results")
+    return Table(columns, rows, "Fixed targets: expected evaluations to each, and final results")
 
 
 def reached(result: Result, tolerance: float) -> Reached | None:

@@ -1,6 +1,6 @@
 """Caveats about the effects that were found, and what to do about them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from robolaser.report.digits import plain
 
 CLEAR = 2.0
 """Standard deviations from zero below which a value may be zero."""
+UNDETERMINED = "not determined by these data"
 ALIKE = 0.5
 """Share relative to the largest from which on a site is worth checking too."""
 WORSE = 1.02
@@ -22,10 +23,12 @@ WORSE = 1.02
 FEW = 2
 """Alternatives that a caveat names."""
 
+_DIAGNOSE_AGAIN = "No effect was looked for: mend what the first sentence says, then diagnose again."
+
 SITES: Mapping[str, str] = {
     "camera": "the lens and how it is fixed",
     "laser": "the projector: its mount, its warm-up, its focus",
-    "hand_eye": "the bracket between flange and scanner",
+    "hand_eye": "the bracket between flange and sensor",
     "target": "the target: flatness, print, fixing",
     "base": "what base and target stand on",
     "timing": "how camera and joint readings are synchronised",
@@ -36,14 +39,14 @@ SITES: Mapping[str, str] = {
 """What to look at, by the site where something unexplained lies; a joint is a joint."""
 
 
-def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
+def caveats(found: Finding) -> list[str]:
     """Caveats about an effect, the most serious first; at least one."""
-    inner = {each.name for each in found.candidate_effect.effect.nonlinear_parameters()}
+    lower = {each.name: each.lower for each in found.candidate_effect.effect.amplitudes()}
     said = [
         f"{name} ended on its {number.bound} bound, {plain(number.value, number.unit, 3)}:"
         " the cause is larger, or another one"
         for name, number in found.parameters.items()
-        if number.bound and name not in inner
+        if name in lower and (number.bound == "upper" or (number.bound == "lower" and lower[name] < 0.0))
     ]
     is_certain = found.probability >= CERTAIN
     if found.alternatives:
@@ -54,8 +57,6 @@ def caveats(diagnosis: Diagnosis, found: Finding) -> list[str]:
         said.append(f"{what} {', '.join(others)}{more}")
     elif not is_certain:
         said.append("not certain by itself")
-    if diagnosis.verdict == "unexplained":
-        said.append("may have absorbed a part of what is unexplained")
     return [*said, found.candidate_effect.effect.caveat]
 
 
@@ -73,12 +74,14 @@ def doubt(number: Estimate) -> str:
     if number.bound:
         return f"on its {number.bound} bound"
     if number.std is None:
-        return "not determined by these data"
+        return UNDETERMINED
     return "may be zero" if abs(number.value) < CLEAR * number.std else ""
 
 
 def to_do(diagnosis: Diagnosis) -> list[str]:
     """What to do next, most useful first: single effects that are certain, then a sentence for each class of others."""
+    if diagnosis.hindrance:
+        return [_DIAGNOSE_AGAIN] if not diagnosis.next_poses else [_measure(diagnosis), _DIAGNOSE_AGAIN]
     certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
     doubtful = [one for one in diagnosis.model.effects if one not in certain]
     in_one_urdf = {class_of(one) for one in doubtful if one.effect.in_urdf}
@@ -93,15 +96,14 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.next_poses:
         said.append(_measure(diagnosis))
     if len(diagnosis.outliers):
-        said.append("Look at the images of the gross errors listed below; they are excluded here.")
+        what = "measurements" if diagnosis.dataset.points.pixel is None else "images"
+        said.append(f"Look at the {what} of the gross errors listed below; they are excluded here.")
     if diagnosis.model.effects:
         said.append("The corrected model is `calibration.json`: it contains all effects found.")
     said += _bounds(diagnosis)
     if diagnosis.verdict == "no_gap":
-        said.append(
-            "Nothing needs repair. To become more accurate, lower the noise: repeat shots, or improve the line"
-            " extraction."
-        )
+        line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
+        said.append(f"Nothing needs repair. To become more accurate, lower the noise: repeat measurements{line}.")
     return said
 
 
@@ -121,11 +123,12 @@ def _bounds(diagnosis: Diagnosis) -> list[str]:
 
 
 def _of_classes(diagnosis: Diagnosis, doubtful: Sequence[CandidateEffect]) -> list[str]:
-    """What to do about each class of which some effect is not certain by itself."""
+    """What to do about each class that is reported and of which some effect is not certain by itself."""
     of_class: dict[str, list[CandidateEffect]] = {}
     for one in doubtful:
         of_class.setdefault(class_of(one), []).append(one)
-    return [_of_class(diagnosis, name, own) for name, own in of_class.items()]
+    reported = {one.name for one in diagnosis.classes}
+    return [_of_class(diagnosis, name, own) for name, own in of_class.items() if name in reported]
 
 
 def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -> str:
@@ -134,9 +137,12 @@ def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -
     if probability < CERTAIN:
         return f"{what}: not certain. Measure more poses before anything is repaired on its account."
     if all(one.effect.in_urdf for one in own):
+        is_open = all(found.probability < CERTAIN for found in diagnosis.findings
+                      if class_of(found.candidate_effect) == name)  # fmt: skip
         return (
-            f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell how they are"
-            f" to be divided among the joints.{_unseen(diagnosis, name)}"
+            f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell how"
+            f" {'they are' if is_open else 'the rest of them is'} to be divided among the joints."
+            f"{_unseen(diagnosis, name)}"
         )
     return f"{what}: which part is at work is not certain. Measure more poses before one is repaired."
 
@@ -165,14 +171,21 @@ def _look(diagnosis: Diagnosis) -> str:
     checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
     checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
     checked += [SITES[site] for site in sites if site in SITES]
-    follows = listed(list(dict.fromkeys(alike[site] for site in sites)))
-    said = f"Check {listed(checked)}. What is left there depends on {follows}"
+    said = f"Check {listed(checked)}. What is left there {_form(dict.fromkeys(alike[site] for site in sites))}"
     if any(lies.unknown for lies in diagnosis.where if lies.site in sites):
         return f"{said}, but in no form that an effect of the library has. An effect of your own may."
     return (
         f"{said}. The library has effects of that form, but new poses are predicted no better with them: measure more"
         " poses, in more places."
     )
+
+
+def _form(coordinates: Iterable[str]) -> str:
+    """What a remainder depends on, or what constant error it looks like."""
+    placed = [one for one in coordinates if one.startswith("placement of ")]
+    depends = [f"the {one}" for one in coordinates if one not in placed]
+    said = [f"depends on {listed(depends)}"] if depends else []
+    return " and ".join([*said, *([f"looks like a wrong {listed(placed)}"] if placed else [])])
 
 
 def _measure(diagnosis: Diagnosis) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.diagnosis import rows
@@ -13,7 +14,7 @@ from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
-from robolaser.report.setting import noise_table, origin, setting
+from robolaser.report.setting import noise_table, origin
 
 VERDICTS = {
     "no_gap": "no gap",
@@ -38,16 +39,20 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
     """
     lead, _, sense = diagnosis.sentence.partition(". ")
     dataset = diagnosis.dataset
-    doubts = [rows.class_table(diagnosis), rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
+    found = [classes, effects] if classes.printed else [effects, classes]
+    doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    if not diagnosis.findings:
+        found, doubts = [], [classes, *doubts]
     return Document(
         dataset.name,
         "diagnosed",
-        setting(dataset),
+        dataset.summary,
         f"{lead.rstrip('.')}.",
         sense,
         [Figures(figures(diagnosis))],
         [
-            Section("What was found", [rows.effect_table(diagnosis)] if diagnosis.findings else []),
+            Section("What was found", [table for table in found if table.rows]),
             Section("Where", _printed_sites(diagnosis) if brief else []),
             Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)] if to_do(diagnosis) else []),
             Section("What is not certain", [table for table in doubts if table.rows]),
@@ -130,7 +135,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
 def _highlighted(diagnosis: Diagnosis) -> str:
     marked = suspected(diagnosis)
     if marked:
-        named = ", ".join(f"{rows.place(site)} ({share})" if share else rows.place(site)
+        named = ", ".join(f"{place(site)} ({share})" if share else place(site)
                           for site, share in marked.items())  # fmt: skip
         whose = "what is left" if diagnosis.verdict == "unexplained" else "the gap"
         brackets = f" In brackets: the share of {whose} that lies there." if any(marked.values()) else ""
@@ -149,7 +154,7 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
     """The sites with the largest shares, for the terminal."""
     what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
     return [
-        Text(f"{100 * lies.share:.0f} % {what} at {rows.place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
+        Text(f"{100 * lies.share:.0f} % {what} at {place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
         for lies in diagnosis.where[:MOST_SITES]
         if lies.share >= PRINTED_SHARE
     ]

@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import named, noun
+from robolaser.diagnosis.cause_words import named, noun, place
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.joints import moving_joints
-from robolaser.report.diagnosis.advice import SITES, caveats, comparison, doubt, sentence_case
+from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, comparison, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Cell, Column, Table
 
@@ -22,11 +22,6 @@ MOST_CLASSES, MOST_EFFECTS = 3, 5
 FEW: Final = 8
 """Rows of a table of details from which it is folded away."""
 PROBABILITY: Final = Column("Probability", brief="probability")
-
-
-def place(site: str) -> str:
-    """A site as people call it."""
-    return site.replace("_", " ") if site in SITES else site
 
 
 def class_table(diagnosis: Diagnosis) -> Table:
@@ -47,9 +42,15 @@ def class_table(diagnosis: Diagnosis) -> Table:
         Column("Gap, without → with", brief="gap, without → with it"),
         Column("Members that may be at work", "wide"),
     ]
-    is_open = any(found.probability < CERTAIN for found in diagnosis.findings)
-    return Table(columns, rows, "Classes of causes", "A class can be certain where none of its members is.",
-                 printed=MOST_CLASSES if is_open else 0)  # fmt: skip
+    if not _is_open(diagnosis):
+        return Table(columns, rows, "Classes of causes")
+    note = "A class can be certain where none of its members is."
+    return Table(columns, rows, "Classes of causes", note, printed=MOST_CLASSES)
+
+
+def _is_open(diagnosis: Diagnosis) -> bool:
+    """Whether some effect is not certain by itself: then the classes come first."""
+    return any(found.probability < CERTAIN for found in diagnosis.findings)
 
 
 def _meaning(one: CauseClass) -> str:
@@ -75,11 +76,14 @@ def effect_table(diagnosis: Diagnosis) -> Table:
             Cell(percent(found.probability), order=found.probability),
             f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
             millimetres(found.gap_without_m),
-            Cell(note="\n".join(caveats(diagnosis, found))),
+            Cell(note="\n".join(caveats(found))),
         )
         for found in diagnosis.findings
     ]
-    return Table(columns, rows, printed=MOST_EFFECTS)
+    is_rest = diagnosis.verdict == "unexplained"
+    note = "Each may have absorbed a part of what is unexplained." if is_rest else ""
+    title = "Single effects" if _is_open(diagnosis) else ""
+    return Table(columns, rows, title, note, printed=MOST_EFFECTS)
 
 
 def alternative_table(diagnosis: Diagnosis) -> Table:
@@ -106,10 +110,15 @@ def _effect(one: Finding | Alternative) -> tuple[Cell, Cell]:
     amplitudes = {amplitude.name for amplitude in effect.amplitudes()}
     ordered = sorted(one.parameters.items(), key=lambda each: (each[0] not in amplitudes, -_clarity(each[1])))
     values = [
-        f"{name.replace('_', ' ')} {with_error(number)}" + (f" ({said})" if (said := doubt(number)) else "")
+        f"{name.replace('_', ' ')} {_value(number)}" + (f" ({said})" if (said := doubt(number)) else "")
         for name, number in ordered
     ]
     return Cell(sentence_case(named(one.candidate_effect)), below=[effect.title]), Cell("\n".join(values))
+
+
+def _value(number: Estimate) -> str:
+    """A number with its error; one that the data do not determine with one digit."""
+    return plain(number.value, number.unit, 1) if doubt(number) == UNDETERMINED else with_error(number)
 
 
 def _clarity(number: Estimate) -> float:
@@ -128,7 +137,7 @@ def site_table(diagnosis: Diagnosis) -> Table:
         )
         for lies in diagnosis.where
     ]
-    columns = [Column("Site", "name", 24), Column("Depends on"),
+    columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What lies there"),
                Column(f"Share of the {'rest' if is_rest else 'gap'}", "wide", 30), Column("p value")]  # fmt: skip
     note = (
         "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that place"

@@ -1,24 +1,39 @@
 """How much is solved with how much: the ECDF of running times over runs and targets."""
 
+from typing import Literal
+
 import numpy as np
 
-from robolaser.benchmark.standings import Measure
+from robolaser.benchmark.standings.table import Measure
 from robolaser.benchmark.statistics.ecdf import budgets, shares
 from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
 from robolaser.report.comparison.plot_context import PlotContext
 
-SPENT = {"evaluations": "evaluations", "seconds": "wall time [s]"}
+Axis = Literal[Measure, "simplex gradients"]
+SPENT = {
+    "evaluations": "evaluations", "seconds": "wall time [s]",
+    "simplex gradients": "evaluations / (variables + 1)",
+}  # fmt: skip
 """Label of the axis of each measure."""
-TITLES = {"evaluations": "Targets reached by evaluations", "seconds": "Targets reached by wall time"}
+TITLES = {"evaluations": "Targets reached by evaluations", "seconds": "Targets reached by wall time",
+          "simplex gradients": "Data profile"}  # fmt: skip
 
 
-def solved(context: PlotContext, measure: Measure, title: str) -> Chart | None:
+SAME = {
+    "seconds": "The same by wall time.",
+    "simplex gradients": "The same by simplex gradients of one evaluation more than there are variables, so that"
+    " problems of different dimension count alike (Moré and Wild 2009).",
+}
+"""Captions of the second and the third."""
+
+
+def solved(context: PlotContext, measure: Axis, title: str) -> Chart | None:
     """Share of targets that runs have reached, over what they spent."""
     tally = context.tally
-    of_targets, of_runs = {
-        "evaluations": (tally.evaluations, tally.total_evaluations),
-        "seconds": (tally.seconds, tally.total_s),
-    }[measure]
+    of_targets, of_runs = tally.measured("seconds" if measure == "seconds" else "evaluations")
+    if measure == "simplex gradients":
+        gradient = np.array([context.contested(name).dimension + 1.0 for name in tally.problems])[:, None, None]
+        of_targets, of_runs = of_targets / gradient[..., None], of_runs / gradient
     spent = budgets(of_targets, of_runs)
     if len(spent) < 2 or spent[0] >= spent[-1]:
         return None
@@ -32,9 +47,8 @@ def solved(context: PlotContext, measure: Measure, title: str) -> Chart | None:
     first, last = names[0], names[-1]
     return chart(
         title,
-        "The same by wall time."
-        if measure == "seconds"
-        else f"Of all targets from {context.target(float(tally.tolerances[0]))} to"
+        SAME.get(measure)
+        or f"Of all targets from {context.target(float(tally.tolerances[0]))} to"
         f" {context.target(float(tally.tolerances[-1]))}, half a decade apart, the share that was reached by then,"
         " over all runs and problems. Higher and further left is better. A line that levels off low means that runs"
         " got stuck.",

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.benchmark.problem import ProblemSummary
-from robolaser.benchmark.standings import OnProblem
+from robolaser.benchmark.standings.table import OnProblem
 from robolaser.report.chart import MUTED, Chart, chart, hover, layer, line, quantity, records, rule
 from robolaser.report.comparison.charts.anytime import ABOVE
 from robolaser.report.comparison.plot_context import PlotContext

@@ -37,7 +37,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
         "Gap against complexity",
         "The smallest gap found with each number of effects."
         + (" Ringed: the chosen set; another effect would have to reduce the gap by more." if ring else ""),
-        f"The gap falls from {gaps[0]:.3g} to {gaps[-1]:.3g} mm with {counts[-1]} effects.",
+        f"The gap falls from {gaps[0]:.3g} to {gaps[-1]:.3g} mm with {counts[-1]} effect{'s' * (counts[-1] != 1)}.",
         [
             layer({"type": "line", "color": FITTED}, data, x=x, y=y),
             layer(rule(color=NOISE), floor, y=y),

@@ -1,0 +1,87 @@
+"""A bar that shows how far long work is: in a notebook, or on a terminal."""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html import escape
+from typing import Any, Final
+
+from robolaser.arrays import Progress
+from robolaser.report.printable import printable
+
+PATIENCE_S: Final = 2.0
+"""Work that takes less time shows no bar."""
+APART_S: Final = 0.2
+"""Least time between two states of a notebook's bar."""
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Show how far long work is; nothing where neither a notebook nor a terminal shows it.
+
+    ```python
+    with robolaser.progress_bar() as progress:
+        result = robolaser.diagnose(dataset, progress=progress)
+    ```
+
+    Yields:
+        What `calibrate`, `diagnose` and `compare` take as `progress`: a function of what is being done and of the
+        share, 0 to 1, that is done.
+    """
+    if (kernel := _kernel()) is not None:
+        yield from _in_notebook(kernel)
+    elif sys.stderr.isatty():
+        yield from _on_terminal()
+    else:
+        yield lambda what, share: None
+
+
+def _kernel() -> Any:
+    """The notebook's shell; None outside a notebook, where nothing has imported IPython."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return shell if hasattr(shell, "kernel") else None
+
+
+def _in_notebook(shell: Any) -> Iterator[Progress]:
+    from IPython.display import HTML, display  # noqa: PLC0415 - only a notebook has it
+
+    began = shown = time.monotonic()
+    handle: Any = None
+
+    def tell(what: str, share: float) -> None:
+        nonlocal handle, shown
+        now = time.monotonic()
+        if now - began < PATIENCE_S or now - shown < APART_S:
+            return
+        shown, bar = now, HTML(f"<progress value={share:.3f}></progress> {escape(printable(what))}")
+        if handle is None:
+            handle = display(bar, display_id=True)
+        else:
+            handle.update(bar)
+
+    yield tell
+    if handle is not None:
+        handle.update(HTML(""))
+
+
+def _on_terminal() -> Iterator[Progress]:
+    from rich.console import Console  # noqa: PLC0415 - work without a terminal does not pay for it
+    from rich.markup import escape as plain  # noqa: PLC0415
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+    from rich.progress import Progress as Bar  # noqa: PLC0415
+
+    columns = (BarColumn(30), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+    bar = Bar(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5)
+    task = bar.add_task("", total=1.0)
+    began = time.monotonic()
+
+    def tell(what: str, share: float) -> None:
+        bar.update(task, description=plain(printable(what)), completed=share)
+        if time.monotonic() - began > PATIENCE_S and not bar.live.is_started:
+            bar.start()
+
+    try:
+        yield tell
+    finally:
+        bar.stop()
