@@ -145,7 +145,7 @@ def not_testable(
     missing = {kind.name: kind.missing(dataset) for kind in kinds}
     reasons = {name: reason for name, reason in missing.items() if not isinstance(reason, SensorLacks)}
     if not enough:
-        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses have points")
+        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses with points differ")
     reasons = {name: reason for name, reason in reasons.items() if reason}
     unseen: dict[str, list[str]] = {}
     for one in limits:

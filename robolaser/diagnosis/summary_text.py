@@ -24,6 +24,7 @@ def sentence(
     gap: Gap,
     repeatability: Repeatability,
     gross: Ints,
+    hindrance: str = "",
 ) -> str:
     """Say the verdict.
 
@@ -35,8 +36,11 @@ def sentence(
         gap: How far the gap shrinks.
         repeatability: How much whole poses scatter.
         gross: Rows that are gross errors.
+        hindrance: Why no effect was looked for; empty where they were.
     """
-    if verdict == "no_gap":
+    if hindrance:
+        text = f"{hindrance} {_errs(gap)}"
+    elif verdict == "no_gap":
         text = _no_gap(gap)
     elif verdict == "explained":
         text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
@@ -92,9 +96,13 @@ def millimetres(length_m: float) -> str:
 
 
 def _no_gap(gap: Gap) -> str:
+    return f"There is no gap: {_errs(gap)[0].lower()}{_errs(gap)[1:]}"
+
+
+def _errs(gap: Gap) -> str:
     return (
-        f"There is no gap: on new poses the model errs by {millimetres(gap.after_m)},"
-        f" and noise alone gives {millimetres(gap.noise_floor_m)}."
+        f"On new poses the model errs by {millimetres(gap.after_m)}, and noise alone gives"
+        f" {millimetres(gap.noise_floor_m)}."
     )
 
 
