@@ -12,8 +12,7 @@ from robolaser.arrays import Array, Ints
 
 SPAN = (1e-4, 1e2)  # search range of a standard deviation, in units of the one that alone would explain the residuals
 STARTS = (1.0, 0.1)
-"""Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum. After
-the calm steps only the likelier search goes on."""
+"""Where the search starts, in units of equal shares in what the residuals show: it may end in a lesser optimum."""
 CALM_STEPS = 6
 """Steps that cannot overshoot (Zhou et al. 2019, J. Comput. Graph. Stat. 28), before Newton's end the work: from afar
 these leap to where a source is nothing, and there the slope is nothing too."""
@@ -131,8 +130,8 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Arr
             log_sigma = np.clip(log_sigma, lowest, highest)
         if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
             begun.append(log_sigma)
-    begun.sort(key=lambda start: objective(start)[0])
-    best, value = _descended(objective, begun[0], lowest, highest)
+    found = [_descended(objective, start, lowest, highest) for start in begun]
+    best, value = min(found, key=lambda end: end[1])
     return np.exp(best), value * e.size + lacking
 
 
