@@ -37,8 +37,8 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
 
 
 def _help(command: str) -> str:
-    """What a command prints with --help, as a block of 100 columns."""
-    os.environ["COLUMNS"] = "100"
+    """What a command prints with --help, as a block that is as wide as a page."""
+    os.environ["COLUMNS"] = "80"
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         main([*command.split(), "--help"])
