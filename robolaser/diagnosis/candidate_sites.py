@@ -68,15 +68,10 @@ class Site:
         return G.reshape(q * p, q * p)
 
 
-def sites(fit: Fit, *, near: bool = False) -> tuple[Site, ...]:
-    """Every site that the data set has, with every coordinate that it may depend on there.
-
-    Args:
-        fit: The model.
-        near: Whether derivatives of a model that is near will do.
-    """
+def sites(fit: Fit) -> tuple[Site, ...]:
+    """Every site that the data set has, with every coordinate that it may depend on there."""
     placed = {_placement(one.where) for one in fit.effects if one.effect is LinkGeometry}
-    return tuple(site for site in _sites(stage_derivatives(fit, near=near)) if site.coordinate not in placed)
+    return tuple(site for site in _sites(stage_derivatives(fit)) if site.coordinate not in placed)
 
 
 @lru_cache(maxsize=2)
@@ -141,7 +136,7 @@ def of_several_joints(fit: Fit) -> tuple[Site, ...]:
     It is a function of the posture, one for each of these joints, all of one size; or a force, a function of where the
     flange is, to which they give way alike. The joint in their middle is named.
     """
-    return _of_several_joints(stage_derivatives(fit, near=True))
+    return _of_several_joints(stage_derivatives(fit))
 
 
 @lru_cache(maxsize=2)

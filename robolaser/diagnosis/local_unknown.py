@@ -44,7 +44,7 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
         fit: The model.
         site: A joint that moves; or another site, in the place of which any joint may be off by a function of time.
     """
-    derivatives, joints = stage_derivatives(fit, near=True), moving_joints(fit.model.dataset.robot)
+    derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
     if site in joints:
         pairs = [(site, basis) for basis in _coordinates(fit, site)]
     else:

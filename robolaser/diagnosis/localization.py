@@ -86,7 +86,7 @@ def localize(fit: Fit) -> list[Localization]:
 
 def unmodelled_chi2(fit: Fit) -> float:
     """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
-    unknown = [site for site in sites(fit, near=True) if site.unknown]
+    unknown = [site for site in sites(fit) if site.unknown]
     return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _select_sites(fit, unknown)[0])
 
 

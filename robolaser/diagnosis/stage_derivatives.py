@@ -1,13 +1,12 @@
 """Small motions at the stages: how a row would move if its pose, pixel, laser plane or target were off by a little."""
 
-from collections import deque
 from collections.abc import Callable
+from functools import lru_cache
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration.result import rms
 from robolaser.diagnosis.fit import Fit
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, pose
@@ -17,9 +16,6 @@ SHIFT_M, TURN_RAD, PIXEL_PX, IMAGE_M = 1e-5, 1e-5, 1e-2, 1e-7
 """Steps of the derivatives."""
 REMEMBERED = 3
 """Fits whose derivatives are kept."""
-NEAR_M = 1e-3
-"""Root mean square of the distances between two models' points, up to which their
-derivatives differ by some thousandths: it turns a lever of half a metre by so much."""
 TWIST = np.repeat([SHIFT_M, TURN_RAD], 3)
 SHIFTS = {
     Stage.PIXELS: (2, PIXEL_PX),
@@ -42,13 +38,6 @@ class StageDerivatives:
     def __init__(self, fit: Fit) -> None:
         self.fit, self._model = fit, fit.model
         self._known: dict[tuple[Stage, str], Array] = {}
-
-    def is_near(self, fit: Fit) -> bool:
-        """Whether another fit to the same rows, beside the same noise, has nearly these derivatives."""
-        mine = self.fit
-        if fit.model.dataset is not mine.model.dataset or fit.noise is not mine.noise:
-            return False
-        return rms(mine.in_metres(fit.at.plain - mine.at.plain)) < NEAR_M
 
     def passing(self, stage: Stage) -> Array | None:
         """What passes a stage; None where the sensor does not have it, or sessions differ in what all rows share."""
@@ -172,23 +161,10 @@ class StageDerivatives:
         return self.by_motion(Stage.TARGET)
 
 
-_latest: deque[StageDerivatives] = deque(maxlen=REMEMBERED)
-
-
-def stage_derivatives(fit: Fit, *, near: bool = False) -> StageDerivatives:
-    """Those at a fit, each worked out once; of the last fits only.
-
-    Args:
-        fit: Where.
-        near: Whether those of another model of the same rows beside the same noise will do, if it is near.
-    """
-    found = next((known for known in reversed(_latest) if known.fit is fit or (near and known.is_near(fit))), None)
-    if found is None:
-        found = StageDerivatives(fit)
-    else:
-        _latest.remove(found)
-    _latest.append(found)
-    return found
+@lru_cache(maxsize=REMEMBERED)
+def stage_derivatives(fit: Fit) -> StageDerivatives:
+    """Those of a fit, each worked out once; of the last fits only."""
+    return StageDerivatives(fit)
 
 
 def _motions(twists: Array) -> Array:
