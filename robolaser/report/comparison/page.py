@@ -13,6 +13,7 @@ from robolaser.benchmark.standings.phrases import names
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.budgets import budget_table
 from robolaser.report.comparison.charts.anytime import anytime
+from robolaser.report.comparison.charts.attained import attained
 from robolaser.report.comparison.charts.profiles import profiles
 from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
@@ -157,6 +158,7 @@ def _problems(context: PlotContext) -> list[Section]:
         number = context.number(problem.name)
         made = [
             anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
+            attained(context, problem, f"Half of the runs attain this on {problem.name} (problem {number})"),
             targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
         ]
         blocks: list[Block] = [Text(problem.title, "quiet")]

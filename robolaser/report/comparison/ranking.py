@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings.phrases import chance
@@ -81,13 +82,23 @@ def result_table(context: PlotContext, on: OnProblem) -> Table:
             Cell(_rank(standing), order=standing.rank or np.inf),
             *(_target(reached(of[standing.algorithm], tolerance), standing.runs) for tolerance in SHOWN),
             _quality(context, problem, of[standing.algorithm]),
+            *_front(context.igd_plus.get((problem.name, standing.algorithm))),
         )
         for standing in on.evaluations.places
     ]
     columns = [Column("Algorithm", "name", 23), Column("Rank")]
     columns += [Column(context.target(tolerance)) for tolerance in SHOWN]
     columns += [Column("Final result above the best known: median, quartiles")]
+    columns += [Column("IGD+ of the fronts: median, quartiles")] * (len(rows[0]) - len(columns) if rows else 0)
     return Table(columns, rows, "Fixed targets: expected evaluations to each, and final results")
+
+
+def _front(quartiles: Array | None) -> list[Cell]:
+    """How far fronts fall short of the best known one, in units of its extent."""
+    if quartiles is None:
+        return []
+    lower, median, upper = (number(one) if np.isfinite(one) else "no front" for one in quartiles)
+    return [Cell(median, (f"{lower} to {upper}",), order=float(quartiles[1]))]
 
 
 def reached(result: Result, tolerance: float) -> Reached | None:
