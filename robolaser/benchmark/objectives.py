@@ -45,13 +45,7 @@ def igd_plus(result: BenchmarkResult) -> "pd.DataFrame":
 def attainment(
     result: BenchmarkResult, problem: str, algorithm: str, shares: Sequence[float] = (0.25, 0.5, 0.75)
 ) -> Array:
-    """Empirical attainment surfaces: what so large a share of the runs attained or dominated.
-
-    Args:
-        result: The benchmark.
-        problem: Its name; of two or three objectives.
-        algorithm: Name of the solver.
-        shares: Of the runs, 0 to 1.
+    """Empirical attainment surfaces of a solver on a problem: what so large a share of its runs attained.
 
     Returns:
         Corners of the surfaces, (k, m + 1): objective values, and the share last; without fronts (0, 0).

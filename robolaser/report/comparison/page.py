@@ -31,6 +31,8 @@ LONG = 140
 """Letters of a sentence that is too long for large type."""
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
+MOST_DRAWN = 30
+"""Problems with charts of their own."""
 NOTHING = "No run has finished yet."
 
 
@@ -156,12 +158,16 @@ def _problems(context: PlotContext) -> list[Section]:
     for on in context.standings.by_problem:
         problem = context.contested(on.problem)
         number = context.number(problem.name)
+        if len(context.problems) > MOST_DRAWN:
+            blocks: list[Block] = [Text(problem.title, "quiet"), result_table(context, on)]
+            sections.append(Section(f"{number}. {problem.name}", blocks))
+            continue
         made = [
             anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
             attained(context, problem, f"Half of the runs attain this on {problem.name} (problem {number})"),
             targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
         ]
-        blocks: list[Block] = [Text(problem.title, "quiet")]
+        blocks = [Text(problem.title, "quiet")]
         if len(context.problems) > 1 and on.evaluations.answer:
             blocks.append(Text(unbroken(on.evaluations.answer)))
         blocks += [

@@ -1,5 +1,6 @@
 """Tables of algorithms: their ranks in a family of problems, and their results on one problem."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,8 +16,8 @@ from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
 from robolaser.report.document import Cell, Column, Table
 
-FEW = 3
-"""Problems that have a line each in one cell."""
+FEW, SHORT = 3, 12
+"""Problems that have a line each in one cell, and letters of a name there."""
 
 
 def standing_table(context: PlotContext, most: int) -> Table:
@@ -60,16 +61,21 @@ def _standing(context: PlotContext, standing: Standing, in_seconds: Standing) ->
         Cell(_rank(standing), order=standing.rank or np.inf),
         Cell("" if success is None else f"{rate(success)}" + (f" ({between})" if between else ""),
              below=_lines(solved), order=success),
-        _price(standing, [(problem, count(_known(one.evaluations))) for problem, one in at]),
+        _price(standing, [(_numbered(context, problem), count(_known(one.evaluations))) for problem, one in at]),
         _price(
             in_seconds,
-            [(problem, duration(_known(one.seconds))) for problem, one in at],
+            [(_numbered(context, problem), duration(_known(one.seconds))) for problem, one in at],
             f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (standing.rank, None) else "",
         ),
         _against(standing),
         _final(context, [result for result in results if result.final is not None]),
         Cell(f"{standing.failed} of {standing.runs}" if standing.failed else ""),
     ]  # fmt: skip
+
+
+def _numbered(context: PlotContext, problem: str) -> str:
+    """A problem's name, or its number where the name would fill the line."""
+    return problem if len(problem) <= SHORT else f"problem {context.number(problem)}:"
 
 
 def result_table(context: PlotContext, on: OnProblem) -> Table:
@@ -183,11 +189,17 @@ def _quality(context: PlotContext, problem: ProblemSummary, result: Result) -> C
         return Cell("")
     if quality.median is None and result.violation is not None:
         return Cell("nothing feasible", (f"violation {number(result.violation)}",))
-    median, lower, upper = (
-        context.excess(problem, float("inf") if tolerance is None else tolerance)
-        for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
+    return quartile_cell(
+        context,
+        problem,
+        *(math.inf if one is None else one for one in (quality.lower_quartile, quality.median, quality.upper_quartile)),
     )
-    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
+
+
+def quartile_cell(context: PlotContext, problem: ProblemSummary, *quartiles: float) -> Cell:
+    """Median of costs above the best known, and lower and upper quartile unless all are alike."""
+    lower, median, upper = (context.excess(problem, one) for one in quartiles)
+    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",), order=quartiles[1])
 
 
 def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
@@ -195,4 +207,10 @@ def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
         return _quality(context, context.problems[0], results[0])
     if len(context.problems) > FEW:
         return Cell("")
-    return Cell("", [f"{one.problem} {_quality(context, context.contested(one.problem), one).text}" for one in results])
+    return Cell(
+        "",
+        [
+            f"{_numbered(context, one.problem)} {_quality(context, context.contested(one.problem), one).text}"
+            for one in results
+        ],
+    )
