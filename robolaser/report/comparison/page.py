@@ -51,7 +51,7 @@ def document(
     lead, sense = _parted(unbroken(verdict(comparison, judged)))
     families = [_family(context, i, brief=brief) for i, context in enumerate(contexts)]
     return Document(
-        ", ".join(problem.name for problem in comparison.problems),
+        names([problem.name for problem in comparison.problems]),
         "compared",
         methods.setting(comparison),
         lead,

@@ -38,8 +38,8 @@ def standing_table(context: PlotContext, most: int) -> Table:
         _standing(context, standing, by_seconds[standing.algorithm])
         for standing in context.standings.evaluations.places
     ]
-    if not any(row[-1].text for row in rows):
-        columns, rows = columns[:-1], [row[:-1] for row in rows]
+    told = [i for i in range(len(columns)) if i < len(columns) - 2 or any(row[i].text or row[i].below for row in rows)]
+    columns, rows = [columns[i] for i in told], [[row[i] for i in told] for row in rows]
     note = (
         f"Target: {context.target(context.standings.tolerance)}. Evaluations and time are what it takes on average to"
         " get there (ERT), × times as much as the first in that measure, with its 95 % interval."
