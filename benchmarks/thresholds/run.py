@@ -2,17 +2,21 @@
 
     python benchmarks/thresholds/run.py
     python benchmarks/thresholds/run.py --only CHI2_PER_EFFECT,EVEN --worlds 1,2,3,4
+    python benchmarks/thresholds/run.py --numerical
 
 Worlds are made once and kept, and so is what the search found with the usual thresholds: those that are read only after
 it (`AFTER_SEARCH`) need a quarter of the time. Each variation runs in a process of its own, which sets the threshold
-before anything reads it.
+before anything reads it. `--numerical` varies all numbers that set accuracy and work together, in a copy of the
+package.
 """
 
 import argparse
+import ast
 import importlib.util
 import json
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -55,16 +59,23 @@ AFTER_SEARCH = (
     "UNEXPLAINED_DISCOUNT", "WORTH_SAYING",
 )  # fmt: skip
 """Thresholds that are read once the set of effects is chosen."""
+NUMERICAL = (
+    "candidate_sites.DENTS", "effect_columns.STEP", "fit.LEAST_FACTOR", "fit.LEAST_SHARE", "fit.MOST_ROUNDS",
+    "fit.SEEN", "fit.SHARE", "fit.SINGULAR", "fit.TOLERANCE", "gaussian_process_basis.KEPT",
+    "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
+    "held_out_gap.RESAMPLES", "held_out_gap.SHARE", "held_out_gap.TOLERANCE", "noise_estimate.LEAST_SHOWN",
+    "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "repeatability.NEAR",
+    "score_tests.DENSE_GRID", "score_tests.NEGLIGIBLE", "stage_derivatives.IMAGE_M", "stage_derivatives.PIXEL_PX",
+    "stage_derivatives.SHIFT_M", "stage_derivatives.TURN_RAD", "standard_errors.MOST_LEVERAGE",
+)  # fmt: skip
+"""Numbers of the diagnosis that set its accuracy and work, by file."""
 SAME_ERROR = 0.1
 """Relative change of a standard error, up to which it counts as the same."""
 
 
 def thresholds() -> ModuleType:
     """The thresholds, in the place where everything that is imported later looks for them."""
-    package = importlib.util.find_spec("robolaser")
-    assert package is not None
-    assert package.origin is not None
-    file = Path(package.origin).parent / "diagnosis" / "thresholds.py"
+    file = package() / "diagnosis" / "thresholds.py"
     spec = importlib.util.spec_from_file_location("robolaser.diagnosis.thresholds", file)
     assert spec is not None
     assert spec.loader is not None
@@ -140,10 +151,42 @@ def differs(usual: dict[str, Any], other: dict[str, Any], what: str) -> bool:
     return any(abs(a - b) > SAME_ERROR * max(a, b) for a, b in zip(usual[what], other[what], strict=True))
 
 
+def package() -> Path:
+    """The folder of robolaser."""
+    spec = importlib.util.find_spec("robolaser")
+    assert spec is not None
+    assert spec.origin is not None
+    return Path(spec.origin).parent
+
+
+def with_other_numbers(folder: Path, factor: float) -> Path:
+    """A copy of the package with all numbers of `NUMERICAL` varied: the folder to import it from."""
+    shutil.copytree(package(), folder / "robolaser", ignore=shutil.ignore_patterns("__pycache__"))
+    for stem in {name.partition(".")[0] for name in NUMERICAL}:
+        file = folder / "robolaser" / "diagnosis" / f"{stem}.py"
+        lines = file.read_text().splitlines(keepends=True)
+        for node in ast.parse("".join(lines)).body:
+            if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
+                continue
+            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            pairs = zip(getattr(target, "elts", [target]), getattr(node.value, "elts", [node.value]), strict=False)
+            for name, value in reversed([*pairs]):
+                if f"{stem}.{getattr(name, 'id', '')}" in NUMERICAL:
+                    assert isinstance(value, ast.Constant)
+                    line, number = lines[value.lineno - 1], varied(name.id, value.value, factor)
+                    lines[value.lineno - 1] = f"{line[: value.col_offset]}{number!r}{line[value.end_col_offset :]}"
+        file.write_text("".join(lines))
+    return folder
+
+
 def in_process(cache: Path, worlds: str, name: str, factor: float) -> dict[str, Any]:
-    """The diagnoses with one threshold varied, by a process of its own."""
-    command = [sys.executable, __file__, "--cache", str(cache), "--worlds", worlds, "--vary", name, str(factor)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    """The diagnoses with one threshold varied, or all numerical ones, by a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        environment = dict(os.environ)
+        if name == "NUMERICAL":
+            environment["PYTHONPATH"] = str(with_other_numbers(Path(folder), factor))
+        command = [sys.executable, __file__, "--cache", str(cache), "--worlds", worlds, "--vary", name, str(factor)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     if done.returncode:
         raise SystemExit(f"{name} x {factor}:\n{done.stderr}")
     found: dict[str, Any] = json.loads(done.stdout)
@@ -152,6 +195,7 @@ def in_process(cache: Path, worlds: str, name: str, factor: float) -> dict[str, 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--numerical", action="store_true", help="all numbers that set accuracy and work, together")
     parser.add_argument("--only", help="names of thresholds, separated by commas; default: all")
     every = ",".join(str(i + 1) for i in range(len(WORLDS)))
     parser.add_argument("--worlds", default=every, help="which of them, by their numbers in the list")
@@ -163,15 +207,15 @@ def main() -> None:
     names = [name for name in vars(module) if name.isupper() and name not in NOT_VARIED]
     if args.vary:
         name, factor = args.vary[0], float(args.vary[1])
-        if name:
+        if name and name != "NUMERICAL":
             setattr(module, name, varied(name, getattr(module, name), factor))
         keep = not name or name in AFTER_SEARCH
         print(json.dumps(diagnose_all(args.cache, [*map(int, args.worlds.split(","))], keep_search=keep)))
         return
     args.cache.mkdir(parents=True, exist_ok=True)
     usual = in_process(args.cache, args.worlds, "", 1.0)
-    if args.only:
-        names = args.only.split(",")
+    if args.only or args.numerical:
+        names = ["NUMERICAL"] if args.numerical else args.only.split(",")
     columns = ("verdict", "names", "sure", "classes", "site", "errors")
     print(
         f"{'':28} {'factor':>6} worlds that change by " + " ".join(f"{what:>8}" for what in columns) + "  right  wrong"

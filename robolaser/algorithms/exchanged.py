@@ -18,9 +18,10 @@ from robolaser import operators as ours
 from robolaser.algorithms.algorithm_spec import AlgorithmSpec
 from robolaser.algorithms.operator_choices import operators
 from robolaser.algorithms.registry import algorithms
-from robolaser.algorithms.settings import check
+from robolaser.algorithms.settings import check, not_made
 from robolaser.algorithms.user_code import imported, made_with, no_settings
-from robolaser.errors import UsageError, near
+from robolaser.errors import AlgorithmError, UsageError, near
+from robolaser.operators.elitist_replacement import refuse
 
 SLOTS = ("sampling", "selection", "crossover", "mutation", "survival", "repair")  # what can be exchanged
 _PART = re.compile(rf"\+(?=(?:{'|'.join(SLOTS)})=)")
@@ -85,6 +86,11 @@ def make_exchanged(text: str) -> Callable[[], Any]:
         for slot, operator in own.items():
             if not _has(algorithm, operator):
                 raise UsageError(f"{text}: {stock} has no place for another {slot}, and would run with its own.")
+            if isinstance(operator, ours.ElitistReplacement):
+                try:
+                    refuse(algorithm)
+                except AlgorithmError as error:
+                    raise not_made(text, error) from error
         return algorithm
 
     make()

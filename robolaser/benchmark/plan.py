@@ -31,16 +31,32 @@ PROBE_DIGITS = 9
 @final
 @dataclass(frozen=True, eq=False)
 class RunPlan:
-    """Every solver runs once with each seed on every problem that it applies to."""
+    """Every solver runs once with each seed on every problem that it applies to.
 
-    specs: tuple[ProblemSpec, ...]  # of the problems
-    solvers: tuple[Solver, ...]  # the solvers to be compared
-    seeds: tuple[int, ...]  # the same for all: solvers that draw their first candidates alike begin with the same ones
-    budget: int  # evaluations a run may spend
-    time_limit_s: float  # wall time a run may take [s]
-    memory_limit_b: int  # memory a run may take beyond what its process needs anyway [B]
-    pickled: Mapping[str, bytes] = field(default_factory=dict)  # solvers that no other process can find by their names
-    dropped: Mapping[str, int] = field(default_factory=dict)  # after how many seeds a race dropped a solver
+    Attributes:
+        specs: Of the problems.
+        solvers: The solvers to be compared.
+        seeds: The same for all: solvers that draw their first candidates alike begin with the same ones.
+        budget: Evaluations a run may spend.
+        time_limit_s: Wall time a run may take [s].
+        memory_limit_b: Memory a run may take beyond what its process needs anyway [B].
+        pickled: Solvers that another process cannot find by their names, pickled.
+        dropped: After how many seeds a race dropped a solver.
+
+    Examples:
+        >>> plan = robolaser.RunPlan.of(["pymoo:sphere-2"], ["de", "pso"], seeds=3, budget=500)
+        >>> len(plan.tasks)
+        6
+    """
+
+    specs: tuple[ProblemSpec, ...]
+    solvers: tuple[Solver, ...]
+    seeds: tuple[int, ...]
+    budget: int
+    time_limit_s: float
+    memory_limit_b: int
+    pickled: Mapping[str, bytes] = field(default_factory=dict)
+    dropped: Mapping[str, int] = field(default_factory=dict)
 
     @classmethod
     def of(

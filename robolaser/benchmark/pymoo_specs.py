@@ -20,7 +20,7 @@ from robolaser.benchmark.problem import (
     BenchmarkProblem,
     ProblemSpec,
 )
-from robolaser.errors import DependencyMissing, UsageError, near
+from robolaser.errors import DependencyMissing, RobolaserError, UsageError, near
 
 PYMOO, BBOB = "pymoo:", "bbob:"
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
@@ -114,7 +114,7 @@ def own_spec(given: object) -> ProblemSpec:
     """A user's problem: an import path with settings, `package.module:attribute[:key=value...]`, or the thing itself.
 
     Raises:
-        UsageError: It cannot be imported or made, or is no problem to compare on.
+        UsageError: It cannot be imported, made or evaluated, or is no problem to compare on.
     """
     if isinstance(given, str):
         spec = AlgorithmSpec.of(given)
@@ -126,7 +126,12 @@ def own_spec(given: object) -> ProblemSpec:
 
 def _checked(name: str, make: Callable[[], Any], family: str) -> ProblemSpec:
     spec = ProblemSpec(name, partial(_problem, name, make, family))
-    spec.problem()
+    try:
+        spec.problem()
+    except RobolaserError:
+        raise
+    except Exception as error:  # whatever a user's problem raises
+        raise UsageError(f"{name} fails at random candidates ({type(error).__name__}: {error}).") from error
     return spec
 
 

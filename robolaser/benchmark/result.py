@@ -34,17 +34,29 @@ class Effort:
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class BenchmarkResult(Result):
-    """All that was planned, and every run so far."""
+    """All that was planned, and every run so far.
 
-    problems: tuple[ProblemSummary, ...]  # the problems
-    solvers: Mapping[str, str]  # title of each by name, in the order in which they were named
-    refused: Mapping[tuple[str, str], str]  # why a solver does not apply to a problem, by (problem, solver)
-    seeds: tuple[int, ...]  # of the runs: each solver has a run with each of them on each problem
-    budget: int  # evaluations a run may spend
-    time_limit_s: float  # wall time a run may take [s]
-    runs: tuple[BenchmarkRun, ...]  # the runs that were made
-    effort: Effort  # time and workers
-    dropped: Mapping[str, int] = field(default_factory=dict)  # after how many seeds a race dropped a solver
+    Attributes:
+        problems: The problems.
+        solvers: Title of each by name, in the order in which they were named.
+        refused: Why a solver does not apply to a problem, by (problem, solver).
+        seeds: Of the runs: each solver has a run with each of them on each problem.
+        budget: Evaluations a run may spend.
+        time_limit_s: Wall time a run may take [s].
+        runs: The runs that were made.
+        effort: Time and workers.
+        dropped: After how many seeds a race dropped a solver.
+    """
+
+    problems: tuple[ProblemSummary, ...]
+    solvers: Mapping[str, str]
+    refused: Mapping[tuple[str, str], str]
+    seeds: tuple[int, ...]
+    budget: int
+    time_limit_s: float
+    runs: tuple[BenchmarkRun, ...]
+    effort: Effort
+    dropped: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def families(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Bools
+from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
 from robolaser.model.derivatives import jacobian
@@ -12,6 +13,8 @@ from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
 SAMPLE = 20  # poses whose Jacobians are compared
 ALIKE = 6  # decimals [m], and of rotation matrices, to which two poses must agree to count as one
+APART_M, LEVER_M = 1e-3, 0.3
+"""Poses that are nearer to each other show the same errors [m], and the distance at which turns count. A judgement."""
 SETUP_RMS_M = 0.01
 """Error of fitted points above which the description of the cell is wrong: no effect of the library is so large."""
 SETUP_ON_BOUNDS = 1 / 3
@@ -48,6 +51,17 @@ def check_poses(problem: Problem) -> None:
             f"{len(poses)} pose{'s' if len(poses) != 1 else ''} with points{differing} cannot determine {parameters} "
             f"parameters: at least {needed} are needed. Measure more poses, turned and tilted against each other."
         )
+
+
+def different_poses(dataset: Dataset) -> int:
+    """Number of poses with points of which none is within `APART_M` of another one, a turn counted at `LEVER_M`."""
+    T = dataset.flange()[np.unique(dataset.points.pose)]
+    flat = np.concatenate([T[:, :3, 3], LEVER_M * T[:, :3, :3].reshape(-1, 9)], axis=1)
+    count = 0
+    while len(flat):
+        flat = flat[np.linalg.norm(flat - flat[0], axis=1) > APART_M]
+        count += 1
+    return count
 
 
 def check_orientations(model: Model) -> None:

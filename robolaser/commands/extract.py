@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -106,7 +105,7 @@ def _points(
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
     for doubt in found.doubts:
         terminal.warn(doubt)
-    _save(_with_noise_stated(dataset, found.pixel_noise_px), source, output, copied)
+    _save(dataset, source, output, copied)
     file = (output or source) / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
@@ -183,18 +182,6 @@ def _stripes(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
     )
-
-
-def _with_noise_stated(dataset: "Dataset", pixel_px: float) -> "Dataset":
-    """The data set with the scatter of the stripe's centre as its pixel noise, unless it states one."""
-    if dataset.noise.pixel_px is not None or not pixel_px > 0:
-        return dataset
-    stated = replace(dataset.noise, pixel_px=pixel_px)
-    members = [
-        replace(one, described=replace(one.described, noise=stated)) if one.described.kind == dataset.kind else one
-        for one in dataset.members
-    ]
-    return replace(dataset, noise=stated, members=tuple(members))
 
 
 def _images(recording: "Dataset", source: Path) -> list[str]:

@@ -76,10 +76,19 @@ def cause_classes(
     strange = next((site for site in left if site.unknown), None)
     if strange and verdict == "unexplained":
         odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))
-        found.append(CauseClass(UNKNOWN, float(odds[0]), None, gap, site=strange.site))
+        some = float(odds[0]) * departs(strange.site, evidence)
+        found.append(CauseClass(UNKNOWN, some, None, gap, site=strange.site))
     elif verdict == "explained":
         found += imitated_cause(found, evidence, gap)
     return tuple(sorted(found, key=_importance))
+
+
+def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
+    """Probability that what is left at a site is more than a departure from the form of an effect named there.
+
+    A second cause in one place is far less likely: the effect and the unknown share what is certain.
+    """
+    return 1.0 - max((one.credibility for one in evidence if one.candidate_effect.where == site), default=0.0)
 
 
 def imitated_cause(classes: Sequence[CauseClass], evidence: Sequence[EffectEvidence], gap_m: float) -> list[CauseClass]:

@@ -29,6 +29,11 @@ def noun(name: str) -> str:
     return NOUNS.get(name, name.replace("_", " "))
 
 
+def place(site: str) -> str:
+    """A site as people call it; a joint as it is named."""
+    return site.replace("_", " ") if site in ("hand_eye", "measuring_system") else site
+
+
 def named(one: CandidateEffect) -> str:
     """An effect at its place: "joint offset of joint_3", or "laser roll"."""
     return members([one])

@@ -7,11 +7,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.calibration.checks import different_poses
 from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.thresholds import MIN_POSES
 from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.visibility import limits, random_configurations
 from robolaser.parameters import Values
@@ -25,6 +27,28 @@ NEAR_RAD = 0.4
 WANTED = 5
 APART_RAD = 0.3
 """Distance in joint space that configurations keep from one another [rad or m]."""
+
+
+def too_few_poses(dataset: Dataset) -> str:
+    """A sentence where fewer poses differ than it takes to judge any effect; empty where enough do."""
+    different, poses = different_poses(dataset), len(np.unique(dataset.points.pose))
+    if different >= MIN_POSES:
+        return ""
+    which = f"Only {poses} poses have points" if poses < MIN_POSES else f"All {poses} poses are alike"
+    if 1 < different < poses:
+        which = f"Only {different} of {poses} poses differ"
+    return (
+        f"{which}: they cannot tell whether something is wrong, or what. Measure {MIN_POSES} or more that differ,"
+        " spread over the cell, turned and tilted."
+    )
+
+
+def spread_poses(fit: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
+    """The same where no rivals are known: those that would say most of what a fitted model knows least."""
+    scale = fit.problem.scale
+    variances, V = np.linalg.eigh(fit.at.covariance / np.outer(scale, scale))
+    aside = fit.x + scale * V[:, -1] * np.sqrt(max(float(variances[-1]), 0.0))
+    return next_poses(fit, Fit(fit.problem, np.clip(aside, fit.problem.lower, fit.problem.upper)), seed=seed)
 
 
 def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float], ...]:
@@ -73,7 +97,7 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
     measured = q[np.unique(dataset.points.pose)]
     near = measured[rng.integers(len(measured), size=TRIED)] + NEAR_RAD * rng.standard_normal((TRIED, q.shape[1]))
     tried = np.concatenate([near[: TRIED // 2], random_configurations(robot, TRIED - TRIED // 2, rng)])
-    still = np.ptp(q, axis=0) == 0
+    still = _still(q)
     tried[:, still] = q[0, still]
     inside: Array = tried[((tried >= lower) & (tried <= upper) | still).all(axis=1)]
     return inside
@@ -87,8 +111,16 @@ def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> 
         return tried
     tools, goals = aims
     which = rng.integers(len(tools), size=len(tried))
-    found, reached = touching(robot, lambda q: robot.forward(q[None])[0], tools[which], goals[which], tried)
+    found, reached = touching(
+        robot, lambda q: robot.forward(q[None])[0], tools[which], goals[which], tried, still=_still(q)
+    )
     return found[reached]
+
+
+def _still(q: Array) -> Bools:
+    """Joints that never moved while others did: somebody holds them, (j,)."""
+    moved = np.ptp(q, axis=0) > 0
+    return np.asarray(~moved & moved.any())
 
 
 def _prediction(fit: Fit, extended: Dataset) -> Array:

@@ -13,6 +13,7 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import TIME
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
+from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
@@ -129,8 +130,11 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
 
 
 def _coordinate(kind: type[Effect], site: str, places: Sequence[Localization]) -> str:
-    """What a function of unknown form at an effect's place depends on; not time, where the effect does not."""
-    own = [place.coordinate for place in places if place.site == site]
+    """What a function of unknown form at an effect's place depends on, if the effect may too: else what the effect is.
+
+    A constant of the arm depends on nothing, and on time only what drifts.
+    """
+    own = [place.coordinate for place in places if place.site == site and kind.cause != GEOMETRY]
     return next((one for one in own if one != TIME or kind.depends_on_trajectory), kind.title)
 
 
@@ -141,7 +145,7 @@ def not_testable(
     missing = {kind.name: kind.missing(dataset) for kind in kinds}
     reasons = {name: reason for name, reason in missing.items() if not isinstance(reason, SensorLacks)}
     if not enough:
-        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses have points")
+        return dict.fromkeys(reasons, f"fewer than {MIN_POSES} poses with points differ")
     reasons = {name: reason for name, reason in reasons.items() if reason}
     unseen: dict[str, list[str]] = {}
     for one in limits:

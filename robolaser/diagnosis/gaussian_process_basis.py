@@ -8,11 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.thresholds import ROUGH, SMOOTH, SMOOTH_POSTURE
+from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.model.effects.run import Run
 
-THIN = 0.05
-"""Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise."""
 KEPT = 1e-3
 """Basis functions with a smaller share of the variance are left out."""
 MOST = 24
@@ -51,7 +49,7 @@ Kernel = Callable[[Array, Array], Array]
 def _remembered(values: bytes, shape: tuple[int, ...], length: float, most: int, kernel: Kernel) -> Array:
     coordinate = np.frombuffer(values).reshape(shape)
     spread = np.ptp(coordinate, axis=0)
-    spread = np.maximum(spread, THIN * spread.max(initial=0.0))
+    spread = np.maximum(spread, FLAT * spread.max(initial=0.0))
     scaled = (coordinate - coordinate.mean(axis=0)) / np.where(spread > 0, spread, 1.0) / length
     if len(scaled) <= LANDMARKS:
         return _frozen(_basis(kernel(scaled, scaled), most))
@@ -123,13 +121,13 @@ class OfPoses:
         down = np.array((0.0, 0.0, -1.0) if dataset.robot is None else dataset.robot.gravity)
         if np.any(down):
             felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
-            yield "direction of gravity in the flange", smooth(felt, 2.0)
+            yield "direction of gravity in the flange", smooth(felt, SMOOTH_LOAD)
 
     def overturning(self) -> Iterator[tuple[str, Array]]:
         """The moment of the arm's weight about the base's origin."""
         robot = self._dataset.robot
         if robot is not None and robot.has_masses and np.ptp(self._scene.overturning_moment) > 0:
-            yield "overturning moment", smooth(self._scene.overturning_moment, 2.0)
+            yield "overturning moment", smooth(self._scene.overturning_moment, SMOOTH_LOAD)
 
     def angle(self, column: int, name: str) -> tuple[str, Array]:
         """The angle of one joint."""

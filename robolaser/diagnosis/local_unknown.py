@@ -1,8 +1,9 @@
 """A function of unknown form at one joint, or at several at once: the rival of whatever the library names there.
 
 A parametric form is believed where it explains the residuals better than any function of the same joint does, each at
-its cost. Both pay for being one of many causes; an effect pays for its parameters, a random function for its freedom,
-by the marginal likelihood. And a form is wrong where such a function still finds much beside it.
+its cost. Both pay for being one of many causes, and the unknown for being in no library; an effect pays for its
+parameters, a random function for its freedom, by the marginal likelihood. And a form is wrong where such a function
+still finds much beside it.
 """
 
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
 from robolaser.diagnosis.localization import likelihood_ratio
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, FORM_SHARE
+from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -72,9 +73,9 @@ def probability_of_local_unknown(final: float, left: float, without: float, inst
         without: Cost of the model without them.
         instead: Chi-squared that it explains there.
     """
-    explained = without - final
-    beside = final - left + CHI2_PER_EFFECT if left > FORM_SHARE * explained else np.inf
-    alone = without - instead + CHI2_PER_EFFECT if instead > (1.0 + FORM_SHARE) * explained else np.inf
+    explained, price = without - final, CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
+    beside = final - left + price if left > FORM_SHARE * explained else np.inf
+    alone = without - instead + price if instead > (1.0 + FORM_SHARE) * explained else np.inf
     weights = posterior_weights(np.array([final, beside, alone]))
     return float(weights[1:].sum())
 

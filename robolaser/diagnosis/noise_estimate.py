@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
-from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA
+from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA, ROWS_ALONE
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
@@ -24,8 +24,6 @@ from robolaser.model.noise.covariance import (
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
-SEEN = 1e-2
-"""Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone."""
 LEAST_SHOWN = 0.25
 """Of the squared standard deviations that contradict stated noise, below which a score test's gain rules that out: for
 one variance it is at least half of what the likelihood gains, however far the variance grows."""
@@ -144,7 +142,7 @@ def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
         white: Whitened residuals (K,) that a fit left.
         freedoms: Their numbers less those that were fitted.
     """
-    of_poses = noise.scatter > SEEN
+    of_poses = noise.scatter > ROWS_ALONE
     squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
     return Excess.of(squares, float(max(1, freedoms - int(np.count_nonzero(of_poses)))))
 

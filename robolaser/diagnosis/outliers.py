@@ -5,8 +5,14 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.chi_squared import median
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
-from robolaser.diagnosis.thresholds import MOST_POSES_OFF, OUTLIER_SIGMA
-from robolaser.estimation.robust_loss import Loss
+from robolaser.diagnosis.thresholds import (
+    FREE_POSE_M,
+    FREE_POSE_ROWS,
+    LEVER_M,
+    MOST_POSES_OFF,
+    OUTLIER_SIGMA,
+)
+from robolaser.estimation.robust_loss import EFFICIENT, Loss
 from robolaser.estimation.solver import solve
 from robolaser.model.noise.whitening import group_sums
 
@@ -14,14 +20,10 @@ FITS = 4
 """Robust fits, each with the scale that the last one left: then the same rows count."""
 ROUNDS = 8
 """Reweightings of the free motion of a pose."""
-TAIL = 2.385
-"""Scale of Cauchy's loss, in standard deviations: 95 % as efficient as least squares where all errors are normal."""
+TAIL = EFFICIENT["cauchy"]
+"""Scale of Cauchy's loss, in standard deviations."""
 UNUSED = 0.5
 """Numbers of a row that its errors do not fill on average: two pixels make the three coordinates of a stripe's row."""
-MIN_ROWS = 4
-"""Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by."""
-SHIFT_M, TURN_RAD = 0.02, 0.05
-"""How far a pose may be off as a whole: what the model lacks moves whole poses, gross errors single rows."""
 
 
 def robust_fit(fit: Fit) -> Fit:
@@ -49,12 +51,12 @@ def outliers_within_poses(fit: Fit) -> Bools:
     values = fit.problem.parameters.values(fit.x[None])
     root = _roots(fit)
     r = (root @ fit.at.plain[..., None])[..., 0]
-    enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= MIN_ROWS
+    enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= FREE_POSE_ROWS
     if not enough.any():
         return outliers_of(fit)
     perturb = model.perturb(values)
     shifts, turns = model.sensor.moved_with_pose(values, model.flange(values, perturb), perturb)
-    moves = np.concatenate([shifts * SHIFT_M, turns * TURN_RAD], axis=-1)
+    moves = FREE_POSE_M * np.concatenate([shifts, turns / LEVER_M], axis=-1)
     B = root @ moves * enough[of_pose, None, None]
     left = r
     for _ in range(ROUNDS):

@@ -13,7 +13,7 @@ from robolaser.data.same_arm import check_same_arm
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
-from robolaser.diagnosis.discriminating_poses import next_poses
+from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, listed, nested_fits, not_testable
 from robolaser.diagnosis.fit import Fit
@@ -31,7 +31,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import sentence
-from robolaser.diagnosis.thresholds import MIN_POSES, OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.thresholds import OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
@@ -61,6 +61,11 @@ def diagnose(
 
     Raises:
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+
+    Examples:
+        >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
+        >>> why["verdict"]
+        'no_gap'
     """
     return DiagnosisResult(examine(dataset, effects, seed=seed, validate=validate, progress=progress), seed or 0)
 
@@ -87,6 +92,11 @@ def examine(
     Raises:
         UsageError: There is no such effect to take out.
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+
+    Examples:
+        >>> from robolaser.diagnosis import examine
+        >>> examine(dataset, effects=[]).findings
+        ()
     """
     began = time.perf_counter()
     for other in validate:
@@ -110,11 +120,11 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
 
 
 def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
-    enough = len(np.unique(dataset.points.pose)) >= MIN_POSES
+    too_few = too_few_poses(dataset)
     progress("fitting the nominal model", 0.0)
     preparation, marked = Preparation.of(dataset, seed)
-    misread = preparation.misread_joints(marked)
-    effects = library(kinds, dataset) if enough and not misread else []
+    hindrance = too_few or preparation.misread_joints(marked) or ""
+    effects = [] if hindrance else library(kinds, dataset)
     data, refits, selected, outliers = _selected(preparation, marked, effects, progress)
     start = refits.start
 
@@ -125,6 +135,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("predicting held-out poses", 0.8)
     noise = preparation.noise_beside(data, final) if left else final.noise
+    left = [] if hindrance else left
     gap = gap_of(start, final, noise, held_out, seed)
     verdict = judge(_evidence(start, final, left, gap, noise))
     classes = cause_classes(verdict, refits, final, evidence, left, held_out)
@@ -135,18 +146,17 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
-    said = sentence(verdict, findings, classes, where, gap, repeatability, outliers)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=f"{misread} {said}" if misread else said,
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, hindrance),
         gap=gap,
         where=tuple(where),
         findings=listed(findings),
         classes=classes,
         outliers=outliers,
-        not_testable=not_testable(kinds, dataset, limits, enough=enough),
-        next_poses=_next_poses(final, evidence, seed),
+        not_testable=not_testable(kinds, dataset, limits, enough=not too_few),
+        next_poses=spread_poses(final, seed=seed) if too_few else _next_poses(final, evidence, seed),
         limits=limits,
         front=front,
         model=final.model,
@@ -160,6 +170,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         repeatability=repeatability,
         noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
+        hindrance=hindrance,
     )
 
 

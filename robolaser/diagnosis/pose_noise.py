@@ -8,16 +8,12 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
-from robolaser.diagnosis.thresholds import PLAUSIBLE_SIGMA
+from robolaser.diagnosis.thresholds import BY_DATA, MOTIONS_PER_PARAMETER, PLAUSIBLE_SIGMA
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 
 ROUNDS = 30
 """Of the scatter given what is explained, and what is explained given the scatter."""
-MIN_RESIDUALS = 2
-"""Independent motions of poses for each parameter, below which effects are not tried."""
-BY_DATA = 0.5
-"""Share of what is known of a direction of the parameters, above which it is from the data."""
 MOTIONS = 6
 """Independent motions of a pose."""
 
@@ -38,7 +34,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
         parts.append(columns.by_effect(fit, one, grid) * (2.0 * UNIFORM * bounds / prior_scales(one)))
     white = np.hstack(parts)
-    if min(len(white), MOTIONS * len(fit.poses)) < MIN_RESIDUALS * white.shape[1]:
+    if min(len(white), MOTIONS * len(fit.poses)) < MOTIONS_PER_PARAMETER * white.shape[1]:
         return fit.noise.correlate(own.T).T
     U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white

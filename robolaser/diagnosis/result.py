@@ -208,6 +208,12 @@ class Diagnosis:
         noise_remarks: Sentences on what is not as it should be with the noise.
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
+        hindrance: Why no effect was looked for, as a sentence; empty where they were.
+
+    Examples:
+        >>> from robolaser.diagnosis import examine
+        >>> examine(dataset, effects=[]).gap.nominal_m > 0
+        True
     """
 
     dataset: Dataset
@@ -234,3 +240,4 @@ class Diagnosis:
     noise_remarks: tuple[str, ...]
     seconds: float
     validation: tuple[Validation, ...] = ()
+    hindrance: str = ""

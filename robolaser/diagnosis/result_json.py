@@ -95,6 +95,7 @@ def _limit(one: DetectionLimit) -> dict[str, Any]:
         "identifiable": one.identifiable,
         "rival": None if one.rival is None else _pair(one.rival),
         "at_tool_mm": None if one.at_tool_m is None else _mm(one.at_tool_m),
+        "is_imitated": one.is_imitated,
     }
 
 

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Ints
-from robolaser.diagnosis.cause_classes import UNKNOWN
-from robolaser.diagnosis.cause_words import listed, members, named, noun
+from robolaser.diagnosis.cause_classes import UNKNOWN, class_of
+from robolaser.diagnosis.cause_words import listed, members, named, noun, place
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
@@ -24,6 +24,7 @@ def sentence(
     gap: Gap,
     repeatability: Repeatability,
     gross: Ints,
+    hindrance: str = "",
 ) -> str:
     """Say the verdict.
 
@@ -35,8 +36,11 @@ def sentence(
         gap: How far the gap shrinks.
         repeatability: How much whole poses scatter.
         gross: Rows that are gross errors.
+        hindrance: Why no effect was looked for; empty where they were.
     """
-    if verdict == "no_gap":
+    if hindrance:
+        text = f"{hindrance} {_errs(gap)}"
+    elif verdict == "no_gap":
         text = _no_gap(gap)
     elif verdict == "explained":
         text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
@@ -92,16 +96,20 @@ def millimetres(length_m: float) -> str:
 
 
 def _no_gap(gap: Gap) -> str:
+    return f"There is no gap: {_errs(gap)[0].lower()}{_errs(gap)[1:]}"
+
+
+def _errs(gap: Gap) -> str:
     return (
-        f"There is no gap: on new poses the model errs by {millimetres(gap.after_m)},"
-        f" and noise alone gives {millimetres(gap.noise_floor_m)}."
+        f"On new poses the model errs by {millimetres(gap.after_m)}, and noise alone gives"
+        f" {millimetres(gap.noise_floor_m)}."
     )
 
 
 def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
-    lies = f" What is left lies at {where[0].site} ({where[0].coordinate})." if where else ""
+    lies = f" What is left lies at {place(where[0].site)} ({where[0].coordinate})." if where else ""
     if findings:
         return _causes("A part of the gap is explained", findings, classes, gap) + lies
     return (
@@ -115,11 +123,11 @@ def _remainder(classes: Sequence[CauseClass]) -> str:
     unknown = next((one for one in classes if one.name == UNKNOWN), None)
     if unknown and all(one.probability < EVEN for one in classes if one is not unknown):
         return (
-            f" More probably ({100 * unknown.probability:.0f} %) what is at work at {unknown.site} has no form that an"
-            " effect of the library has, and these effects only imitate it."
+            f" More probably ({100 * unknown.probability:.0f} %) what is at work at {place(unknown.site)} has no form"
+            " that an effect of the library has, and these effects only imitate it."
         )
     if unknown and unknown.probability >= CERTAIN:
-        return f" The little that is left lies at {unknown.site}, in no form that an effect of the library has."
+        return f" The little that is left lies at {place(unknown.site)}, in no form that an effect of the library has."
     return ""
 
 
@@ -145,10 +153,12 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
 
 
 def _class(one: CauseClass, findings: Sequence[Finding]) -> str:
-    """A class with what the model has of it."""
-    of_class = {candidate for candidate, _ in one.members}
-    own = [found.candidate_effect for found in findings if found.candidate_effect in of_class]
-    return f"{noun(one.name)} ({members(own)})" if own else noun(one.name)
+    """A class with what the model has of it; what is too improbable by itself to be reported is counted."""
+    reported = {candidate for candidate, _ in one.members}
+    own = [found.candidate_effect for found in findings if class_of(found.candidate_effect) == one.name]
+    said = [candidate for candidate in own if candidate in reported]
+    more = f", and {len(own) - len(said)} more" if len(own) > len(said) else ""
+    return f"{noun(one.name)} ({members(said)}{more})" if said else noun(one.name)
 
 
 def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: bool) -> str:

@@ -1,8 +1,9 @@
 """Every threshold that decides what a diagnosis says: its value, its unit, and where it comes from.
 
 "chi-squared" is the sum of squares of whitened residuals and of the parameters' distances from their priors: noise
-alone contributes 1 for each residual. A threshold is either a quantile of a distribution, or a simulation's,
-or a judgement; each says which. What a factor of 0.5 and 2 changes on a blind trial stands in `benchmarks/thresholds/`.
+alone contributes 1 for each residual. A threshold is a quantile of a distribution, or a simulation's, or a judgement:
+what does not say where it comes from is a judgement of how much to try. What a factor of 0.5 and 2 changes on a blind
+trial stands in `benchmarks/thresholds/`, and so does the list of all other numbers of the diagnosis.
 """
 
 from statistics import NormalDist
@@ -100,12 +101,28 @@ LARGEST_SCATTER: Final = {"m": 3e-4, "rad": 5e-4}
 """Scatter of whole poses that chance may cause [m, rad]: more is a gap. Arms repeat to 0.02 mm, hobby arms to 0.5 mm
 at the end of half a metre. Without a limit, poses that are free to move explain any error of a sensor."""
 
+ROWS_ALONE: Final = 1e-2
+"""Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone. A judgement:
+so few per cent of a standard deviation are not noticed."""
+MOTIONS_PER_PARAMETER: Final = 2
+"""Independent motions of poses for each parameter, below which the library's effects are not tried when the scatter of
+whole poses is first estimated: they would explain anything. A judgement."""
+BY_DATA: Final = 0.5
+"""Share of what is known of a direction of the parameters, above which it is from the data rather than from known
+distances and priors: more than half."""
+
 # Gross errors.
 
 OUTLIER_SIGMA: Final = 5.5
 """Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four
 million there, one of three in a million."""
 
+FREE_POSE_ROWS: Final = 4
+"""Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by. Geometry: three rows
+of two numbers determine the six of a motion."""
+FREE_POSE_M: Final = 0.02
+"""How far a pose may be off as a whole [m], as a standard deviation, a turn as the shift that it makes at `LEVER_M`:
+what the model lacks moves whole poses, gross errors single rows. A judgement: a nominal arm is off by 10 mm."""
 MOST_POSES_OFF: Final = 0.1
 """Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
 
@@ -122,12 +139,17 @@ SMOOTH: Final = 0.35
 """Length over which a smooth function keeps its value, as a share of its coordinate's range. A judgement."""
 SMOOTH_POSTURE: Final = 0.6
 """The same for functions of all joints at once, of the posture's spread. A judgement."""
-SMOOTH_FORCE: Final = 2.0
-"""The same for a force at the flange, of the extent of the flange's places: a cable that hangs from afar pulls nearly
-alike everywhere. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at most."""
+SMOOTH_LOAD: Final = 2.0
+"""The same for loads: a force at the flange, of the extent of the flange's places, since a cable that hangs from afar
+pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
+what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
+most."""
 ROUGH: Final = 0.25
 """The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
 log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""
+FLAT: Final = 0.05
+"""Range of one coordinate over the largest, below which it is not stretched: a flat target's height is its noise. A
+judgement."""
 DENT: Final = 0.08
 """The same for dents in a target, as a share of its extent. A judgement."""
 MAX_SITES: Final = 4
@@ -165,8 +187,9 @@ LEAST_USUAL: Final = 0.01
 """Least size of errors that the data may tell, in units of those usual in industry. The data choose among sizes."""
 LARGEST_USUAL: Final = 3.0
 """Size of the errors of an arm that was never calibrated, in those units. A judgement."""
-WORTH_SAYING: Final = 0.25
-"""Scatter of whole poses over all noise, from which on it is said. A judgement."""
+WORTH_SAYING: Final = 0.5
+"""Scatter of whole poses over all noise, from which on it is said. A judgement, of words alone: where poses do not
+scatter, chance makes a third of the noise look as if they did."""
 
 # Standard errors.
 

@@ -20,7 +20,9 @@ ATTEMPTS = 10
 JOINT_STEP = 1e-6  # of the one-sided differences [rad or m]
 
 
-def touching(robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
+def touching(
+    robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array, still: Bools | None = None
+) -> tuple[Array, Bools]:
     """Bring a point on the flange to given places, the orientation free.
 
     Newton's method with the nominal arm's slopes: whatever bends the arm is small beside them.
@@ -31,20 +33,23 @@ def touching(robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array)
         tool: In the flange frame, (3,) or (n, 3) [m].
         goal: In the base frame, (n, 3) [m].
         q: Where to start, (n, j).
+        still: Joints that stay where they start, (j,).
 
     Returns:
         Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
     """
     lower, upper = limits(robot)
+    free = np.ones(q.shape[1]) if still is None else np.where(still, 0.0, 1.0)
+    start = q
     for _ in range(NEWTON_STEPS):
         miss = goal - apply(forward(q), tool)
         if (np.abs(miss) < REACHED_M).all():
             break
-        J = _slopes(robot, tool, q)
+        J = _slopes(robot, tool, q) * free
         Jt = np.swapaxes(J, -1, -2)
         step = (Jt @ np.linalg.solve(J @ Jt + 1e-9 * np.eye(3), miss[..., None]))[..., 0]
         step *= np.minimum(1.0, NEWTON_STRIDE / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
-        q = np.clip(q + step, lower, upper)
+        q = np.where(free > 0.0, np.clip(q + step, lower, upper), start)
     miss = goal - apply(forward(q), tool)
     return q, np.asarray((np.abs(miss) < REACHED_M).all(axis=1))
 

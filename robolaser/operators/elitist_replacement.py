@@ -50,6 +50,12 @@ class ElitistReplacement(Survival):
     Raises:
         AlgorithmError: `n_elites` is negative; when called, if the algorithm needs what only its own survival computes
             (ranks, crowding, reference directions).
+
+    Examples:
+        >>> from robolaser.operators import ElitistReplacement
+        >>> result = minimize(sphere, GA(survival=ElitistReplacement(n_elites=2)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, n_elites: int = 2) -> None:
@@ -59,7 +65,7 @@ class ElitistReplacement(Survival):
         self.n_elites = n_elites
 
     def _do(self, problem: Any, pop: Any, *args: Any, n_survive: int, algorithm: Any = None, **kwargs: Any) -> Any:
-        _refuse(algorithm)
+        refuse(algorithm)
         n_parents = _number_of_parents(pop, algorithm, n_survive)
         J = cost.of_population(pop)
         return pop[survivors(J[:n_parents], J[n_parents:], self.n_elites, n_survive)]
@@ -73,8 +79,12 @@ def _number_of_parents(pop: Any, algorithm: Any, n_survive: int) -> int:
     return len(parents) if leads else n_survive
 
 
-def _refuse(algorithm: Any) -> None:
-    """Name an algorithm that reads what its own survival would have written on its individuals."""
+def refuse(algorithm: Any) -> None:
+    """Do not serve an algorithm that reads what its own survival would have written on its individuals.
+
+    Raises:
+        AlgorithmError: It is such a one.
+    """
     if algorithm is None:
         return
     bases = _class_names(algorithm)

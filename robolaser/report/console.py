@@ -23,7 +23,9 @@ def plain_unless_terminal(console: Console | None) -> Console:
     """The console to print to: the given one or standard output, without colours and wide if it is no terminal."""
     out = console or Console(highlight=False)
     if not out.is_terminal:
-        out = Console(file=out.file, highlight=False, width=WIDE, color_system=None)
+        out = Console(
+            file=out.file, highlight=False, width=WIDE, color_system=None, force_terminal=False, force_jupyter=False
+        )
     out.push_render_hook(_Printable())
     return out
 
@@ -45,10 +47,10 @@ class _PrintableText:
 
 
 def table(*headings: str) -> Grid:
-    """A table with these columns, none of which is broken."""
+    """A table with these columns, of which only the last is broken."""
     made = Grid(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for heading in headings:
-        made.add_column(heading, no_wrap=True)
+    for number, heading in enumerate(headings, 1):
+        made.add_column(heading, no_wrap=number < len(headings))
     return made
 
 

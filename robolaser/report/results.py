@@ -138,7 +138,7 @@ def summary_of(result: Result) -> str:
         headline = result.get("sentence") or f"rms {1e3 * result['rms_m']:.3g} mm on fitted poses"
         return f"{result['dataset']}: {headline}\n{frame_of(result).to_string()}\n"
     text = io.StringIO()
-    _print(result, Console(file=text))
+    _print(result, Console(file=text, force_terminal=False, force_jupyter=False))
     return text.getvalue()
 
 

@@ -41,8 +41,8 @@ def points_from_images(
         options: How the stripe is looked for.
 
     Returns:
-        What was found in each image, and the data set with the points of two sensors, stripe and camera; frames
-        without board or stripe have none.
+        What was found in each image, and the data set with the points of two sensors, stripe and camera, and the
+        scatter of the stripe's centre as its noise; frames without board or stripe have none.
 
     Raises:
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
@@ -82,8 +82,22 @@ def points_from_images(
     corners = _corner_points(found.corners, number, board.square_m)
     if recording.members:
         kinds = [one.described.kind for one in recording.members]
-        return found, with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
-    return found, scanner_with_corners(replace(recording, points=points), corners)
+        both = with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
+    else:
+        both = scanner_with_corners(replace(recording, points=points), corners)
+    return found, _with_noise_stated(both, found.pixel_noise_px)
+
+
+def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
+    """The data set with the scatter of the stripe's centre as its pixel noise, unless it states one."""
+    if dataset.noise.pixel_px is not None or not pixel_px > 0:
+        return dataset
+    stated = replace(dataset.noise, pixel_px=pixel_px)
+    members = [
+        replace(one, described=replace(one.described, noise=stated)) if one.described.kind == dataset.kind else one
+        for one in dataset.members
+    ]
+    return replace(dataset, noise=stated, members=tuple(members))
 
 
 def _corner_points(corners: Mapping[str, Array], number: Mapping[str, int], square_m: float) -> Points:

@@ -71,7 +71,7 @@ def test_names_part_and_join_again():
 @pytest.mark.parametrize(
     "slot", ["sampling=LHS", "selection=roulette", "crossover=SBX", "mutation=PM", "survival=elitist"]
 )
-@pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "NSGA2"])
+@pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "SMSEMOA"])
 def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
     make_exchanged(f"{stock}+{slot}")
 
@@ -85,6 +85,7 @@ def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
         ("GB+crossover=SBX", "cannot be exchanged"),
         ("ga:bb=2+crossover=SBX", "bb"),
         ("cmaes+crossover=SBX", "cmaes has no place for another crossover"),
+        ("NSGA2+survival=elitist", "ElitistReplacement cannot serve NSGA2"),
     ],
 )
 def test_what_cannot_be_exchanged_is_said(text, said):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.problems import get_problem
+from pymoo.problems.functional import FunctionalProblem
 
 from robolaser.benchmark.problem import CALIBRATION, INFEASIBLE, OWN, TEST_FUNCTION
 from robolaser.benchmark.problem_specs import spec_of, specs_of
@@ -191,6 +192,7 @@ def test_a_run_reports_its_lowest_cost_of_feasible_candidates_or_its_lowest_viol
         (f"{__name__}:np.pi", "expected a pymoo problem"),
         (f"{__name__}:Disc:colour=red", "has no setting 'colour'"),
         ("nowhere:Problem", "module nowhere cannot be imported"),
+        (lambda: FunctionalProblem(2, lambda x: x.nothing, xl=0, xu=1), "fails at random candidates .AttributeError"),
     ],
 )
 def test_what_cannot_be_compared_on_is_refused_before_any_run(given, match):
@@ -220,6 +222,7 @@ class Absent:
 sys.meta_path.insert(0, Absent())
 
 from pymoo.core.problem import Problem
+from pymoo.problems.functional import FunctionalProblem
 import robolaser.operators, robolaser.algorithms.rcga
 from robolaser import RunPlan, compare
 from robolaser.benchmark.problem_specs import spec_of

@@ -7,7 +7,7 @@ import pytest
 
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import Diagnosis, examine
-from robolaser.diagnosis.cause_classes import class_of, credible_set, imitated_cause, member_probabilities
+from robolaser.diagnosis.cause_classes import class_of, credible_set, departs, imitated_cause, member_probabilities
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.pruning import exchanged
 from robolaser.diagnosis.result import CauseClass
@@ -62,6 +62,12 @@ def test_candidates_share_the_probability_of_what_they_could_each_explain() -> N
 def test_a_candidate_of_two_places_is_as_probable_as_either() -> None:
     found = member_probabilities([weighed({ELBOW: 0.5, WRIST: 0.5}), weighed({GEAR: 0.8, ELBOW: 0.2})])
     assert found[ELBOW] == pytest.approx(1 - 0.5 * 0.8)
+
+
+def test_what_an_effect_leaves_in_its_own_place_is_its_form_as_far_as_the_effect_is_credible() -> None:
+    evidence = [weighed({ELBOW: 1.0, None: 0.0}, credibility=0.6)]
+    assert departs("joint_3", evidence) == pytest.approx(0.4)
+    assert departs("joint_4", evidence) == 1.0
 
 
 def test_what_effects_explain_of_which_no_class_is_likely_is_imitated_where_most_is_explained() -> None:

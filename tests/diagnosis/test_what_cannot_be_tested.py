@@ -194,3 +194,18 @@ def test_large_data_keep_every_named_point():
 def test_more_poses_than_are_needed_are_survived(kind):
     effects = [kind for kind in TESTED if kind.name == "joint_offset"]
     assert answer(recorded(kind, poses=MAX_POSES + 20, stated=Noise()), effects)["verdict"] == "no_gap"
+
+
+@pytest.mark.parametrize("kind", ["point", "camera"])
+def test_poses_that_are_all_alike_tell_nothing_and_others_are_named(kind):
+    dataset = recorded(kind)
+    rows = np.flatnonzero(dataset.points.pose == dataset.points.pose[0])
+    repeated = dataset.points.take(np.tile(rows, 14))
+    points = replace(repeated, pose=np.repeat(np.arange(14), len(rows)))
+    q = np.tile(dataset.poses.q[dataset.points.pose[0]], (14, 1))
+    found = answer(replace(dataset, poses=replace(dataset.poses, q=q), points=points), EFFECTS)
+    assert found["sentence"].startswith("All 14 poses are alike")
+    assert (found["effects"], found["classes"], found["where"]) == ([], [], [])
+    next_q = np.array([list(pose.values()) for pose in found["next_poses"]])
+    assert len(next_q)
+    assert np.abs(next_q - q[0]).max(axis=1).min() > 0.1

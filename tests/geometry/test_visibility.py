@@ -142,6 +142,18 @@ def test_a_bent_arm_reaches_as_exactly_as_a_straight_one(robot: Robot) -> None:
     np.testing.assert_allclose(seat[good], np.tile(goals, (good.sum(), 1)), atol=1e-11)
 
 
+def test_a_joint_that_is_held_stays_while_the_others_reach_the_place() -> None:
+    robot, rng = find_robot("ur5"), np.random.default_rng(4)
+    goals = within_reach(robot, np.zeros(3), 1, rng)
+    start = random_configurations(robot, 60, rng)
+    held = np.arange(len(robot.joints)) == 2
+    q, good = touching(
+        robot, lambda q: robot.forward(q[None])[0], np.zeros(3), np.tile(goals, (60, 1)), start, still=held
+    )
+    assert good.sum() > 5
+    np.testing.assert_array_equal(q[:, held], start[:, held])
+
+
 def test_a_place_out_of_reach_is_said_so(robot: Robot) -> None:
     with pytest.raises(RobotError, match=r"0 configurations reach the socket at \(3.000"):
         reaching(robot, np.zeros(3), np.array([[3.0, 0.0, 0.0]]), wanted=2, rng=np.random.default_rng(1))

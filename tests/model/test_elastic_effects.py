@@ -80,12 +80,21 @@ def test_a_bracket_sinks_downwards_and_bows_to_the_moment_of_what_hangs_on_it(da
     run, T = Run(dataset), dataset.flange()
     mount = np.eye(4)
     mount[:3, 3] = 0.1, 0.0, 0.05
-    sunk = T @ HandEyeSag("hand_eye", 1e-3 * ONE, NONE, NONE, NONE).apply(mount[None, None], run)[0]
+    sunk = T @ HandEyeSag("hand_eye", 1e-3 * ONE, *[NONE] * 6).apply(mount[None, None], run)[0]
     np.testing.assert_allclose(sunk[:, :3, 3] - (T @ mount)[:, :3, 3], np.tile([0, 0, -1e-3], (8, 1)), atol=1e-15)
-    bowed = T @ HandEyeSag("hand_eye", NONE, 0.01 * ONE, NONE, NONE).apply(mount[None, None], run)[0]
+    bowed = T @ HandEyeSag("hand_eye", NONE, 0.01 * ONE, *[NONE] * 5).apply(mount[None, None], run)[0]
     turn = np.cross(0.01 * T[:, :3, 0], [0, 0, -1])
     np.testing.assert_allclose(bowed[:, :3, :3], exp_so3(turn) @ T[:, :3, :3], atol=1e-15)
     np.testing.assert_allclose(bowed[:, :3, 3], (T @ mount)[:, :3, 3], atol=1e-15)
+
+
+def test_a_bracket_softer_about_one_axis_turns_more_about_it(dataset: Dataset) -> None:
+    run, soft, lever = Run(dataset), np.array([2.0, 1.0, 0.5]), np.array([0.004, -0.003, 0.002])
+    M = soft[:, None] * np.cross(lever, np.eye(3)).T  # soft (lever × ĝ), zero on its diagonal
+    pairs = ((2, 1), (0, 2), (1, 0))
+    numbers = [np.array([(M[i, j] + sign * M[j, i]) / 2]) for sign in (-1, 1) for i, j in pairs]
+    turned = HandEyeSag("hand_eye", NONE, *numbers).apply(np.eye(4)[None, None], run)[0]
+    np.testing.assert_allclose(turned[:, :3, :3], exp_so3(run.gravity_in_flange @ M.T), atol=1e-15)
 
 
 def test_without_a_robot_down_is_down() -> None:

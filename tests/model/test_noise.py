@@ -10,6 +10,7 @@ from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_r
 from robolaser.model.noise.covariance import NoiseLikelihood
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
+from robolaser.model.noise.two_units import size_of_errors
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
 
@@ -263,6 +264,15 @@ def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():
     rms = [np.sqrt(np.trace(noise.covariances.mean(axis=0))) for noise in (free, kept)]
     assert rms[0] < 1e-3
     assert rms[1] > 5e-3
+
+
+@pytest.mark.parametrize("numbers", [1, 3])
+def test_an_errors_size_is_found_however_many_numbers_a_row_has(numbers):
+    rng = np.random.default_rng(20)
+    axes = rng.normal(size=(2000, 3, 3))
+    directions = np.linalg.qr(axes)[0][:, :numbers]
+    shaken = (directions @ (0.02 * rng.normal(size=(2000, 3, 1))))[..., 0]
+    assert size_of_errors(directions, shaken) == pytest.approx(0.02, rel=0.35)
 
 
 def test_a_printed_target_is_never_taken_for_perfect():

@@ -72,6 +72,13 @@ def test_a_certain_class_is_said_first_where_no_single_effect_is_certain():
     assert "Which single effects of these are at work, these poses do not tell." in said
 
 
+def test_members_that_are_not_reported_are_counted():
+    one = doubted(geometric())
+    some = (replace(one.classes[0], members=one.classes[0].members[:1]),)
+    said = sentence("explained", one.findings, some, one.where, one.gap, one.repeatability, one.outliers)
+    assert "by the arm's geometry (joint offset of perturb, and 1 more)" in said
+
+
 def test_what_is_explained_is_never_perhaps():
     for one in (doubted(geometric()), doubted(geometric(), of_class=0.5)):
         assert "perhaps" not in one.sentence

@@ -15,12 +15,13 @@ from robolaser.model.stages import Stage
 @final
 @dataclass(frozen=True)
 class HandEyeSag(Effect):
-    r"""The camera sinks by sag ĝ and turns by moment × ĝ; ĝ is gravity's direction in the flange frame.
+    r"""The camera sinks by sag ĝ and turns by moment × ĝ + U ĝ; ĝ is gravity's direction in the flange frame.
 
     A bracket of stiffness k yields to the weight mg by mg / k, and to the weight's moment r × mg about the flange by a
     turn in proportion: `moment` is the lever r, from the flange to what hangs there, times mg over the rotational
-    stiffness. It is counted from a weightless bracket: the hand-eye is then that of the unloaded one. The camera turns
-    about its optical centre.
+    stiffness. Where that differs between the flange's axes, U holds the differences: it is symmetric and zero on its
+    diagonal, and `uneven_x`, `uneven_y`, `uneven_z` each join the two other axes. It is counted from a weightless
+    bracket: the hand-eye is then that of the unloaded one. The camera turns about its optical centre.
     """
 
     name = "hand_eye_sag"
@@ -38,11 +39,17 @@ class HandEyeSag(Effect):
     moment_x: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
     moment_y: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
     moment_z: Array = parameter(unit="rad", bound=0.1, prior_scale=1e-3)
+    uneven_x: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
+    uneven_y: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
+    uneven_z: Array = parameter(unit="rad", bound=0.1, prior_scale=5e-4)
 
     def apply(self, T_flange_camera: Array, run: Run, /) -> Array:
         """Let the camera hang."""
         down = run.gravity_in_flange
         turn = np.cross(np.stack([self.moment_x, self.moment_y, self.moment_z], axis=-1)[:, None], down)
+        x, y, z = (each[:, None] for each in (self.uneven_x, self.uneven_y, self.uneven_z))
+        g = np.moveaxis(down, -1, 0)
+        turn = turn + np.stack([z * g[1] + y * g[2], z * g[0] + x * g[2], y * g[0] + x * g[1]], axis=-1)
         moved = np.broadcast_to(T_flange_camera, (*turn.shape[:2], 4, 4)).copy()
         moved[..., :3, :3] = exp_so3(turn) @ moved[..., :3, :3]
         moved[..., :3, 3] += self.sag[:, None, None] * down

@@ -24,8 +24,18 @@ def comparable(model: Model, x: Array) -> NoiseModel | None:
     residuals = model.residuals_at(values)[0]
     sigmas = {}
     for source in sources:
-        squares = (source.effect**2).sum(axis=1)
-        moved = squares.min(axis=1) > 0.0  # others are another sensor's
-        along = (np.swapaxes(source.effect, -1, -2) @ residuals[..., None])[moved, :, 0] / squares[moved]
-        sigmas[source.name] = source.stated or max(float(np.median(np.abs(along))) if moved.any() else 0.0, FLOOR)
+        moved = (source.effect**2).sum(axis=(1, 2)) > 0.0  # others are another sensor's
+        sigmas[source.name] = source.stated or max(size_of_errors(source.effect[moved], residuals[moved]), FLOOR)
     return NoiseModel(sources, sigmas, relative=True)
+
+
+def size_of_errors(effect: Array, residuals: Array) -> float:
+    """Median over rows of the least unit errors that explain them, root mean square; 0 where there are no rows.
+
+    Args:
+        effect: Moves of each row's numbers by each of q unit errors, (m, k, q).
+        residuals: (m, k).
+    """
+    errors = (np.linalg.pinv(effect) @ residuals[..., None])[..., 0]
+    sizes = np.linalg.norm(errors, axis=1) / np.sqrt(np.maximum(np.linalg.matrix_rank(effect), 1))
+    return float(np.median(sizes)) if len(sizes) else 0.0

@@ -23,6 +23,8 @@ WORSE = 1.02
 FEW = 2
 """Alternatives that a caveat names."""
 
+_DIAGNOSE_AGAIN = "No effect was looked for: mend what the first sentence says, then diagnose again."
+
 SITES: Mapping[str, str] = {
     "camera": "the lens and how it is fixed",
     "laser": "the projector: its mount, its warm-up, its focus",
@@ -78,6 +80,8 @@ def doubt(number: Estimate) -> str:
 
 def to_do(diagnosis: Diagnosis) -> list[str]:
     """What to do next, most useful first: single effects that are certain, then a sentence for each class of others."""
+    if diagnosis.hindrance:
+        return [_DIAGNOSE_AGAIN] if not diagnosis.next_poses else [_measure(diagnosis), _DIAGNOSE_AGAIN]
     certain = [found.candidate_effect for found in diagnosis.findings if found.probability >= CERTAIN]
     doubtful = [one for one in diagnosis.model.effects if one not in certain]
     in_one_urdf = {class_of(one) for one in doubtful if one.effect.in_urdf}

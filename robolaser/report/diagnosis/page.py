@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.diagnosis import rows
@@ -134,7 +135,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
 def _highlighted(diagnosis: Diagnosis) -> str:
     marked = suspected(diagnosis)
     if marked:
-        named = ", ".join(f"{rows.place(site)} ({share})" if share else rows.place(site)
+        named = ", ".join(f"{place(site)} ({share})" if share else place(site)
                           for site, share in marked.items())  # fmt: skip
         whose = "what is left" if diagnosis.verdict == "unexplained" else "the gap"
         brackets = f" In brackets: the share of {whose} that lies there." if any(marked.values()) else ""
@@ -153,7 +154,7 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
     """The sites with the largest shares, for the terminal."""
     what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
     return [
-        Text(f"{100 * lies.share:.0f} % {what} at {rows.place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
+        Text(f"{100 * lies.share:.0f} % {what} at {place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
         for lies in diagnosis.where[:MOST_SITES]
         if lies.share >= PRINTED_SHARE
     ]

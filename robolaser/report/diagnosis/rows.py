@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_words import named, noun
+from robolaser.diagnosis.cause_words import named, noun, place
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.joints import moving_joints
-from robolaser.report.diagnosis.advice import SITES, UNDETERMINED, caveats, comparison, doubt, sentence_case
+from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, comparison, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Cell, Column, Table
 
@@ -22,11 +22,6 @@ MOST_CLASSES, MOST_EFFECTS = 3, 5
 FEW: Final = 8
 """Rows of a table of details from which it is folded away."""
 PROBABILITY: Final = Column("Probability", brief="probability")
-
-
-def place(site: str) -> str:
-    """A site as people call it."""
-    return site.replace("_", " ") if site in SITES else site
 
 
 def class_table(diagnosis: Diagnosis) -> Table:
@@ -142,7 +137,7 @@ def site_table(diagnosis: Diagnosis) -> Table:
         )
         for lies in diagnosis.where
     ]
-    columns = [Column("Site", "name", 24), Column("Depends on"),
+    columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What lies there"),
                Column(f"Share of the {'rest' if is_rest else 'gap'}", "wide", 30), Column("p value")]  # fmt: skip
     note = (
         "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that place"
