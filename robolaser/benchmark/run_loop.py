@@ -126,6 +126,11 @@ def compare(
         race: Drop, seed by seed, who is significantly worse than the best, see `racing.race`.
         space: Where a race takes further settings from.
         progress: Called twice a second with how far it has come, in words, and the share that is done.
+
+    Examples:
+        >>> plan = robolaser.RunPlan.of(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
+        >>> robolaser.compare(plan).to_frame()["state"].tolist()
+        ['done']
     """
     tell = progress or (lambda what, share: None)
     with engine or ThisMachine() as used, RunTable() as table:

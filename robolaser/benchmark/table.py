@@ -296,6 +296,15 @@ def load(path: str | Path) -> BenchmarkResult:
 
     Raises:
         BenchmarkError: There is no such table.
+
+    Examples:
+        >>> from robolaser.benchmark import load
+        >>> from robolaser.cli import main
+        >>> typed = "compare pymoo:sphere-2 --algorithms de --seeds 1 --budget 100 --output race --quiet"
+        >>> main(typed.split())
+        0
+        >>> load("race").to_frame()["state"].tolist()
+        ['done']
     """
     file = Path(path) / NAME if Path(path).is_dir() else Path(path)
     if not file.is_file():
