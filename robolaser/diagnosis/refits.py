@@ -95,9 +95,8 @@ class Refits:
         for one in fit.effects[:-1]:
             if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
                 less = self.refit(fit, removed=one)
-                found = score_tests(less, [one], self._columns)
-                if found[0].nonlinear != self._latest[one].nonlinear:
-                    fit = min(fit, self.refit(less, found), key=lambda option: option.chi2)
+                again = self.refit(less, score_tests(less, [one], self._columns))
+                fit = min(fit, again, key=lambda option: option.chi2)
         return fit
 
     def warm_start(self, earlier: Fit, refits: "Refits") -> Fit:
