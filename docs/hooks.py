@@ -1,13 +1,19 @@
 """Pages that live elsewhere in the repository: README.md as the front page, CONTRIBUTING.md, CHANGELOG.md, READMEs."""
 
+import contextlib
+import io
+import os
 import re
 from pathlib import Path
 from typing import Any
 
 from mkdocs.structure.files import File, Files
 
+from robolaser.cli import main
+
 ROOT = Path(__file__).parents[1]
 GUESTS = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
+HELP = re.compile(r"<!-- help: ([\w ]+) -->")
 BENCHMARKS = "<!-- the READMEs of the benchmarks come here -->"
 
 
@@ -20,13 +26,23 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
-    """Turn links to the guests; gather what each benchmark says of itself."""
+    """Turn links to the guests; put in what commands say with --help, and what each benchmark says of itself."""
     for name, source in GUESTS.items():
         markdown = re.sub(rf"\]\(\.\./((?:\.\./)*){source}", rf"](\1{name}", markdown)
+    markdown = HELP.sub(lambda marked: _help(marked[1]), markdown)
     if BENCHMARKS not in markdown:
         return markdown
     texts = [file.read_text(encoding="utf-8") for file in sorted((ROOT / "benchmarks").glob("*/README.md"))]
     return markdown.replace(BENCHMARKS, "\n\n".join(map(_below, texts)))
+
+
+def _help(command: str) -> str:
+    """What a command prints with --help, as a block that is as wide as a page."""
+    os.environ["COLUMNS"] = "80"
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        main([*command.split(), "--help"])
+    return f"```text\n{printed.getvalue()}```"
 
 
 def _from_here(text: str) -> str:

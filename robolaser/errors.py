@@ -6,7 +6,15 @@ from pathlib import Path
 
 
 class RobolaserError(Exception):
-    """The data, the robot or a file is at fault; the message is for a person."""
+    """The data, the robot or a file is at fault; the message is for a person.
+
+    Examples:
+        >>> try:
+        ...     robolaser.load("nowhere")
+        ... except robolaser.RobolaserError as error:
+        ...     print(type(error).__name__)
+        DataError
+    """
 
 
 class UsageError(RobolaserError):

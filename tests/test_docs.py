@@ -95,7 +95,7 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
     assert missing(robolaser.operators.__all__, "reference/operators.md") == []
     assert missing([*ALGORITHMS, POLISH_ONLY], "reference/operators.md") == []
     assert missing((robot.name for robot in known_robots()), "howto/your-robot.md") == []
-    assert missing((f"robolaser {name}" for name in app if name[0].isalpha()), "reference/commands.md") == []
+    assert missing((f"help: {name}" for name in app if name[0].isalpha()), "reference/commands.md") == []
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:

@@ -79,6 +79,12 @@ class RCGA(ArrayBased):
     Raises:
         AlgorithmError: A setting makes no sense, or belongs to an operator that is replaced; in `setup`, if the problem
             has more than one objective, variables that are not real numbers or one without finite bounds.
+
+    Examples:
+        >>> from robolaser.algorithms import RCGA
+        >>> result = minimize(sphere, RCGA(pop_size=40), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(

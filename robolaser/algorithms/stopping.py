@@ -32,6 +32,12 @@ class CostReached(Termination):
 
     Args:
         cost: The target, in the unit of the objective.
+
+    Examples:
+        >>> from robolaser.algorithms import CostReached
+        >>> result = minimize(sphere, GA(), CostReached(1e-3), seed=1)
+        >>> bool(result.F[0] <= 1e-3)
+        True
     """
 
     def __init__(self, cost: float) -> None:
@@ -51,6 +57,12 @@ class Stalled(Termination):
 
     Raises:
         AlgorithmError: `generations` is below 1.
+
+    Examples:
+        >>> from robolaser.algorithms import Stalled
+        >>> result = minimize(sphere, GA(), Stalled(10), seed=1)
+        >>> bool(result.F[0] < 0.01)
+        True
     """
 
     def __init__(self, generations: int = 10_000) -> None:

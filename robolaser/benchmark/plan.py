@@ -42,6 +42,11 @@ class RunPlan:
         memory_limit_b: Memory a run may take beyond what its process needs anyway [B].
         pickled: Solvers that another process cannot find by their names, pickled.
         dropped: After how many seeds a race dropped a solver.
+
+    Examples:
+        >>> plan = robolaser.RunPlan.of(["pymoo:sphere-2"], ["de", "pso"], seeds=3, budget=500)
+        >>> len(plan.tasks)
+        6
     """
 
     specs: tuple[ProblemSpec, ...]

@@ -58,6 +58,11 @@ def calibrate(
     Raises:
         EstimationError, DataError: The data do not suffice for a calibration.
         EffectError, UsageError: There is no effect, location, algorithm, loss or solver of that name.
+
+    Examples:
+        >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
+        >>> found.rms_m < 0.001
+        True
     """
     began = time.perf_counter()
     plan = plan or Plan()

@@ -23,6 +23,10 @@ class Plan:
         effects: `EFFECT[:WHERE]` each.
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
+
+    Examples:
+        >>> robolaser.Plan(effects=("laser_roll",), loss="huber").weights
+        'plain'
     """
 
     algorithm: str | None = None

@@ -58,6 +58,13 @@ class Calibration(Result):
         warnings: What the user should know.
         loss: "square", "huber" or "cauchy".
         held_out_rows: `held_out` in the sensor's unit, (m, k); None where it was not kept.
+
+    Examples:
+        >>> found = robolaser.calibrate(dataset)
+        >>> found.value("f")
+        0.008
+        >>> found.to_frame().loc["b", "unit"]
+        'm'
     """
 
     model: Model

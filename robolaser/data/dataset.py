@@ -252,6 +252,12 @@ class Dataset:
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
         members: The sensors, where there are several.
         warnings: What is odd, but no error.
+
+    Examples:
+        >>> dataset
+        <Dataset paper: laser stripe scanner, robot scorbot_er7, 25 points in 5 poses>
+        >>> dataset.poses.q.shape
+        (5, 5)
     """
 
     name: str

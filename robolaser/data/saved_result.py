@@ -49,6 +49,11 @@ def load_calibration(path: str | Path) -> SavedResult:
 
     Raises:
         DataError: It cannot be read, or is of another format.
+
+    Examples:
+        >>> robolaser.calibrate(dataset).save("result")
+        >>> robolaser.load_calibration("result").value("f")
+        0.008
     """
     return _load(Path(path), "calibration.json", "robolaser-calibration/1")
 
@@ -58,6 +63,11 @@ def load_diagnosis(path: str | Path) -> SavedResult:
 
     Raises:
         DataError: It cannot be read, or is of another format.
+
+    Examples:
+        >>> robolaser.diagnose(dataset, effects=[]).save("why")
+        >>> robolaser.load_diagnosis("why")["effects"]
+        []
     """
     return _load(Path(path), "diagnosis.json", "robolaser-diagnosis/1")
 

@@ -30,6 +30,11 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
     Raises:
         OutputError: There is one, or the disk or its rights refuse.
+
+    Examples:
+        >>> robolaser.save(dataset, "saved")
+        >>> sorted(path.name for path in Path("saved").glob("[!.]*"))
+        ['dataset.toml', 'points.csv', 'poses.csv', 'robot.urdf']
     """
     folder = Path(folder)
     for file in files_of(dataset):

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX, SMOOTH_FORCE
+from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX, SMOOTH_LOAD
 from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -125,7 +125,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     last = [robot.joints.index(name) for name in joints]
     by_joint = np.hstack([derivatives.joint(name) for name in joints])
     ((_, posture),) = OfPoses(dataset, fit.model.run).posture()
-    place = smooth(dataset.flange()[:, :3, 3], SMOOTH_FORCE)
+    place = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
 
     def flange(shifts: Array) -> Array:
         return robot.forward(q + shifts[:, None])[..., :3, 3]

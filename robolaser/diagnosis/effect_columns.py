@@ -7,14 +7,15 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
+from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import OF_ROWS, Stage
 
 NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
-STEP = 1e-3
-"""Of a derivative by an effect's parameter, in units of its prior scale."""
+STEP, SLOPE = 1e-3, 1e-5
+"""Of a derivative by an effect's amplitude, in units of its prior scale; by any of its parameters, of its range."""
 
 
 def prior_scales(candidate_effect: CandidateEffect) -> Array:
@@ -64,13 +65,33 @@ class Columns:
         stage = candidate_effect.effect.stage
         if stage is Stage.JOINTS:
             return self._by_joints(fit, joint_moves(fit.model, candidate_effect, grid))
-        if stage not in self._passing:
-            self._passing[stage] = stage_derivatives(fit).passing(stage)
-        value = self._passing[stage]
+        value = self._passed(fit, stage)
         if value is None:  # each session has its own
             columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
             return np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
-        moves = _stage_moves(fit.model, candidate_effect, grid, value)
+        return self._through(fit, stage, value, _stage_moves(fit.model, candidate_effect, grid, value))
+
+    def by_parameters(self, fit: Fit, candidate_effect: CandidateEffect, x: Array) -> Array | None:
+        """By all parameters of an effect that are x (p,), per unit of each, (K, p); None where that is not known."""
+        stage, items = candidate_effect.effect.stage, candidate_effect.parameters
+        value = fit.model.dataset.arm[1] if stage is Stage.JOINTS else self._passed(fit, stage)
+        if value is None:
+            return None
+
+        def moved(shifts: Array) -> Array:
+            effect = candidate_effect.at(dict(zip(items.names, (x + shifts).T, strict=True)))
+            return np.asarray(perturb_with((effect,), fit.model.run)(stage, value[None]))
+
+        moves = np.moveaxis(central_differences(moved, SLOPE * items.width), -1, 0)
+        return self._by_joints(fit, moves) if stage is Stage.JOINTS else self._through(fit, stage, value, moves)
+
+    def _passed(self, fit: Fit, stage: Stage) -> Array | None:
+        if stage not in self._passing:
+            self._passing[stage] = stage_derivatives(fit).passing(stage)
+        return self._passing[stage]
+
+    def _through(self, fit: Fit, stage: Stage, value: Array, moves: Array) -> Array:
+        """By what is added to a stage's value, (q, ...): (K, q)."""
         if stage in OF_ROWS:
             return _chained(moves, self._by_stage(fit, stage), fit.problem.row_of_number)
         twists = _twists(value, moves)

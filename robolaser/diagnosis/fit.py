@@ -68,9 +68,9 @@ class Fit:
     slopes: Array | None = None
 
     @classmethod
-    def of(cls, problem: Problem, start: Array) -> "Fit":
-        """Fit, from parameters (d,) that are near."""
-        end = solve(problem, start[None], tol=SHARE, enough=TOLERANCE)
+    def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
+        """Fit, from parameters (d,) that are near, with derivatives (d, K) that are, see `solve`."""
+        end = solve(problem, start[None], tol=SHARE, enough=TOLERANCE, slopes=slopes, rival=rival)
         return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property

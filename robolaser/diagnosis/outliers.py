@@ -7,8 +7,8 @@ from robolaser.diagnosis.chi_squared import median
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
 from robolaser.diagnosis.thresholds import (
     FREE_POSE_M,
-    FREE_POSE_RAD,
     FREE_POSE_ROWS,
+    LEVER_M,
     MOST_POSES_OFF,
     OUTLIER_SIGMA,
 )
@@ -56,7 +56,7 @@ def outliers_within_poses(fit: Fit) -> Bools:
         return outliers_of(fit)
     perturb = model.perturb(values)
     shifts, turns = model.sensor.moved_with_pose(values, model.flange(values, perturb), perturb)
-    moves = np.concatenate([shifts * FREE_POSE_M, turns * FREE_POSE_RAD], axis=-1)
+    moves = FREE_POSE_M * np.concatenate([shifts, turns / LEVER_M], axis=-1)
     B = root @ moves * enough[of_pose, None, None]
     left = r
     for _ in range(ROUNDS):

@@ -61,6 +61,11 @@ def diagnose(
 
     Raises:
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+
+    Examples:
+        >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
+        >>> why["verdict"]
+        'no_gap'
     """
     return DiagnosisResult(examine(dataset, effects, seed=seed, validate=validate, progress=progress), seed or 0)
 
@@ -87,6 +92,11 @@ def examine(
     Raises:
         UsageError: There is no such effect to take out.
         DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+
+    Examples:
+        >>> from robolaser.diagnosis import examine
+        >>> examine(dataset, effects=[]).findings
+        ()
     """
     began = time.perf_counter()
     for other in validate:

@@ -1,11 +1,12 @@
 """Fits of sets of effects, each worked out once, and what each set costs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, problem_of
@@ -67,10 +68,25 @@ class Refits:
         problem = self._problem(effects)
         values = near.values | (predicted(near, added) if added else {})
         x = np.array([values[name] for name in problem.parameters.names])
-        fit = Fit.of(problem, x)
+        rival = min(fit.chi2 for fit in self._fits.values())
+        fit = Fit.of(problem, x, self._slopes_near(near, added, values, problem), rival)
         if key not in self._fits or fit.chi2 < self._fits[key].chi2 - MIN_IMPROVEMENT:
             self._fits[key] = fit
         return self._fits[key]
+
+    def _slopes_near(
+        self, near: Fit, added: Sequence[ScoreTest], values: Mapping[str, float], problem: Problem
+    ) -> Array | None:
+        """Derivatives (d, K) by a problem's parameters from those of a fit with other effects, where all are known."""
+        if len(problem.blocks) > 1:
+            return None
+        slopes = dict(zip(near.problem.parameters.names, near.at.slopes.T, strict=True))
+        for one in [test.candidate_effect for test in added]:
+            columns = self._columns.by_parameters(near, one, np.array([values[name] for name in one.parameters.names]))
+            if columns is None:
+                return None
+            slopes |= dict(zip(one.parameters.names, (columns * one.parameters.width).T, strict=True))
+        return np.array([slopes[name] for name in problem.parameters.names])
 
     def of(self, near: Fit, added: Sequence[ScoreTest] = ()) -> Fit:
         """The best fit so far of a set of effects; a refit where there is none."""

@@ -209,6 +209,11 @@ class Diagnosis:
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
         hindrance: Why no effect was looked for, as a sentence; empty where they were.
+
+    Examples:
+        >>> from robolaser.diagnosis import examine
+        >>> examine(dataset, effects=[]).gap.nominal_m > 0
+        True
     """
 
     dataset: Dataset

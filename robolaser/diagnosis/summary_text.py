@@ -167,7 +167,7 @@ def _class(one: CauseClass, findings: Sequence[Finding]) -> str:
     reported = {candidate for candidate, _ in one.members}
     own = [found.candidate_effect for found in findings if class_of(found.candidate_effect) == one.name]
     said = [candidate for candidate in own if candidate in reported]
-    more = f" and {len(own) - len(said)} more" if len(own) > len(said) else ""
+    more = f", and {len(own) - len(said)} more" if len(own) > len(said) else ""
     return f"{noun(one.name)} ({members(said)}{more})" if said else noun(one.name)
 
 

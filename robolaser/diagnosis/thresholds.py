@@ -121,10 +121,8 @@ FREE_POSE_ROWS: Final = 4
 """Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by. Geometry: three rows
 of two numbers determine the six of a motion."""
 FREE_POSE_M: Final = 0.02
-"""How far a pose may be off as a whole [m], as a standard deviation: what the model lacks moves whole poses, gross
-errors single rows. A judgement: an arm's nominal model is off by 10 mm."""
-FREE_POSE_RAD: Final = 0.05
-"""The same for its turn [rad]. A judgement: by a degree or two."""
+"""How far a pose may be off as a whole [m], as a standard deviation, a turn as the shift that it makes at `LEVER_M`:
+what the model lacks moves whole poses, gross errors single rows. A judgement: a nominal arm is off by 10 mm."""
 MOST_POSES_OFF: Final = 0.1
 """Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
 
@@ -142,11 +140,10 @@ SMOOTH: Final = 0.35
 SMOOTH_POSTURE: Final = 0.6
 """The same for functions of all joints at once, of the posture's spread. A judgement."""
 SMOOTH_LOAD: Final = 2.0
-"""The same for the direction of gravity in the flange and for the overturning moment, of their ranges: what yields does
-so nearly in proportion. A judgement."""
-SMOOTH_FORCE: Final = 2.0
-"""The same for a force at the flange, of the extent of the flange's places: a cable that hangs from afar pulls nearly
-alike everywhere. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at most."""
+"""The same for loads: a force at the flange, of the extent of the flange's places, since a cable that hangs from afar
+pulls nearly alike everywhere; the direction of gravity in the flange and the overturning moment, of their ranges, since
+what yields does so nearly in proportion. A judgement: 1 and 4 change twice the log-likelihood of seven cables by 25 at
+most."""
 ROUGH: Final = 0.25
 """The same for functions with corners, which may be anything at a joint. A judgement: with 0.5 twice the
 log-likelihood of twelve blind worlds changes by 20 at most, and by 4 where a joint has a dead zone."""

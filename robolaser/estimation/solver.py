@@ -25,6 +25,9 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 MOST_RELIEF = 0.1  # factor by which the damping falls after a step that lowered the cost as predicted
 PROBE = 0.1  # share of a step at which the residuals' second derivative along it is measured
 ACCELERATED = 0.75  # length of the acceleration, relative to the step, up to which it is applied
+OF_LOSS = 1e-2
+"""Share of what a solution costs more than its rival, by which it may miss its optimum: how bad it is need not be known
+better."""
 AS_PREDICTED, FALL = 0.1, 0.1
 """Share of the predicted gain by which a step's gain may differ for the next one to be taken with the same derivatives;
 and the share of the gain promised before that such a step may still promise."""
@@ -44,7 +47,7 @@ class Solution:
     converged: Bools  # whether that is no more than the tolerance, or the rounding error, (c,)
     iterations: Ints  # steps taken, (c,)
     evaluations: int  # residual vectors evaluated in all; a Jacobian counts as one for each parameter
-    # derivatives of the residuals there by each parameter over its scale, (c, d, K), where they are known
+    # derivatives of the residuals by each parameter over its scale, (c, d, K), where they are known
     slopes: Array | None = None
 
     @property
@@ -61,6 +64,8 @@ def solve(
     tol: float = TOLERANCE,
     enough: float = 0.0,
     hopeless: Callable[[Array, Bools, Ints], Bools] | None = None,
+    slopes: Array | None = None,
+    rival: float = np.inf,
 ) -> Solution:
     """Descend from each start to the optimum of its valley.
 
@@ -74,6 +79,9 @@ def solve(
         enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
         hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
             all that are solved together, (c,) each.
+        slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
+            they are known: the first steps are chord steps with them.
+        rival: Cost of another solution, which is the better one where these cost much more.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
@@ -83,7 +91,7 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough).run(hopeless)
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival).run(hopeless, slopes)
         for part in parts
     ]
     if len(ends) == 1:
@@ -103,9 +111,11 @@ class _Descents:
     derivatives, while these promise ever less; `_bent` is the cost that their having changed since may hide.
     """
 
-    def __init__(self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float, enough: float) -> None:
+    def __init__(
+        self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float, enough: float, rival: float
+    ) -> None:
         c, d = x.shape
-        self._problem, self._kept, self._tol, self._enough = problem, kept, tol, enough
+        self._problem, self._kept, self._tol, self._enough, self._rival = problem, kept, tol, enough, rival
         self._x, self._cost = x.copy(), np.empty(c)
         self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
         self._damping, self._growth = np.full(c, FIRST_DAMPING), np.full(c, 2.0)
@@ -123,11 +133,14 @@ class _Descents:
     def _keeps(self) -> bool:
         return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
 
-    def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None) -> Solution:
+    def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
+        near = slopes is not None and len(self._J) == 1 and self._kept is None
+        if near:  # an end that matters is looked at with derivatives of its own
+            self._J[0][:], self._bent[:] = slopes, self._enough
         if len(active):
-            self._linearize(active)
+            self._linearize(active, chord=near)
         for _ in range(4 * MOST_STEPS):
             if not len(active):
                 break
@@ -183,7 +196,8 @@ class _Descents:
         self._side[active] = side
         digits = EPS * np.abs(x / problem.scale)
         least = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
-        enough = np.maximum(least, self._enough)
+        worth = np.maximum(self._enough, OF_LOSS * (cost - self._rival))
+        enough = np.maximum(least, worth)
         to_go = predicted.copy()  # the undamped step may be predicted to gain less, which matters near the optimum only
         near = np.flatnonzero(predicted <= enough)
         if len(near):
@@ -193,9 +207,7 @@ class _Descents:
         self._converged[active] = (to_go <= enough) | ((predicted <= least) & (to_go <= np.sqrt(self._tol) * cost))
         going = (to_go > enough) & (predicted > least) & (damping <= MOST_DAMPING)
         chord = self._chord[active]
-        doubted = chord & np.where(
-            going, predicted > FALL * self._promised[active], to_go + self._bent[active] > self._enough
-        )
+        doubted = chord & np.where(going, predicted > FALL * self._promised[active], to_go + self._bent[active] > worth)
         again = active[doubted]
         if len(again):
             self._linearize(again)

@@ -31,6 +31,12 @@ class ArithmeticCrossover(Crossover):
 
     Args:
         prob: Probability that a pair is crossed at all; the others are copied.
+
+    Examples:
+        >>> from robolaser.operators import ArithmeticCrossover
+        >>> result = minimize(sphere, GA(crossover=ArithmeticCrossover(prob=0.85)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, prob: float = 0.85, **kwargs: Any) -> None:

@@ -24,6 +24,12 @@ class BlendCrossover(Crossover):
 
     Raises:
         AlgorithmError: α is negative.
+
+    Examples:
+        >>> from robolaser.operators import BlendCrossover
+        >>> result = minimize(sphere, GA(crossover=BlendCrossover(alpha=0.3)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, alpha: float = 0.5, prob: float = 0.85, **kwargs: Any) -> None:
@@ -50,6 +56,12 @@ class ExtendedArithmeticCrossover(Crossover):
 
     Raises:
         AlgorithmError: δ is negative.
+
+    Examples:
+        >>> from robolaser.operators import ExtendedArithmeticCrossover
+        >>> result = minimize(sphere, GA(crossover=ExtendedArithmeticCrossover(delta=0.25)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, delta: float = 0.25, prob: float = 0.85, **kwargs: Any) -> None:
@@ -71,6 +83,12 @@ class HeuristicCrossover(Crossover):
 
     Args:
         prob: Probability that a pair is crossed at all.
+
+    Examples:
+        >>> from robolaser.operators import HeuristicCrossover
+        >>> result = minimize(sphere, GA(crossover=HeuristicCrossover()), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, prob: float = 0.85, **kwargs: Any) -> None:
@@ -97,6 +115,12 @@ class SimpleCrossover(Crossover):
 
     Args:
         prob: Probability that a pair is crossed at all.
+
+    Examples:
+        >>> from robolaser.operators import SimpleCrossover
+        >>> result = minimize(sphere, GA(crossover=SimpleCrossover()), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, prob: float = 0.85, **kwargs: Any) -> None:

@@ -50,6 +50,12 @@ class ElitistReplacement(Survival):
     Raises:
         AlgorithmError: `n_elites` is negative; when called, if the algorithm needs what only its own survival computes
             (ranks, crowding, reference directions).
+
+    Examples:
+        >>> from robolaser.operators import ElitistReplacement
+        >>> result = minimize(sphere, GA(survival=ElitistReplacement(n_elites=2)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(self, n_elites: int = 2) -> None:

@@ -40,6 +40,12 @@ class BoundaryMutation(_GeneMutation):
 
     Raises:
         AlgorithmError: When called, if a variable has no finite bounds.
+
+    Examples:
+        >>> from robolaser.operators import BoundaryMutation
+        >>> result = minimize(sphere, GA(mutation=BoundaryMutation(prob_var=0.02)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def _values(self, lower: Array, upper: Array, draws: Array) -> Array:
@@ -58,6 +64,12 @@ class UniformMutation(_GeneMutation):
 
     Raises:
         AlgorithmError: When called, if a variable has no finite bounds.
+
+    Examples:
+        >>> from robolaser.operators import UniformMutation
+        >>> result = minimize(sphere, GA(mutation=UniformMutation(prob_var=0.05)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def _values(self, lower: Array, upper: Array, draws: Array) -> Array:

@@ -57,6 +57,12 @@ class NonUniformMutation(Mutation):
     Raises:
         AlgorithmError: A setting makes no sense; when called, if a variable has no finite bounds, or if there is
             neither an algorithm nor `progress`.
+
+    Examples:
+        >>> from robolaser.operators import NonUniformMutation
+        >>> result = minimize(sphere, GA(mutation=NonUniformMutation(prob_var=0.1, b=5)), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def __init__(

@@ -57,6 +57,12 @@ class RouletteSelection(_Wheel):
 
     Raises:
         AlgorithmError: There is no such scaling.
+
+    Examples:
+        >>> from robolaser.operators import RouletteSelection
+        >>> result = minimize(sphere, GA(selection=RouletteSelection()), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def _stops(self, shape: tuple[int, int], random_state: Any) -> Array:
@@ -77,6 +83,12 @@ class StochasticUniversalSampling(_Wheel):
 
     Raises:
         AlgorithmError: There is no such scaling.
+
+    Examples:
+        >>> from robolaser.operators import StochasticUniversalSampling
+        >>> result = minimize(sphere, GA(selection=StochasticUniversalSampling()), ("n_gen", 20), seed=1)
+        >>> bool(result.F[0] < 0.1)
+        True
     """
 
     def _stops(self, shape: tuple[int, int], random_state: Any) -> Array:

@@ -18,6 +18,14 @@ class ScannerCalibration(Problem):
 
     `x` is in SI units within `xl` .. `xu`, the bounds of the data set, in the order of `names`; `F` is J [m²],
     infinite at the model's poles. Vectorised: a population is one batch.
+
+    Examples:
+        >>> from robolaser.problems import ScannerCalibration
+        >>> problem = ScannerCalibration(dataset)
+        >>> problem.names[:3]
+        ('f', 's_u', 's_v')
+        >>> problem.evaluate(np.array([problem.xl, problem.xu])).shape
+        (2, 1)
     """
 
     def __init__(self, dataset: Dataset, effects: Sequence[CandidateEffect] = ()) -> None:

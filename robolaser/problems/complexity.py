@@ -18,7 +18,12 @@ SEEN = 1e-9  # share of the largest singular value, or eigenvalue, below which t
 @final
 @dataclass(frozen=True)
 class Neighbourhood:
-    """A fitted model, and how its residuals change near the optimum, as far as that is linear."""
+    """A fitted model, and how its residuals change near the optimum, as far as that is linear.
+
+    Examples:
+        >>> fitted.plain_slopes.shape  # rows, coordinates, ordinary parameters
+        (20, 3, 2)
+    """
 
     white: Array  # whitened residuals, the distances from the priors beneath, (k,)
     white_slopes: Array  # the same by the ordinary parameters, (k, d)
@@ -30,7 +35,12 @@ class Neighbourhood:
 @final
 @dataclass(frozen=True)
 class Addition:
-    """An effect that may be in the model."""
+    """An effect that may be in the model.
+
+    Examples:
+        >>> effect.name, effect.plain.shape  # rows, coordinates, amplitudes
+        ('roll', (20, 3, 1))
+    """
 
     name: str  # for people
     white: Array  # whitened residuals by its amplitudes, (k, a)
@@ -60,6 +70,12 @@ class GapAgainstComplexity(Problem):
 
     Raises:
         AlgorithmError: There is no effect, or fewer than two folds.
+
+    Examples:
+        >>> from robolaser.problems import GapAgainstComplexity
+        >>> problem = GapAgainstComplexity(fitted, [effect], fold=np.arange(20) % 5)
+        >>> problem.evaluate(np.array([[0.0, 0.0], [1.0, 0.5]]))[:, 1]  # the number of effects
+        array([0., 1.])
     """
 
     def __init__(self, model: Neighbourhood, additions: Sequence[Addition], fold: Ints) -> None:
@@ -123,7 +139,16 @@ class GapAgainstComplexity(Problem):
 
 @final
 class BestAmplitudes(Repair):
-    """Amplitudes put where the gap is smallest, so that a search has only to choose among the effects."""
+    """Amplitudes put where the gap is smallest, so that a search has only to choose among the effects.
+
+    Examples:
+        >>> from pymoo.algorithms.moo.nsga2 import NSGA2
+        >>> from robolaser.problems import BestAmplitudes, GapAgainstComplexity
+        >>> problem = GapAgainstComplexity(fitted, [effect], fold=np.arange(20) % 5)
+        >>> result = minimize(problem, NSGA2(pop_size=20, repair=BestAmplitudes()), ("n_gen", 5), seed=1)
+        >>> result.F.shape[1]
+        2
+    """
 
     def _do(self, problem: GapAgainstComplexity, X: Array, **kwargs: Any) -> Array:
         return problem.settled(X)

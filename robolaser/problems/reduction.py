@@ -66,6 +66,12 @@ class ReducedCalibration(Problem):
     """Minimise J in the parameters that do not follow from the others; the others are the best within their bounds.
 
     `F` is J [m²] of the completed candidate, infinite at the model's poles.
+
+    Examples:
+        >>> from robolaser.model.forward_model import Model
+        >>> from robolaser.problems import ReducedCalibration
+        >>> ReducedCalibration(Model(dataset)).n_var < len(Model(dataset).parameters)
+        True
     """
 
     def __init__(self, model: Model) -> None:

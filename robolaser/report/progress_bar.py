@@ -20,14 +20,13 @@ APART_S: Final = 0.2
 def progress_bar() -> Iterator[Progress]:
     """Show how far long work is; nothing where neither a notebook nor a terminal shows it.
 
-    ```python
-    with robolaser.progress_bar() as progress:
-        result = robolaser.diagnose(dataset, progress=progress)
-    ```
-
     Yields:
         What `calibrate`, `diagnose` and `compare` take as `progress`: a function of what is being done and of the
         share, 0 to 1, that is done.
+
+    Examples:
+        >>> with robolaser.progress_bar() as progress:
+        ...     found = robolaser.calibrate(dataset, progress=progress)
     """
     if (kernel := _kernel()) is not None:
         yield from _in_notebook(kernel)

@@ -25,6 +25,13 @@ class Scan:
         recording: With the calibrated scanner and its arm.
         cloud: Its points, to be had piece by piece.
         warnings: What the user should know.
+
+    Examples:
+        >>> from robolaser.scan import prepare, read_calibration
+        >>> robolaser.calibrate(dataset).save("for_scan")
+        >>> scan = prepare(read_calibration("for_scan"), dataset)
+        >>> scan.recording.name
+        'paper'
     """
 
     calibrated: Calibrated
@@ -51,6 +58,12 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
         ScanError: They are not of one scanner, or the recording holds nothing to scan.
         DataError: Its poses.csv names images as it must not.
         DataError: Its stripes.npy is broken.
+
+    Examples:
+        >>> from robolaser.scan import prepare, read_calibration
+        >>> robolaser.calibrate(dataset).save("for_prepare")
+        >>> prepare(read_calibration("for_prepare"), dataset).warnings
+        ()
     """
     fitted = calibrated.fitted_to(recording)
     stated = recording.noise.pixel_px
@@ -61,7 +74,15 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
 
 
 def merged(scans: Sequence[Scan]) -> Scan:
-    """Several scans with one calibration as one; the only one as it is."""
+    """Several scans with one calibration as one; the only one as it is.
+
+    Examples:
+        >>> from robolaser.scan import merged, prepare, read_calibration
+        >>> robolaser.calibrate(dataset).save("for_merged")
+        >>> scan = prepare(read_calibration("for_merged"), dataset)
+        >>> merged([scan, scan]).recording.name
+        'paper, paper'
+    """
     first = scans[0]
     if len(scans) == 1:
         return first

@@ -45,6 +45,12 @@ class Calibrated:
         noise: Standard deviation of each source of error, by name [px, m or rad].
         rms_m: Error of the calibration points, on new poses where that is known [m].
         run: The run that it was calibrated from; None where an older file does not say.
+
+    Examples:
+        >>> from robolaser.scan import read_calibration
+        >>> robolaser.calibrate(dataset).save("calibrated")
+        >>> read_calibration("calibrated").as_drawn().effects
+        ()
     """
 
     name: str
@@ -135,7 +141,14 @@ def read_calibration(path: Path, arm: Robot | None = None) -> Calibrated:
         DataError: It is of another format, lacks something, or has something impossible, or is of another sensor.
         EffectError: An effect is not known here.
         DataError, RobotError: It or the robot beside it cannot be read.
+
+    Examples:
+        >>> from robolaser.scan import read_calibration
+        >>> robolaser.calibrate(dataset).save("scanner")
+        >>> read_calibration("scanner").name
+        'paper'
     """
+    path = Path(path)
     file_path = path / FILE if path.is_dir() else path
     if not file_path.exists():
         what = f"has no {FILE}" if path.is_dir() else "does not exist"

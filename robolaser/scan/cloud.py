@@ -53,6 +53,13 @@ class Cloud:
         source: The stripes.
         arm: Scatter from the noise of the joints' readings at each pose, (n,) [m].
         counts: Counts what passes.
+
+    Examples:
+        >>> from robolaser.scan import prepare, read_calibration
+        >>> robolaser.calibrate(dataset).save("for_cloud")
+        >>> cloud = prepare(read_calibration("for_cloud"), dataset).cloud
+        >>> sum(len(piece) for piece in cloud.pieces())
+        25
     """
 
     scanner: ScannerModel

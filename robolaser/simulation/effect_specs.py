@@ -15,6 +15,11 @@ def sizes_of(texts: Iterable[str]) -> dict[str, float]:
 
     Raises:
         UsageError: There is no size, or it is not a finite number.
+
+    Examples:
+        >>> from robolaser.simulation import sizes_of
+        >>> sizes_of(["laser_roll=0.03", "backlash:joint_2=0.001"])
+        {'laser_roll': 0.03, 'backlash:joint_2': 0.001}
     """
     sizes = {}
     for text in texts:

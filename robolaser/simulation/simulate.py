@@ -28,7 +28,14 @@ EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the ti
 @final
 @dataclass(frozen=True)
 class Simulated:
-    """A simulated data set and what no cell would tell."""
+    """A simulated data set and what no cell would tell.
+
+    Examples:
+        >>> from robolaser.simulation import paper
+        >>> simulated = paper(robolaser.find_robot("scorbot_er7"), effects={"laser_roll": 0.03})
+        >>> simulated.truth["laser_roll.laser.angle"]
+        0.03
+    """
 
     dataset: Dataset  # as the cell would give it
     truth: Mapping[str, float]  # every parameter of the sensor, and the numbers of the effects, by name
@@ -91,6 +98,13 @@ def simulate(
         RobotError: The arm cannot look at a target or reach a socket often enough.
         EffectError: With the effects it no longer can, or they are not possible.
         UsageError: Numbers or words that have no meaning here.
+
+    Examples:
+        >>> from robolaser.simulation import simulate
+        >>> effects = {"joint_offset:elbow_joint": 0.002}
+        >>> made = simulate(robolaser.find_robot("ur5e"), kind="socket", poses=20, effects=effects, seed=1)
+        >>> made.dataset
+        <Dataset simulated-ur5e: ball in fixed sockets, robot ur5e, 20 points in 20 poses>
     """
     kind, with_corners = along_camera(kind)
     sensor_type, noise = simulated_sensor(kind), noise or Noise()
@@ -156,7 +170,13 @@ def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
 
 
 def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:
-    """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no noise stated."""
+    """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no noise stated.
+
+    Examples:
+        >>> from robolaser.simulation import paper
+        >>> len(paper(robolaser.find_robot("scorbot_er7"), seed=1).dataset.points)
+        25
+    """
     return simulate(
         robot, poses=5, points=5, noise=Noise(target_m=3e-4), stated=Noise(), effects=effects, name="paper", seed=seed
     )

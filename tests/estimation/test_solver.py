@@ -216,3 +216,18 @@ def test_units_of_the_parameters_do_not_matter():
 def test_no_candidates_have_no_end():
     problem = FunctionProblem(decay, np.ones(3), np.zeros(3), np.full(3, 5.0))
     assert solve(problem, np.empty((0, 3))).x.shape == (0, 3)
+
+
+def test_derivatives_from_elsewhere_change_no_optimum(case):
+    residuals, x0, lower, upper = case
+    problem = FunctionProblem(residuals, x0, lower, upper)
+    elsewhere = problem.jacobian(np.clip(x0 + 0.05, lower, upper)[None])[0]
+    alone = solve(problem, x0[None]).cost[0]
+    assert solve(problem, x0[None], slopes=elsewhere).cost[0] == pytest.approx(alone, rel=1e-9, abs=1e-20)
+
+
+def test_the_loss_against_a_rival_is_known_to_a_hundredth(case):
+    residuals, x0, lower, upper = case
+    problem = FunctionProblem(residuals, x0, lower, upper)
+    optimum = solve(problem, x0[None]).cost[0]
+    assert solve(problem, x0[None], rival=0.5 * optimum).cost[0] <= (1.0 + 1e-2) * optimum + 1e-20

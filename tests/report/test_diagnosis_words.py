@@ -76,7 +76,7 @@ def test_members_that_are_not_reported_are_counted():
     one = doubted(geometric())
     some = (replace(one.classes[0], members=one.classes[0].members[:1]),)
     said = sentence("explained", one.findings, some, one.where, one.gap, one.repeatability, one.outliers)
-    assert "by the arm's geometry (joint offset of perturb and 1 more)" in said
+    assert "by the arm's geometry (joint offset of perturb, and 1 more)" in said
 
 
 def test_what_is_explained_is_never_perhaps():

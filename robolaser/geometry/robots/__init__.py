@@ -106,6 +106,10 @@ def find_robot(
             `Robot.from_urdf`.
         DataError: The path leads to no file that can be read.
         DependencyMissing: Known, but its package is absent.
+
+    Examples:
+        >>> robolaser.find_robot("ur5e").joints[0]
+        'shoulder_pan_joint'
     """
     path = Path(name_or_path)
     is_path = path.suffix in urdf.SUFFIXES or path.is_file()

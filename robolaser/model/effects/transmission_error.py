@@ -14,10 +14,8 @@ from robolaser.model.effects.mechanism import number
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 
-FEWEST, MOST = (
-    10.0,
-    330.0,
-)  # cycles a joint turn: below are dead zones and cables; a harmonic drive has at most twice 160
+FEWEST, MOST = 10.0, 330.0
+"""Cycles a joint turn: below are dead zones and cables; a harmonic drive has at most twice 160."""
 STEP = 2.0  # of the phase over the joint's range [rad]: half a step off, a wave still fits 92 % of itself
 
 
