@@ -226,7 +226,11 @@ def cell_scene(
     taken = [dataset.poses.names[i] for i in frames]
     images = photos(dataset, [int(i) for i in frames], last)
     said = "Lines lead from known points to where the model puts them, magnified as the slider says." if shifts else ""
-    photo = " Beside it the image of the pose with the points extracted from it." if images else ""
+    photo = (
+        " Beside it the image of the pose with the points extracted from it, larger where they err more."
+        if images
+        else ""
+    )
     return Scene(
         title,
         f"Drag to turn, step through the poses. {said}{photo}{remark}".replace("  ", " "),
