@@ -60,8 +60,9 @@ AFTER_SEARCH = (
 )  # fmt: skip
 """Thresholds that are read once the set of effects is chosen."""
 NUMERICAL = (
-    "candidate_sites.DENTS", "effect_columns.STEP", "fit.LEAST_FACTOR", "fit.LEAST_SHARE", "fit.MOST_ROUNDS",
-    "fit.SEEN", "fit.SHARE", "fit.SINGULAR", "fit.TOLERANCE", "gaussian_process_basis.KEPT",
+    "candidate_sites.DENTS", "effect_columns.SLOPE", "effect_columns.STEP", "fit.LEAST_FACTOR",
+    "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SHARE", "fit.SINGULAR", "fit.TOLERANCE",
+    "gaussian_process_basis.KEPT",
     "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
     "held_out_gap.RESAMPLES", "held_out_gap.SHARE", "held_out_gap.TOLERANCE", "noise_estimate.LEAST_SHOWN",
     "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "repeatability.NEAR",

@@ -11,17 +11,11 @@ from robolaser.arrays import Array, Ints
 @final
 @dataclass(frozen=True, eq=False)
 class ConvergenceTrace:
-    """Every improvement of a run, in order (k).
+    """Every improvement of a run, in order (k)."""
 
-    Attributes:
-        evaluations: Candidates evaluated up to and including the improvement, (k,).
-        seconds: Wall time by then [s], (k,).
-        costs: The improved cost, falling, (k,).
-    """
-
-    evaluations: Ints
-    seconds: Array
-    costs: Array
+    evaluations: Ints  # candidates evaluated up to and including the improvement, (k,)
+    seconds: Array  # wall time by then [s], (k,)
+    costs: Array  # the improved cost, falling, (k,)
 
     @property
     def final(self) -> float:

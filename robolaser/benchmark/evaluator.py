@@ -68,11 +68,7 @@ class BudgetedEvaluator:
         return self._recorded(x, self.problem.cost(x))
 
     def objectives(self, x: Array) -> Array:
-        """Objectives of candidates, (c, d) -> (c, m); the front counts as improved by all of them at once.
-
-        Raises:
-            BudgetExhausted, BenchmarkError: As `cost` does.
-        """
+        """Objectives of candidates, (c, d) -> (c, m); the front counts as improved by all of them at once."""
         if self.front is None:
             return self.cost(x)[:, None]
         x = self._checked(x)
@@ -85,11 +81,7 @@ class BudgetedEvaluator:
         return values
 
     def residuals(self, x: Array) -> Array:
-        """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation.
-
-        Raises:
-            BudgetExhausted, BenchmarkError: As `cost` does.
-        """
+        """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation."""
         if self.problem.residuals is None:
             raise TypeError(f"{self.problem.name} is not a sum of squares")
         x = self._checked(x)
@@ -98,11 +90,7 @@ class BudgetedEvaluator:
         return residuals
 
     def record(self, evaluations: int, cost: float, x: Array | None = None) -> None:
-        """Count candidates that a solver evaluated without this evaluator, the lowest cost among them, and whose it is.
-
-        Raises:
-            BudgetExhausted: The budget or the time is used up.
-        """
+        """Count candidates that a solver evaluated without this evaluator, the lowest cost of them, and whose it is."""
         self.evaluations += evaluations
         if self.evaluations <= self.budget and cost < self.best:
             self._improve(self.evaluations, cost)

@@ -10,10 +10,6 @@ from robolaser.errors import UsageError
 def labels_of(texts: Sequence[str], names: Sequence[str]) -> Mapping[str, str]:
     """Labels by name, as typed in `NAME=LABEL`; a name may have equals signs itself.
 
-    Args:
-        texts: As typed.
-        names: Of the solvers.
-
     Raises:
         UsageError: A text is not of that form, names nobody who takes part, or makes two names alike.
     """
@@ -31,12 +27,7 @@ def labels_of(texts: Sequence[str], names: Sequence[str]) -> Mapping[str, str]:
 
 
 def labelled(result: BenchmarkResult, labels: Mapping[str, str]) -> BenchmarkResult:
-    """The same result with other names for solvers.
-
-    Args:
-        result: Any.
-        labels: New names by old ones; who has none keeps the old one.
-    """
+    """The same result with other names for solvers; who has none keeps the old one."""
     new = {name: labels.get(name, name) for name in result.solvers}
     return replace(
         result,

@@ -45,18 +45,14 @@ def igd_plus(result: BenchmarkResult) -> "pd.DataFrame":
 def attainment(
     result: BenchmarkResult, problem: str, algorithm: str, shares: Sequence[float] = (0.25, 0.5, 0.75)
 ) -> Array:
-    """Empirical attainment surfaces: what so large a share of the runs attained or dominated.
-
-    Args:
-        result: The benchmark.
-        problem: Its name; of two or three objectives.
-        algorithm: Name of the solver.
-        shares: Of the runs, 0 to 1.
+    """Empirical attainment surfaces of a solver on a problem: what so large a share of its runs attained.
 
     Returns:
-        Corners of the surfaces, (k, m + 1): objective values, and the share as the last column.
+        Corners of the surfaces, (k, m + 1): objective values, and the share last; without fronts (0, 0).
     """
     fronts = [run.front for run in result.runs if run.key[:2] == (problem, algorithm) and run.front is not None]
+    if not any(len(front) for front in fronts):
+        return np.empty((0, 0))
     of_run = np.repeat(np.arange(len(fronts)), [len(front) for front in fronts])
     corners: Array = moocore.eaf(np.concatenate(fronts), of_run, percentiles=[100 * share for share in shares])
     corners[:, -1] /= 100

@@ -23,41 +23,23 @@ PROBES, PROBE_SEED = 8, 1
 @final
 @dataclass(frozen=True, eq=False)
 class BenchmarkProblem:
-    """A cost to be minimised within bounds.
+    """A cost to be minimised within bounds."""
 
-    Attributes:
-        name: The user's name for it, and that of all results.
-        title: A description for a person.
-        family: `CALIBRATION`, `TEST_FUNCTION` or `OWN`.
-        variables: Their names, d of them.
-        lower: Lower bounds, (d,).
-        upper: Upper bounds, (d,).
-        cost: Of candidates (c, d) -> (c,), of several objectives (c, m); infinite or not a number at poles.
-        unit: Of the cost.
-        scale: A difference in cost that can be neglected where the lowest cost is zero, in `unit`.
-        residuals: Candidates (c, d) -> (c, r), whose squares add up to the cost; None if it is not a sum of squares.
-        model: The forward model of a calibration.
-        lowest: The lowest cost, where theory knows it.
-        constraints: Their number; with any, costs from `INFEASIBLE` on are those of infeasible candidates.
-        front: An empty one, if the problem has several objectives.
-        starts: Candidates that every solver begins with, the best first, (k, d); none by default.
-    """
-
-    name: str
-    title: str
-    family: str
-    variables: tuple[str, ...]
-    lower: Array
-    upper: Array
-    cost: Callable[[Array], Array]
-    unit: str
-    scale: float
-    residuals: Callable[[Array], Array] | None = None
-    model: "Model | None" = None
-    lowest: float | None = None
-    constraints: int = 0
-    front: "Front | None" = None
-    starts: Array = field(default_factory=lambda: np.empty((0, 0)))
+    name: str  # the user's name for it, and that of all results
+    title: str  # a description for a person
+    family: str  # `CALIBRATION`, `TEST_FUNCTION` or `OWN`
+    variables: tuple[str, ...]  # their names, d of them
+    lower: Array  # lower bounds, (d,)
+    upper: Array  # upper bounds, (d,)
+    cost: Callable[[Array], Array]  # (c, d) -> (c,), of several objectives (c, m); not finite at poles
+    unit: str  # of the cost
+    scale: float  # a difference in cost that can be neglected where the lowest cost is zero, in `unit`
+    residuals: Callable[[Array], Array] | None = None  # (c, d) -> (c, r), whose squares add up to the cost
+    model: "Model | None" = None  # the forward model of a calibration
+    lowest: float | None = None  # the lowest cost, where theory knows it
+    constraints: int = 0  # their number; with any, costs from `INFEASIBLE` on are those of infeasible candidates
+    front: "Front | None" = None  # an empty one, if the problem has several objectives
+    starts: Array = field(default_factory=lambda: np.empty((0, 0)))  # what every solver begins with, (k, d)
 
     def __post_init__(self) -> None:
         """Make the bounds read-only: what one run wrote into them would change the problem of the next."""
@@ -89,24 +71,13 @@ class ProblemSpec:
 @final
 @dataclass(frozen=True)
 class ProblemSummary:
-    """A problem, and the lowest cost that was ever found.
+    """A problem, and the lowest cost that was ever found."""
 
-    Attributes:
-        name: Name of the problem.
-        title: A description for a person.
-        family: See `BenchmarkProblem`.
-        dimension: Number of variables.
-        unit: Of the cost.
-        scale: Unit of the targets' tolerances: the lowest cost itself, unless it is close to zero.
-        best: The lowest cost known.
-        found_by: A solver's name, "theory", or "robolaser's own search".
-    """
-
-    name: str
-    title: str
-    family: str
-    dimension: int
-    unit: str
-    scale: float
-    best: float
-    found_by: str
+    name: str  # name of the problem
+    title: str  # a description for a person
+    family: str  # see `BenchmarkProblem`
+    dimension: int  # number of variables
+    unit: str  # of the cost
+    scale: float  # unit of the targets' tolerances: the lowest cost itself, unless it is close to zero
+    best: float  # the lowest cost known
+    found_by: str  # a solver's name, "theory", or "robolaser's own search"

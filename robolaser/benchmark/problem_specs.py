@@ -52,12 +52,7 @@ def spec_of(problem: object) -> ProblemSpec:
 
 
 def specs_of(problems: Sequence[object]) -> tuple[ProblemSpec, ...]:
-    """Find the problems that are meant; one that is named twice counts once.
-
-    Raises:
-        UsageError: Two problems have the same name.
-        UsageError, BenchmarkError, DataError: As `spec_of` does.
-    """
+    """Find the problems that are meant; one that is named twice counts once, two of one name are a UsageError."""
     found: dict[str, tuple[object, ProblemSpec]] = {}
     for problem in dict.fromkeys(problems):
         spec = spec_of(problem)

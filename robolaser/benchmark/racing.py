@@ -30,10 +30,7 @@ FIRST = 5
 def race(plan: RunPlan, table: RunTable, space: SettingSpace | None = None) -> Iterator[RunPlan]:
     """Plans of a race, the runs of each of which have to be in the table before the next is asked for.
 
-    Args:
-        plan: The algorithms, and the most seeds of each.
-        table: Where the runs are.
-        space: Where further settings come from.
+    The plan says who races and on how many seeds at most; further settings come from a space.
     """
     left, most, furthest = [solver.name for solver in plan.solvers], len(plan.seeds), 0
     for number in range(space.rounds if space is not None else 1):
@@ -60,14 +57,9 @@ def _without(plan: RunPlan, names: Sequence[str], count: int) -> RunPlan:
 
 
 def survivors(blocks: Array, level: float = LEVEL) -> Bools:
-    """Who is not significantly worse than the best: Friedman's test, then Conover's (1999, section 5.8) of each pair.
+    """Who is not significantly worse than the best, outcomes of blocks (b, a) -> (a,), lower is better.
 
-    Args:
-        blocks: Outcomes, lower is better, (b, a).
-        level: Of both tests.
-
-    Returns:
-        (a,).
+    Friedman's test, then Conover's of each pair (1999, section 5.8), both at one level.
     """
     n, k = blocks.shape
     stay = np.ones(k, dtype=bool)

@@ -17,21 +17,13 @@ if TYPE_CHECKING:
 @final
 @dataclass(frozen=True)
 class Effort:
-    """What the benchmark itself took, over all its sessions if it was resumed.
+    """What the benchmark itself took, over all its sessions if it was resumed."""
 
-    Attributes:
-        engine: Where the last session's runs were made: "this machine" or the address of a Dask scheduler.
-        workers: Runs at a time in the last session.
-        seconds: Wall time.
-        capacity_s: Wall time of all workers together.
-        busy_s: The part of it that went into runs.
-    """
-
-    engine: str
-    workers: int
-    seconds: float
-    capacity_s: float
-    busy_s: float
+    engine: str  # where the last session's runs were made: "this machine" or the address of a Dask scheduler
+    workers: int  # runs at a time in the last session
+    seconds: float  # wall time
+    capacity_s: float  # wall time of all workers together
+    busy_s: float  # the part of it that went into runs
 
     @property
     def busy(self) -> float:

@@ -31,31 +31,22 @@ class ResultArrays:
 
     NaN stands for a run that is missing: not yet made, or the solver does not apply to the problem.
 
-    Attributes:
-        problems: Names of the problems, p.
-        algorithms: Names of the solvers, a.
-        seeds: s of them.
-        tolerances: Of the targets, falling, (t,).
-        evaluations: To each target, infinite where it was not reached, (p, a, s, t).
-        seconds: The same in wall time [s].
-        total_evaluations: By the whole run, (p, a, s); a failed one counts as if it had spent the budget.
-        total_s: The same in wall time [s]; a failed one counts as long as the solver's longest on the problem that
-            did not fail, or as the time limit if there is none.
-        final: Lowest cost over the best known, less one in units of the problem's scale: its tolerance, (p, a, s).
-            Without a feasible candidate `INFEASIBLE` times (1 + the violation).
-        failed: Runs that failed, (p, a, s).
+    A failed run counts as if it had spent the budget, and as long as the solver's longest on the problem that did not
+    fail, or as the time limit if there is none.
     """
 
-    problems: tuple[str, ...]
-    algorithms: tuple[str, ...]
-    seeds: tuple[int, ...]
-    tolerances: Array
-    evaluations: Array
-    seconds: Array
-    total_evaluations: Array
-    total_s: Array
-    final: Array
-    failed: Bools
+    problems: tuple[str, ...]  # p
+    algorithms: tuple[str, ...]  # a
+    seeds: tuple[int, ...]  # s
+    tolerances: Array  # of the targets, falling, (t,)
+    evaluations: Array  # to each target, infinite where it was not reached, (p, a, s, t)
+    seconds: Array  # the same in wall time [s]
+    total_evaluations: Array  # by the whole run, (p, a, s)
+    total_s: Array  # the same in wall time [s]
+    final: (
+        Array  # tolerance that the lowest cost keeps to; infeasible: `INFEASIBLE` times (1 + the violation), (p, a, s)
+    )
+    failed: Bools  # (p, a, s)
 
     @classmethod
     def of(
@@ -70,18 +61,7 @@ class ResultArrays:
         budget: int,
         time_limit_s: float,
     ) -> "ResultArrays":
-        """Count.
-
-        Args:
-            runs: Any; those on other problems, by other algorithms or with other seeds are left out.
-            problems: Names, p.
-            algorithms: Names, a.
-            seeds: s of them.
-            best: The lowest cost known of each problem, p.
-            scale: What tolerances are measured in, in each problem, p.
-            budget: Evaluations that a run might spend.
-            time_limit_s: Wall time that a run might take [s].
-        """
+        """Count runs; those on other problems, by other algorithms or with other seeds are left out."""
         shape = (len(problems), len(algorithms), len(seeds))
         per_target = (*shape, len(TOLERANCES))
         evaluations, seconds = np.full(per_target, np.nan), np.full(per_target, np.nan)

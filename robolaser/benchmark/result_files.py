@@ -15,12 +15,7 @@ FORMAT = "robolaser-comparison/1"
 
 
 def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> str:
-    """The text of comparison.json.
-
-    Args:
-        result: The result.
-        standings: Those of each family of problems.
-    """
+    """The text of comparison.json, given the standings of each family of problems."""
     effort = result.effort
     content = {
         "format": FORMAT,
@@ -53,13 +48,7 @@ def runs_csv(result: BenchmarkResult) -> str:
 
 
 def exported(result: BenchmarkResult, *, iohprofiler: bool = False, parquet: bool = False) -> dict[str, str | bytes]:
-    """What the files for other programs hold, by their names.
-
-    Args:
-        result: The result.
-        iohprofiler: A folder that IOHanalyzer and iohinspector read.
-        parquet: The tables of runs and of their improvements.
-    """
+    """What the files for other programs hold, by their names: IOHprofiler's, and tables of runs and improvements."""
     files: dict[str, str | bytes] = {}
     if iohprofiler:
         files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}

@@ -33,19 +33,12 @@ MOST_SHOWN = 4
 @final
 @dataclass(frozen=True)
 class RunProgress:
-    """How far a benchmark has come.
+    """How far a benchmark has come."""
 
-    Attributes:
-        done: Runs that were made.
-        wanted: Runs that were planned.
-        running: Runs under way: those handed out longest ago; none while there are no workers.
-        left_s: Estimated time that the others will take [s]; None before any run is done.
-    """
-
-    done: int
-    wanted: int
-    running: tuple[Task, ...]
-    left_s: float | None
+    done: int  # runs that were made
+    wanted: int  # runs that were planned
+    running: tuple[Task, ...]  # runs under way: those handed out longest ago; none while there are no workers
+    left_s: float | None  # estimated time that the others will take [s]; None before any run is done
 
     @property
     def share(self) -> float:
@@ -73,14 +66,7 @@ def run_all(
     made: Mapping[Key, float] = MappingProxyType({}),
     on_progress: Callable[[RunProgress], None] = lambda progress: None,
 ) -> Iterator[BenchmarkRun]:
-    """Make all runs of a plan, and yield each as soon as it is done.
-
-    Args:
-        plan: Which runs.
-        engine: Where they are made.
-        made: How long runs took that need not be made again [s].
-        on_progress: Called twice a second.
-    """
+    """Make all runs of a plan but those made already, which took so long, and yield each as soon as it is done."""
     payloads = {spec.name: engine.share(cloudpickle.dumps(spec)) for spec in plan.specs}
     planned = {task.key for task in plan.tasks}
     done = {key: seconds for key, seconds in made.items() if key in planned}
@@ -145,13 +131,7 @@ def fill(
     engine: Engine,
     on_progress: Callable[[RunProgress], None] = lambda progress: None,
 ) -> None:
-    """Make all runs of a plan that a table lacks.
-
-    Args:
-        table: Takes each run as soon as it is done.
-        plan: Which runs.
-        engine: Where they are made.
-        on_progress: Called twice a second.
+    """Make all runs of a plan that a table lacks; progress is told twice a second.
 
     Raises:
         BenchmarkError: The runs in the table were made under other conditions, or the engine was lost.

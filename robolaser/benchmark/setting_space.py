@@ -66,13 +66,7 @@ class SettingSpace:
         return 2 + int(math.log2(len(self._ranges))) if self._ranges else 1
 
     def near(self, best: Sequence[str], count: int, number: int) -> tuple[str, ...]:
-        """New settings near the best, the nearer the more rounds there were: irace's truncated normal distribution.
-
-        Args:
-            best: Names of the algorithms left.
-            count: How many are wanted.
-            number: Of the round, from 1.
-        """
+        """So many new settings near the best, nearer in later rounds (from 1): irace's truncated normal."""
         parents = [self._at[name] for name in best if name in self._at]
         spread = 0.5 * max(count, 2) ** (-number / len(self._varied))
         return self._sampled(count, parents, spread)

@@ -24,35 +24,20 @@ Key = tuple[str, str, int]
 @final
 @dataclass(frozen=True, eq=False)
 class BenchmarkRun:
-    """The result of one run.
+    """The result of one run."""
 
-    Attributes:
-        problem: Name of the problem.
-        algorithm: Name of the solver.
-        seed: Of the run.
-        state: `DONE` if it ended by itself or used up its budget, else `FAILED`.
-        reason: Why it failed; empty if it did not.
-        evaluations: Candidates evaluated.
-        seconds: Wall time.
-        processor_s: Processor time.
-        trace: Every improvement; of failed runs as far as it is known.
-        violation: The lowest violation of the constraints; 0 with a feasible candidate, or if nothing is known.
-        front: Objective values that it found and nothing dominates, (n, m), if there are several objectives.
-        x: The best candidate, (1, d), or those of the front, (n, d); none if they are not known.
-    """
-
-    problem: str
-    algorithm: str
-    seed: int
-    state: str
-    reason: str
-    evaluations: int
-    seconds: float
-    processor_s: float
-    trace: ConvergenceTrace
-    violation: float = 0.0
-    front: Array | None = None
-    x: Array | None = None
+    problem: str  # name of the problem
+    algorithm: str  # name of the solver
+    seed: int  # of the run
+    state: str  # `DONE` if it ended by itself or used up its budget, else `FAILED`
+    reason: str  # why it failed; empty if it did not
+    evaluations: int  # candidates evaluated
+    seconds: float  # wall time
+    processor_s: float  # processor time
+    trace: ConvergenceTrace  # every improvement; of failed runs as far as it is known
+    violation: float = 0.0  # the lowest of the constraints'; 0 with a feasible candidate, or if nothing is known
+    front: Array | None = None  # of several objectives: the values that nothing dominates, (n, m)
+    x: Array | None = None  # the best candidate, (1, d), or those of the front, (n, d); none if they are not known
 
     @property
     def key(self) -> Key:

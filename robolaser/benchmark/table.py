@@ -100,12 +100,7 @@ class RunTable:
         self._db.close()
 
     def begin(self, plan: RunPlan, *, engine: str, workers: int) -> None:
-        """Open a session.
-
-        Args:
-            plan: Which runs will be made.
-            engine: Where they are made.
-            workers: Runs at a time.
+        """Open a session, in which runs of a plan are made so many at a time.
 
         Raises:
             BenchmarkError: The runs in the table were made under other conditions.
@@ -146,11 +141,7 @@ class RunTable:
             self._session = self._insert("sessions", [(None, engine, workers, 0.0, 0.0)])
 
     def add(self, run: BenchmarkRun, *, after_s: float) -> None:
-        """Add a run that was done so many seconds after the session began; it replaces one of the same name and seed.
-
-        Raises:
-            OutputError: The file cannot be written.
-        """
+        """Add a run that was done so many seconds after the session began; it replaces one of the same key."""
         if run.state != DONE:
             self.failed[run.key] = run.seconds
         trace, best = run.trace, run.trace.final if len(run.trace.costs) else None
@@ -183,11 +174,7 @@ class RunTable:
         return {(problem, algorithm, seed): seconds for problem, algorithm, seed, seconds in rows}
 
     def result(self, plan: RunPlan | None = None) -> BenchmarkResult:
-        """The result so far, of a plan or of all that is there.
-
-        Raises:
-            BenchmarkError: The table is damaged.
-        """
+        """The result so far, of a plan or of all that is there."""
         conditions = self._conditions()
         problems = [ProblemSummary(*row[:-1]) for row in self._rows("select * from problems order by rowid")]
         solvers = dict(self._rows("select * from solvers order by rowid"))
@@ -286,13 +273,9 @@ class RunTable:
 
 
 def load(path: str | Path) -> BenchmarkResult:
-    """Read the runs of a comparison, finished or not; `load(path).to_frame()` has a row for each run.
+    """Read the runs of a comparison, finished or not, from its folder or the file `runs.sqlite` in it.
 
-    Args:
-        path: The result's folder, or the file `runs.sqlite` in it.
-
-    Returns:
-        The result; see `BenchmarkResult.to_frame` for the columns.
+    `load(path).to_frame()` has a row for each run.
 
     Raises:
         BenchmarkError: There is no such table.
@@ -317,9 +300,6 @@ def starting_points(path: str | Path) -> Mapping[str, Array]:
     """What the runs of an earlier comparison left to begin with: their best candidates, (k, d), by problem.
 
     The lowest cost comes first; of several objectives there are those that nothing of the same run dominates.
-
-    Raises:
-        BenchmarkError: There is no such table.
     """
     found: dict[str, list[Array]] = {}
     for run in sorted(load(path).runs, key=lambda run: run.trace.final):

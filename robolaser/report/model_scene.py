@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
+from robolaser.diagnosis.cause_words import place
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.forward_model import Model
@@ -225,7 +226,11 @@ def cell_scene(
     taken = [dataset.poses.names[i] for i in frames]
     images = photos(dataset, [int(i) for i in frames], last)
     said = "Lines lead from known points to where the model puts them, magnified as the slider says." if shifts else ""
-    photo = " Beside it the image of the pose with the points extracted from it." if images else ""
+    photo = (
+        " Beside it the image of the pose with the points extracted from it, larger where they err more."
+        if images
+        else ""
+    )
     return Scene(
         title,
         f"Drag to turn, step through the poses. {said}{photo}{remark}".replace("  ", " "),
@@ -259,11 +264,11 @@ def _arm(cell: CellPoses, marked: Mapping[str, str]) -> list[Shape]:
         shapes += [path(cell.light, colour, width=1, closed=True, opacity=0.18),
                    path(cell.light[:, 1:], colour, width=2)]  # fmt: skip
     joints = [name for name in moving_joints(cell.model.dataset.robot) if name not in marked and cell.joints.shape[1]]
-    places = {name: place for name in (*joints, *marked) if (place := cell.at(name)) is not None}
+    places = {name: at for name in (*joints, *marked) if (at := cell.at(name)) is not None}
     for names, colour, size, bold in ((joints, MUTED, 3.5, False), (list(marked), HELD_OUT, 7.0, True)):
         here = [name for name in names if name in places]
         if here:
-            said = [f"{name.replace('_', ' ') if bold else name} {marked.get(name, '')}".strip() for name in here]
+            said = [f"{place(name)} {marked.get(name, '')}".strip() for name in here]
             where = np.stack([places[name] for name in here], axis=1)
             shapes.append(labels(where, said, colour, size=size, bold=bold))
     return shapes

@@ -17,7 +17,9 @@ from markupsafe import Markup
 from robolaser.report.chart import CONFIG, Chart
 from robolaser.report.document import Block, Charts, Document
 from robolaser.report.printable import printable
-from robolaser.report.still_chart import still
+from robolaser.report.scene import Scene
+from robolaser.report.still_chart import still as still_chart
+from robolaser.report.still_scene import still as still_scene
 
 ASSETS: Final = "report/assets"
 STYLE: Final = "report/templates/style.css"
@@ -80,6 +82,10 @@ def minus(text: str) -> str:
     return re.sub(r"(?<![\w-])-(?=\d)", "\u2212", text)
 
 
+def _still(shown: Chart | Scene) -> Markup:
+    return still_scene(shown) if isinstance(shown, Scene) else still_chart(shown)
+
+
 def _kind(block: Block) -> str:
     return type(block).__name__.lower()
 
@@ -93,7 +99,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"minus": minus, "prose": prose, "kind": _kind, "still": still}
+    environment.filters |= {"minus": minus, "prose": prose, "kind": _kind, "still": _still}
     return environment
 
 

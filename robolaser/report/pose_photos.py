@@ -40,7 +40,8 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array) -> Mapping[
             lengths = lengths_mm(errors_m[rows])
             names = [f"point {dataset.points.names[row]}\nerror {millimetres(length / 1e3)}"
                      for row, length in zip(rows, lengths, strict=True)]  # fmt: skip
-            made[dataset.poses.names[pose]] = Photo(source, dataset.image_px, pixel[rows], names)
+            shares = lengths / max(float(lengths.max()), 1e-12)
+            made[dataset.poses.names[pose]] = Photo(source, dataset.image_px, pixel[rows], names, shares)
     return made
 
 

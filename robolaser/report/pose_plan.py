@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 from rich.text import Text
 
-from robolaser.diagnosis.cause_words import named
+from robolaser.diagnosis.cause_words import named, place
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.chart import FITTED, INK, Chart, chart, hover, layer, records
@@ -56,7 +56,7 @@ def document(plan: PosePlan, *, command: str = "") -> Document:
     """
     noise = [Figure("", name, size, what) for name, what, size in _noise(plan)]
     sizes = Table([Column(title, "name" if title == "effect" else "text", brief=title) for title in COLUMNS],
-                  [_row(limit) for limit in plan.limits], fold=1000, printed=1000)  # fmt: skip
+                  [_row(limit) for limit in plan.limits], printed=1000)  # fmt: skip
     untried = Table([Column("Effect", "name", 30), Column("Why not", "wide")],
                     [(name.replace("_", " "), reason) for name, reason in _untried(plan)],
                     "What these poses cannot test")  # fmt: skip
@@ -64,7 +64,7 @@ def document(plan: PosePlan, *, command: str = "") -> Document:
         plan.dataset.name,
         "planned",
         _setting(plan),
-        "What these poses could tell, before anything is measured.",
+        _answer(plan),
         GUESSED if _is_guessed(plan) else "",
         [Figures(noise)] if noise else [],
         [
@@ -91,6 +91,15 @@ def _setting(plan: PosePlan) -> str:
     return f"{plan.dataset.format.title}, {poses} poses{seen}"
 
 
+def _answer(plan: PosePlan) -> str:
+    found = sum(limit.size is not None for limit in plan.limits)
+    told = sum(limit.identifiable is not None for limit in plan.limits)
+    return (
+        f"Of {len(plan.limits)} faults that could be looked for, these poses would show {found}, and tell {told} of"
+        " them from what is most like them."
+    )
+
+
 def _is_guessed(plan: PosePlan) -> bool:
     return plan.seeing < LEAST_SEEING * len(plan.dataset.poses)
 
@@ -98,7 +107,7 @@ def _is_guessed(plan: PosePlan) -> bool:
 def _noise(plan: PosePlan) -> Iterator[tuple[str, str, str]]:
     for name, what, size in noise_lines(plan.noise.sigmas, plan.noise.sources):
         if plan.noise.sigmas[name] > 0 or name in plan.silent:
-            yield name, what, size
+            yield name.replace("_", " "), what, size
 
 
 def _untried(plan: PosePlan) -> Iterator[tuple[str, str]]:
@@ -108,23 +117,24 @@ def _untried(plan: PosePlan) -> Iterator[tuple[str, str]]:
 
 def _heat_map(plan: PosePlan) -> Chart:
     names, alike = plan.of_effects()
+    said = [name.replace("_", " ") for name in names]
     one, other = np.nonzero(np.isfinite(alike))
     data = records(
-        effect=[names[i] for i in one],
-        other=[names[i] for i in other],
+        effect=[said[i] for i in one],
+        other=[said[i] for i in other],
         correlation=alike[one, other],
         cell=[_cell(alike[i, j]) for i, j in zip(one, other, strict=True)],
     )
     axes = {
-        channel: {"field": field, "type": "nominal", "sort": list(names), "title": None, "axis": {"labelColor": INK}}
+        channel: {"field": field, "type": "nominal", "sort": said, "title": None, "axis": {"labelColor": INK}}
         for channel, field in (("x", "other"), ("y", "effect"))
     }
     depth = {"field": "correlation", "type": "quantitative", "scale": {"domain": [0, 1], "range": [0, 0.85]}}
     once = one <= other  # the matrix is symmetric
     worst = sum(row["cell"] == "==" for row, counts in zip(data, once, strict=True) if counts)
     return chart(
-        "What looks alike",
-        "Correlation of effects in %, at the locations where they are most alike; == cannot be told apart.",
+        "Correlation of effects in %",
+        "At the locations where they are most alike; == cannot be told apart.",
         f"Of {once.sum()} pairs of {len(names)} effects {worst} cannot be told apart.",
         [
             layer({"type": "rect", "color": FITTED}, data, **axes, opacity={**depth, "legend": None},
@@ -142,7 +152,7 @@ def _row(limit: DetectionLimit) -> tuple[str, ...]:
     distinguishable = "never" if limit.identifiable is None else plain(limit.identifiable, limit.unit, DIGITS)
     at_tool = "" if limit.at_tool_m is None else millimetres(limit.at_tool_m)
     nearest = "" if rival is None else named(rival)
-    return one.effect.name.replace("_", " "), one.where, size, distinguishable, at_tool, nearest
+    return one.effect.name.replace("_", " "), place(one.where), size, distinguishable, at_tool, nearest
 
 
 def _print_matrix(plan: PosePlan, out: Console) -> None:
@@ -150,7 +160,7 @@ def _print_matrix(plan: PosePlan, out: Console) -> None:
     out.print(Text("Correlation of effects in %, at the locations where they are most alike; == cannot be told apart."))
     matrix = table("", "effect", *(str(number) for number in range(1, len(names) + 1)))
     for number, (name, row) in enumerate(zip(names, alike, strict=True), 1):
-        matrix.add_row(str(number), name, *map(_cell, row.tolist()))
+        matrix.add_row(str(number), name.replace("_", " "), *map(_cell, row.tolist()))
     out.print(matrix)
 
 

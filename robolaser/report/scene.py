@@ -24,12 +24,14 @@ class Photo:
         size_px: Width and height of the image that was taken.
         points: What was extracted, (m, 2) [px].
         names: Of the points, each with its error.
+        shares: Their errors as shares of the largest one, (m,).
     """
 
     source: str
     size_px: tuple[int, int]
     points: Array
     names: Sequence[str]
+    shares: Array
 
 
 @final
@@ -61,7 +63,13 @@ class Scene:
     def json(self) -> str:
         """All of it as text that may stand in a script element."""
         photos = {
-            name: {"source": one.source, "size": one.size_px, "points": _listed(one.points, 1.0), "names": one.names}
+            name: {
+                "source": one.source,
+                "size": one.size_px,
+                "points": _listed(one.points, 1.0),
+                "names": one.names,
+                "shares": _listed(one.shares, 1.0),
+            }
             for name, one in self.photos.items()
         }
         return embedded(

@@ -22,6 +22,7 @@ from robolaser.benchmark.single_run import run
 from robolaser.benchmark.solvers import find
 from robolaser.benchmark.standings import standings
 from robolaser.benchmark.table import NAME, RunTable
+from robolaser.report.comparison import page
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +109,12 @@ def test_attainment_surfaces_are_what_so_many_runs_attained(result):
     for *corner, share in attainment(result, name, algorithm, (1 / 3, 1.0)):
         attained = np.mean([(front <= np.array(corner) + 1e-12).all(axis=1).any() for front in fronts])
         assert attained >= share - 1e-9
+
+
+def test_the_page_shows_igd_plus_and_what_half_of_the_runs_attain(result):
+    text = page(result, [standings(result, family) for family in result.families])
+    assert "IGD+ of the fronts" in text
+    assert "Half of the runs attain this on pymoo:zdt1:n_var=5 (problem 1)" in text
 
 
 def test_asking_for_the_cost_of_several_objectives_is_answered_by_what_to_ask_for():

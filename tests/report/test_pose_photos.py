@@ -22,9 +22,12 @@ def dataset(tmp_path):
 
 
 def test_each_image_has_its_points_in_its_own_pixels(dataset):
-    found = photos(dataset, range(POSES), np.ones((POSES * ROWS, 3)))
+    first = np.flatnonzero(dataset.points.pose == 2)[0]
+    errors = np.where(np.arange(POSES * ROWS)[:, None] == first, 2.0, [1.0, 1.0, 1.0])
+    found = photos(dataset, range(POSES), errors)
     assert set(found) == set(dataset.poses.names[:MOST])
     photo = found["p2"]
+    assert photo.shares.tolist() == [1.0] + [0.5] * (ROWS - 1)
     np.testing.assert_array_equal(photo.points, dataset.points.pixel[dataset.points.pose == 2])
     assert photo.size_px == dataset.image_px
     small = Image.open(io.BytesIO(base64.b64decode(photo.source.partition(",")[2])))

@@ -14,15 +14,10 @@ from robolaser.errors import BenchmarkError
 @final
 @dataclass(frozen=True, eq=False)
 class Payload:
-    """What jobs have in common, pickled, already where they are done: a problem's spec.
+    """What jobs have in common, pickled, already where they are done: a problem's spec."""
 
-    Attributes:
-        digest: Identifies it.
-        content: The engine's own business.
-    """
-
-    digest: str
-    content: Any
+    digest: str  # identifies it
+    content: Any  # the engine's own business
 
 
 class EngineLost(BenchmarkError):

@@ -17,11 +17,7 @@ CPU_LIMIT = Path("/sys/fs/cgroup/cpu.max")
 
 @final
 class ThisMachine(Engine):
-    """Runs in worker processes of this machine, each watched by a thread.
-
-    Args:
-        jobs: Runs at a time; one on each core by default.
-    """
+    """Runs in worker processes of this machine, one on each core by default, each watched by a thread."""
 
     label = "this machine"
 

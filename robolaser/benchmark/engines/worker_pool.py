@@ -14,11 +14,7 @@ ATTEMPTS = 2
 
 @final
 class WorkerPool:
-    """Worker processes for as many runs as are wanted at the same time; each is kept for the next run.
-
-    Args:
-        program: The program that wants the runs.
-    """
+    """Worker processes of a program for as many runs as are wanted at the same time; each is kept for the next run."""
 
     def __init__(self, program: ClientProcess) -> None:
         self._program = program
@@ -40,15 +36,9 @@ class WorkerPool:
             return (*self._idle, *self._busy)
 
     def do(self, job: Job[R, P, B], digest: str, payload: Callable[[], bytes]) -> R:
-        """Have a job done, from any thread.
+        """Have a job done, from any thread; its pickled payload is asked for only if the worker does not have it yet.
 
-        Args:
-            job: What is to be done.
-            digest: Identifies its payload.
-            payload: Returns the pickled payload; called only if the worker does not have it yet.
-
-        Returns:
-            Its result; that of a failure if the worker did not return in time, or died and so did the next one.
+        The result is that of a failure if the worker did not return in time, or died and so did the next one.
         """
         reason, seconds = "stopped", 0.0
         deaths = 0

@@ -35,15 +35,10 @@ _ENVIRONMENT = {
 @final
 @dataclass(frozen=True)
 class ClientProcess:
-    """The program that wants the runs.
+    """The program that wants the runs."""
 
-    Attributes:
-        name: Unique.
-        paths: Its import paths; workers look for modules there too, last.
-    """
-
-    name: str
-    paths: tuple[str, ...]
+    name: str  # unique
+    paths: tuple[str, ...]  # its import paths; workers look for modules there too, last
 
     @classmethod
     def here(cls) -> "ClientProcess":

@@ -23,11 +23,6 @@ class ScipyLeastSquares(Solver):
 
     The columns of a Jacobian are one batch of candidates here, which takes less time and gives the same digits. More
     exact derivatives would not help: descents that find nothing then go on for five times as many candidates.
-
-    Args:
-        name: As the user named it.
-        method: "trf" or "dogbox".
-        tol: SciPy's ftol, xtol and gtol.
     """
 
     called: ClassVar[str] = "least-squares"

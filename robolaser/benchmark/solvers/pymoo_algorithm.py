@@ -23,11 +23,6 @@ class PymooAlgorithm(Solver):
     """A pymoo algorithm; when it ends or its population has collapsed, it restarts with another seed.
 
     The remaining budget is its only termination, so k/T of the operators is the share of the budget that is used up.
-
-    Args:
-        name: As the user named it.
-        title: A description for a person.
-        make: Makes the algorithm, a new one for each start.
     """
 
     def __init__(self, name: str, title: str, make: Callable[[], Any]) -> None:
@@ -43,11 +38,7 @@ class PymooAlgorithm(Solver):
         return ONE_OBJECTIVE if single else None
 
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
-        """Search until the evaluator ends the run.
-
-        Raises:
-            AlgorithmError: It goes on and on without a candidate.
-        """
+        """Search until the evaluator ends the run; one that goes on without a candidate raises AlgorithmError."""
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
         from robolaser.benchmark.solvers.starting import starting_with  # noqa: PLC0415
         from robolaser.problems.bounded import Bounded  # noqa: PLC0415

@@ -20,12 +20,7 @@ STRATEGIES = tuple(
 
 @final
 class ScipyEvolution(Solver):
-    """`scipy.optimize.differential_evolution`, which evaluates whole populations at once.
-
-    Args:
-        name: As the user named it.
-        settings: SciPy's, by SciPy's names.
-    """
+    """`scipy.optimize.differential_evolution`, settings by SciPy's names; it evaluates whole populations at once."""
 
     called: ClassVar[str] = "scipy-de"
     settings: ClassVar[tuple[Setting, ...]] = (

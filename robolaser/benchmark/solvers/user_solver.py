@@ -36,11 +36,7 @@ class UserSolver(Solver):
         self._search, self._refuses = search, refuses
 
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
-        """Search with global generators seeded, and begin anew with another seed whenever it returns.
-
-        Raises:
-            AlgorithmError: It returns again and again without evaluating a candidate.
-        """
+        """Search with global generators seeded, and begin anew with another seed whenever it returns."""
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
 
         rng, idle = np.random.default_rng(seed), 0

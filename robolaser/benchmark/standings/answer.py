@@ -7,15 +7,7 @@ from robolaser.benchmark.standings.table import Measure, Pair, Standing
 
 
 def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:
-    """Put an order into words.
-
-    Args:
-        measure: Evaluations or seconds.
-        standings: The ranking.
-        problems: Number of problems.
-        runs: The smallest number of runs of any ranked solver on any problem.
-        comparisons: Number of comparisons for which p is corrected.
-    """
+    """Put an order into words, given the smallest number of runs of any ranked solver on any problem."""
     ranked = [standing for standing in standings if standing.rank is not None]
     left_out = [standing.algorithm for standing in standings if standing.rank is None]
     failed = [standing.algorithm for standing in standings if 0 < standing.runs == standing.failed]

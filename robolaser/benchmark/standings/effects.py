@@ -21,11 +21,8 @@ from robolaser.benchmark.statistics.superiority import mean_superiority, superio
 def effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[Effect, ...]:
     """The effect of each part that is exchanged in one of the algorithms and in another is not.
 
-    Args:
-        algorithms: Their names, a, see `exchange.study`.
-        places: Of runs on their problem, (p, a, s).
-        expected: Running times to the headline target, (p, a).
-        samples: The same in bootstrap samples, (p, a, b).
+    Places of runs (p, a, s), expected running times to the headline target (p, a), the same in bootstrap samples (p, a,
+    b).
     """
     found = []
     for (stock, slot, operator), pairs in _pairs(algorithms).items():

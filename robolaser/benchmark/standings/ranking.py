@@ -37,13 +37,7 @@ Reasons = Mapping[tuple[str, str], str]
 
 
 def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standings:
-    """Rank the solvers on a family of problems.
-
-    Args:
-        result: With all its runs so far.
-        family: Which of its problems.
-        seed: Seed of the bootstrap samples.
-    """
+    """Rank the solvers on a family of problems; `seed` is that of the bootstrap samples."""
     dropped = {
         (problem.name, name): f"dropped from the race after {count} seeds"
         for problem in result.of(family)

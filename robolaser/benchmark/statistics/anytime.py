@@ -13,19 +13,7 @@ BAND = np.array([0.1, 0.5, 0.9])
 
 
 def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Array:
-    """Quantiles over runs of how much more than the best known their lowest costs are.
-
-    A run that is over stays as good as it was.
-
-    Args:
-        costs: Lowest cost of each run at each moment, (s, g).
-        best: The lowest cost known.
-        scale: What excesses are measured in.
-        levels: Of the quantiles, (q,).
-
-    Returns:
-        (q, g); NaN without runs.
-    """
+    """Quantiles over runs of how far costs (s, g) are above the best, in units of a scale, (q, g); NaN without runs."""
     excess = (costs - best) / scale
     return quantiles(excess.T, levels).T if len(costs) else np.full((len(levels), costs.shape[1]), np.nan)
 

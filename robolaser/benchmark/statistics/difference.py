@@ -15,13 +15,9 @@ from robolaser.arrays import Array
 
 
 def rank_sum(outcomes: Array) -> Array:
-    """Two-sided p of Mann & Whitney's test of each pair on each problem; exact unless outcomes are tied.
+    """Two-sided p of Mann & Whitney's test of each pair on each problem, (p, a, s) -> (p, a, a).
 
-    Args:
-        outcomes: (p, a, s).
-
-    Returns:
-        (p, a, a), symmetric, NaN on the diagonal and where either has no runs.
+    Exact unless outcomes are tied; symmetric, NaN on the diagonal and where either has no runs.
     """
     p = np.full((len(outcomes), outcomes.shape[1], outcomes.shape[1]), np.nan)
     alike: dict[tuple[int, int, bool], list[tuple[int, int, int]]] = {}  # tested together: scipy is slow one by one
@@ -39,16 +35,11 @@ def rank_sum(outcomes: Array) -> Array:
 
 
 def stratified(outcomes: Array) -> Array:
-    """Two-sided p of each pair over all problems together, none compared with another.
+    """Two-sided p of each pair over all problems together, none compared with another, (p, a, s) -> (a, a).
 
     Van Elteren 1960: rank sums of the problems, weighted for the greatest power, with correction for ties and
-    continuity. Where there is but one problem it is Mann & Whitney's test.
-
-    Args:
-        outcomes: (p, a, s).
-
-    Returns:
-        (a, a), symmetric, NaN on the diagonal and where no problem has runs of both.
+    continuity. Where there is but one problem it is Mann & Whitney's test. Symmetric, NaN on the diagonal and where no
+    problem has runs of both.
     """
     there = ~np.isnan(outcomes).all(axis=(1, 2))
     if there.sum() == 1:
@@ -72,11 +63,7 @@ def smallest(runs: int, problems: int) -> float:
 def holm(p: Array) -> Array:
     """P after correction for all comparisons made, so that any is wrong in no more than so many. Holm 1979.
 
-    Args:
-        p: (...); NaN is no comparison. Each comparison once: give an upper triangle, not a symmetric matrix.
-
-    Returns:
-        (...), never below p.
+    NaN is no comparison; each comparison counts once: give an upper triangle, not a symmetric matrix.
     """
     adjusted = np.full(p.shape, np.nan)
     made = np.flatnonzero(~np.isnan(p))

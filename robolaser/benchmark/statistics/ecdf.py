@@ -11,15 +11,9 @@ from robolaser.arrays import Array
 
 
 def budgets(running_times: Array, totals: Array, points: int = 200) -> Array:
-    """From the first target that any run reached to the end of the longest run, evenly on a logarithmic axis.
+    """Budgets (points,) from the first target that any run reached to the end of the longest, evenly in logarithms.
 
-    Args:
-        running_times: Any shape.
-        totals: Of whole runs, any shape.
-        points: How many.
-
-    Returns:
-        (points,), rising; empty if no run reached any.
+    Empty if no run reached any.
     """
     reached = running_times[np.isfinite(running_times) & (running_times > 0)]
     if not len(reached):
@@ -28,15 +22,7 @@ def budgets(running_times: Array, totals: Array, points: int = 200) -> Array:
 
 
 def shares(running_times: Array, budgets: Array) -> Array:
-    """Shares of (problem, seed, target) reached within budgets.
-
-    Args:
-        running_times: (p, a, s, t).
-        budgets: (g,).
-
-    Returns:
-        (a, g); NaN for an algorithm without runs.
-    """
+    """Shares of (problem, seed, target) reached within budgets, (p, a, s, t) and (g,) -> (a, g); NaN without runs."""
     of_algorithms = [running_times[:, a].ravel() for a in range(running_times.shape[1])]
     found = np.full((len(of_algorithms), len(budgets)), np.nan)
     for row, of_one in zip(found, of_algorithms, strict=True):
@@ -47,19 +33,11 @@ def shares(running_times: Array, budgets: Array) -> Array:
 
 
 def areas(running_times: Array, first: float, last: float) -> Array:
-    """Area under the ECDF on a logarithmic axis of budgets from `first` to `last`, 0 to 1.
+    """Area under the ECDF on a logarithmic axis of budgets, (p, a, s, t) -> (a,), 0 to 1; NaN without runs.
 
     That is, the mean over (problem, seed, target) of the share of the axis that was left when it was reached. Lopez-
-    Ibanez, Vermetten, Dreo & Doerr 2024, "Using the empirical attainment function for analyzing single-objective
-    black-box optimization algorithms".
-
-    Args:
-        running_times: (p, a, s, t).
-        first: Budget at which the axis begins.
-        last: Budget at which it ends, above the first.
-
-    Returns:
-        (a,); NaN for an algorithm without runs.
+    Ibanez, Vermetten, Dreo & Doerr 2024, "Using the empirical attainment function for analyzing single-objective black-
+    box optimization algorithms".
     """
     left = np.log(last / np.clip(running_times, first, last)) / np.log(last / first)
     there = ~np.isnan(running_times)

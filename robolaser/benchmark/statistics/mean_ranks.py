@@ -29,13 +29,9 @@ def mean_ranks(blocks: Array) -> Array:
 
 
 def groups(alike: Bools) -> list[tuple[int, ...]]:
-    """Largest sets of two or more algorithms that are all alike: maximal cliques, after Bron & Kerbosch 1973.
+    """Largest sets of two or more algorithms that are all alike, of a symmetric matrix (a, a): rising indices.
 
-    Args:
-        alike: Whether two do not differ, (a, a), symmetric.
-
-    Returns:
-        Indices, each set and the sets in rising order.
+    They are its maximal cliques, after Bron & Kerbosch 1973.
     """
 
     def grown(chosen: tuple[int, ...], left: Sequence[int], done: Sequence[int]) -> list[tuple[int, ...]]:

@@ -6,17 +6,11 @@ from robolaser.arrays import Array
 
 
 def outcomes(running_times: Array, final: Array) -> Array:
-    """Places of all runs on each problem, equal ones sharing theirs.
+    """Places of all runs on each problem, from 1, equal ones sharing theirs: times and final excesses (p, a, s).
 
     Runs that reached the target come first, the cheaper the better; then the others by what they ended with; last those
-    that found nothing. Hansen et al. 2021 (COCO) rank like this where targets are not always reached.
-
-    Args:
-        running_times: To the target, (p, a, s).
-        final: Excess of the lowest cost, (p, a, s).
-
-    Returns:
-        (p, a, s), from 1; NaN where there is no run.
+    that found nothing; NaN where there is no run. Hansen et al. 2021 (COCO) rank like this where targets are not always
+    reached.
     """
     ranks = np.full(running_times.shape, np.nan)
     for of_problem, time, excess in zip(ranks, running_times, final, strict=True):

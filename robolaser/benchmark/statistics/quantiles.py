@@ -6,16 +6,9 @@ from robolaser.arrays import Array
 
 
 def quantiles(values: Array, levels: Array) -> Array:
-    """Values at or below which lie so many of them: always one that was seen, never a mean of two.
+    """Values at or below which lie so many of them, (..., n) and levels (q,) -> (..., q): always one that was seen.
 
-    So infinite ones (runs that found nothing) do no harm. Hyndman & Fan 1996, definition 1.
-
-    Args:
-        values: (..., n); NaN is absent.
-        levels: 0 to 1, (q,).
-
-    Returns:
-        (..., q); NaN where all are absent.
+    So infinite ones (runs that found nothing) do no harm; NaN is absent. Hyndman & Fan 1996, definition 1.
     """
     there = (~np.isnan(values)).sum(axis=-1, keepdims=True)
     at = np.clip(np.ceil(np.round(levels * there, 9)).astype(int) - 1, 0, np.maximum(there - 1, 0))

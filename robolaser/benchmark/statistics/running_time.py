@@ -23,14 +23,9 @@ truth 95 times in a hundred do so at least 92 times."""
 
 
 def expected(running_times: Array, totals: Array) -> Array:
-    """ERT of each target.
+    """ERT of each target, running times (..., s, t) and totals of the whole runs (..., s) -> (..., t).
 
-    Args:
-        running_times: (..., s, t).
-        totals: Of the whole runs, (..., s).
-
-    Returns:
-        (..., t); infinite where no run reached the target, NaN where there are no runs.
+    Infinite where no run reached the target, NaN where there are no runs.
     """
     paid, reached = _paid(running_times, totals), np.isfinite(running_times)
     return _over(paid.sum(axis=-2), reached.sum(axis=-2))
@@ -46,16 +41,7 @@ def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SA
 
 
 def resampled(running_times: Array, totals: Array, drawn: Ints) -> Array:
-    """ERT in each bootstrap sample.
-
-    Args:
-        running_times: (p, a, s, t).
-        totals: (p, a, s).
-        drawn: (p, b, s), see `draws`.
-
-    Returns:
-        (p, a, t, b).
-    """
+    """ERT in bootstrap samples: running times (p, a, s, t), totals (p, a, s), draws (p, b, s) -> (p, a, t, b)."""
     p, a, s, targets = running_times.shape
     weights = np.swapaxes(drawn, 1, 2).astype(float)  # (p, s, b)
 
@@ -68,26 +54,18 @@ def resampled(running_times: Array, totals: Array, drawn: Ints) -> Array:
 
 
 def bounds(value: Array, samples: Array, runs: Ints) -> Intervals:
-    """Intervals of numbers that were estimated anew in each bootstrap sample.
+    """Intervals of numbers (...) that were estimated from so many runs (...), and anew in bootstrap samples (..., b).
 
-    Args:
-        value: Of the runs themselves, (...).
-        samples: (..., b); NaN where a sample has no answer, which then could be anything.
-        runs: From which a number was estimated, (...).
+    A sample without an answer, NaN, could be anything.
     """
     return _bounds(value, samples, runs, runs - 1)
 
 
 def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
-    """How many times longer the other takes than the one: the geometric mean over problems on which both succeeded.
+    """How many times longer the other takes than the one: geometric mean over problems on which both succeeded.
 
-    Args:
-        samples: ERT to one target in each bootstrap sample, (p, a, b).
-        value: ERT of all the runs, (p, a).
-        runs: (p, a).
-
-    Returns:
-        (a, a): the second algorithm's ERT over the first's. NaN where there is no such problem.
+    ERT to one target in bootstrap samples (p, a, b), of all runs (p, a), and runs (p, a) -> (a, a), the second
+    algorithm's over the first's; NaN where there is no such problem.
     """
     solved = np.isfinite(value)
     both = solved[:, :, None] & solved[:, None, :]

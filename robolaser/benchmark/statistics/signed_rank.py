@@ -27,16 +27,9 @@ SAMPLES = 5000
 
 
 def shares(differences: Array, rng: np.random.Generator, *, rope: float = ROPE, samples: int = SAMPLES) -> Array:
-    """Shares of pairs of problems that speak for the one, for neither and for the other, in each posterior sample.
+    """Shares of pairs of problems that speak for the one, for neither and for the other, in posterior samples, (b, 3).
 
-    Args:
-        differences: Of the two on each problem, (p,), above 0 where the first is better.
-        rng: Of the samples.
-        rope: Averages of two differences within it are none.
-        samples: How many, b.
-
-    Returns:
-        (b, 3); each row sums to 1.
+    Differences (p,) of the two are above 0 where the first is better; averages of two within `rope` are none.
     """
     weights = rng.dirichlet([PRIOR, *np.ones(len(differences))], samples)
     values = np.append(0.0, differences)
@@ -48,14 +41,8 @@ def shares(differences: Array, rng: np.random.Generator, *, rope: float = ROPE, 
 def signed_rank(arrays: ResultArrays, *, seed: int = 1, rope: float = ROPE) -> "pd.DataFrame":
     """The test of each pair of algorithms by how often the runs of the one beat those of the other.
 
-    Args:
-        arrays: Runs on some problems.
-        seed: Of the posterior samples.
-        rope: A12 is negligible within so much of a half.
-
-    Returns:
-        A row for each pair: `algorithm`, `other`, `problems` on which both have runs, and the probabilities `better`,
-        `alike` and `worse` that the largest share of pairs of problems speaks for it, for neither, or for the other.
+    A row for each pair: `algorithm`, `other`, `problems` on which both have runs, and the probabilities `better`,
+    `alike` and `worse` that the largest share of pairs of problems speaks for it, for neither, or for the other.
     """
     import pandas as pd  # noqa: PLC0415 - a third of a second
 

@@ -17,11 +17,8 @@ def successes(running_times: Array) -> tuple[Ints, Ints]:
 def wilson(reached: Ints, runs: Ints) -> Intervals:
     """Share of the runs that reached a target, with its score interval. Wilson 1927; Brown, Cai & DasGupta 2001.
 
-    Pooled over problems of different difficulty the interval is a little wider than it need be.
-
-    Args:
-        reached: Successes, (...).
-        runs: All runs, (...); where there are none, all is NaN.
+    NaN where there are no runs. Pooled over problems of different difficulty the interval is a little wider than it
+    need be.
     """
     reached, runs = np.broadcast_arrays(reached, runs)
     intervals = [_interval(int(k), int(n)) for k, n in zip(reached.flat, runs.flat, strict=True)]

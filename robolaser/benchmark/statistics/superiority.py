@@ -11,30 +11,17 @@ from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 
 def wins(outcomes: Array) -> Array:
-    """Pairs of runs that the first algorithm wins, ties counting half: Mann & Whitney's U.
-
-    Args:
-        outcomes: Lower is better, (p, a, s).
-
-    Returns:
-        (p, a, a).
-    """
+    """Pairs of runs that the first algorithm wins, ties counting half, (p, a, s) -> (p, a, a): Mann & Whitney's U."""
     one, other = outcomes[:, :, None, :, None], outcomes[:, None, :, None, :]
     won: Array = (one < other).sum(axis=(3, 4)) + 0.5 * (one == other).sum(axis=(3, 4))
     return won
 
 
 def superiority(outcomes: Array) -> Intervals:
-    """A12 of each pair of algorithms on each problem, with its score interval.
+    """A12 of each pair of algorithms on each problem, with its score interval, outcomes (p, a, s) -> (p, a, a).
 
     The interval is Newcombe's fifth (2006): unlike a bootstrap's it does not shrink to a point where one algorithm wins
-    always.
-
-    Args:
-        outcomes: Lower is better, (p, a, s).
-
-    Returns:
-        (p, a, a): of the first over the second; NaN where either has no runs.
+    always. NaN where either has no runs.
     """
     runs = (~np.isnan(outcomes)).sum(axis=2)
     n, m = runs[:, :, None], runs[:, None, :]

@@ -148,7 +148,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     found.points.forEach(([u, v], i) => {
       if (u == null) return;
       const dot = over.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "circle"));
-      for (const [key, value] of [["cx", u], ["cy", v], ["r", found.size[0] / 220]]) dot.setAttribute(key, value);
+      for (const [key, value] of [["cx", u], ["cy", v], ["r", (found.size[0] / 300) * (1 + 2 * found.shares[i])]]) dot.setAttribute(key, value);
       dot.addEventListener("pointermove", (event) => report.tell(event, found.names[i].split("\n")));
       dot.addEventListener("pointerleave", (event) => report.tell(event, []));
     });

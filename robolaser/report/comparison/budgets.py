@@ -3,7 +3,7 @@
 from robolaser.benchmark.fixed import fixed_budget
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.report.comparison.plot_context import PlotContext
-from robolaser.report.comparison.ranking import line_number
+from robolaser.report.comparison.ranking import line_number, quartile_cell
 from robolaser.report.document import Cell, Column, Table
 
 SHARES = (0.01, 0.1, 1.0)
@@ -18,14 +18,7 @@ def budget_table(context: PlotContext, problem: ProblemSummary) -> Table:
     for name in context.order:
         of = frame[frame.algorithm == name]
         if len(of):
-            cells = [
-                Cell(
-                    context.excess(problem, row.median),
-                    (f"{context.excess(problem, row.lower)} to {context.excess(problem, row.upper)}",),
-                    order=row.median,
-                )
-                for row in of.itertuples()
-            ]
+            cells = [quartile_cell(context, problem, row.lower, row.median, row.upper) for row in of.itertuples()]
             rows.append([Cell(name, line=line_number(context, name)), *cells])
     columns = [Column("Algorithm", "name", 23), *(Column(f"After {budget:,} evaluations") for budget in budgets)]
     return Table(columns, rows, "Fixed budgets: above the best known, median and quartiles")

@@ -13,6 +13,7 @@ from robolaser.benchmark.standings.phrases import names
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.budgets import budget_table
 from robolaser.report.comparison.charts.anytime import anytime
+from robolaser.report.comparison.charts.attained import attained
 from robolaser.report.comparison.charts.profiles import profiles
 from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
@@ -30,6 +31,8 @@ LONG = 140
 """Letters of a sentence that is too long for large type."""
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
+MOST_DRAWN = 30
+"""Problems with charts of their own."""
 NOTHING = "No run has finished yet."
 
 
@@ -48,7 +51,7 @@ def document(
     lead, sense = _parted(unbroken(verdict(comparison, judged)))
     families = [_family(context, i, brief=brief) for i, context in enumerate(contexts)]
     return Document(
-        ", ".join(problem.name for problem in comparison.problems),
+        names([problem.name for problem in comparison.problems]),
         "compared",
         methods.setting(comparison),
         lead,
@@ -155,11 +158,16 @@ def _problems(context: PlotContext) -> list[Section]:
     for on in context.standings.by_problem:
         problem = context.contested(on.problem)
         number = context.number(problem.name)
+        if len(context.problems) > MOST_DRAWN:
+            blocks: list[Block] = [Text(problem.title, "quiet"), result_table(context, on)]
+            sections.append(Section(f"{number}. {problem.name}", blocks))
+            continue
         made = [
             anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
+            attained(context, problem, f"Half of the runs attain this on {problem.name} (problem {number})"),
             targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
         ]
-        blocks: list[Block] = [Text(problem.title, "quiet")]
+        blocks = [Text(problem.title, "quiet")]
         if len(context.problems) > 1 and on.evaluations.answer:
             blocks.append(Text(unbroken(on.evaluations.answer)))
         blocks += [

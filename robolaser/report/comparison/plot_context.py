@@ -8,11 +8,14 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.benchmark.fixed import QUARTILES
+from robolaser.benchmark.objectives import igd_plus
 from robolaser.benchmark.problem import CALIBRATION, ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
+from robolaser.benchmark.statistics.quantiles import quantiles
 from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours
 from robolaser.report.comparison.excess import cost_excess, number, rms_excess, rms_target
 
@@ -50,6 +53,12 @@ class PlotContext:
     def tally(self) -> ResultArrays:
         """Runs on these problems."""
         return self.comparison.arrays(self.standings.family)
+
+    @cached_property
+    def igd_plus(self) -> Mapping[tuple[str, str], Array]:
+        """Quartiles of IGD+ by problem and algorithm, where there are several objectives."""
+        found = igd_plus(self.comparison).groupby(["problem", "algorithm"]).igd_plus
+        return {key: quantiles(values.to_numpy(), QUARTILES) for key, values in found}
 
     @property
     def problems(self) -> tuple[ProblemSummary, ...]:

@@ -1,9 +1,11 @@
 """Tables of algorithms: their ranks in a family of problems, and their results on one problem."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings.phrases import chance
@@ -14,8 +16,8 @@ from robolaser.report.comparison.plot_context import PlotContext
 from robolaser.report.digits import NEVER, count, duration, interval, manifold, many, rate
 from robolaser.report.document import Cell, Column, Table
 
-FEW = 3
-"""Problems that have a line each in one cell."""
+FEW, SHORT = 3, 12
+"""Problems that have a line each in one cell, and letters of a name there."""
 
 
 def standing_table(context: PlotContext, most: int) -> Table:
@@ -36,8 +38,8 @@ def standing_table(context: PlotContext, most: int) -> Table:
         _standing(context, standing, by_seconds[standing.algorithm])
         for standing in context.standings.evaluations.places
     ]
-    if not any(row[-1].text for row in rows):
-        columns, rows = columns[:-1], [row[:-1] for row in rows]
+    told = [i for i in range(len(columns)) if i < len(columns) - 2 or any(row[i].text or row[i].below for row in rows)]
+    columns, rows = [columns[i] for i in told], [[row[i] for i in told] for row in rows]
     note = (
         f"Target: {context.target(context.standings.tolerance)}. Evaluations and time are what it takes on average to"
         " get there (ERT), × times as much as the first in that measure, with its 95 % interval."
@@ -59,16 +61,21 @@ def _standing(context: PlotContext, standing: Standing, in_seconds: Standing) ->
         Cell(_rank(standing), order=standing.rank or np.inf),
         Cell("" if success is None else f"{rate(success)}" + (f" ({between})" if between else ""),
              below=_lines(solved), order=success),
-        _price(standing, [(problem, count(_known(one.evaluations))) for problem, one in at]),
+        _price(standing, [(_numbered(context, problem), count(_known(one.evaluations))) for problem, one in at]),
         _price(
             in_seconds,
-            [(problem, duration(_known(one.seconds))) for problem, one in at],
+            [(_numbered(context, problem), duration(_known(one.seconds))) for problem, one in at],
             f"rank {_rank(in_seconds)} by time" if in_seconds.rank not in (standing.rank, None) else "",
         ),
         _against(standing),
         _final(context, [result for result in results if result.final is not None]),
         Cell(f"{standing.failed} of {standing.runs}" if standing.failed else ""),
     ]  # fmt: skip
+
+
+def _numbered(context: PlotContext, problem: str) -> str:
+    """A problem's name, or its number where the name would fill the line."""
+    return problem if len(problem) <= SHORT else f"problem {context.number(problem)}:"
 
 
 def result_table(context: PlotContext, on: OnProblem) -> Table:
@@ -81,13 +88,23 @@ def result_table(context: PlotContext, on: OnProblem) -> Table:
             Cell(_rank(standing), order=standing.rank or np.inf),
             *(_target(reached(of[standing.algorithm], tolerance), standing.runs) for tolerance in SHOWN),
             _quality(context, problem, of[standing.algorithm]),
+            *_front(context.igd_plus.get((problem.name, standing.algorithm))),
         )
         for standing in on.evaluations.places
     ]
     columns = [Column("Algorithm", "name", 23), Column("Rank")]
     columns += [Column(context.target(tolerance)) for tolerance in SHOWN]
     columns += [Column("Final result above the best known: median, quartiles")]
+    columns += [Column("IGD+ of the fronts: median, quartiles")] * (len(rows[0]) - len(columns) if rows else 0)
     return Table(columns, rows, "Fixed targets: expected evaluations to each, and final results")
+
+
+def _front(quartiles: Array | None) -> list[Cell]:
+    """How far fronts fall short of the best known one, in units of its extent."""
+    if quartiles is None:
+        return []
+    lower, median, upper = (number(one) if np.isfinite(one) else "no front" for one in quartiles)
+    return [Cell(median, (f"{lower} to {upper}",), order=float(quartiles[1]))]
 
 
 def reached(result: Result, tolerance: float) -> Reached | None:
@@ -172,11 +189,17 @@ def _quality(context: PlotContext, problem: ProblemSummary, result: Result) -> C
         return Cell("")
     if quality.median is None and result.violation is not None:
         return Cell("nothing feasible", (f"violation {number(result.violation)}",))
-    median, lower, upper = (
-        context.excess(problem, float("inf") if tolerance is None else tolerance)
-        for tolerance in (quality.median, quality.lower_quartile, quality.upper_quartile)
+    return quartile_cell(
+        context,
+        problem,
+        *(math.inf if one is None else one for one in (quality.lower_quartile, quality.median, quality.upper_quartile)),
     )
-    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",))
+
+
+def quartile_cell(context: PlotContext, problem: ProblemSummary, *quartiles: float) -> Cell:
+    """Median of costs above the best known, and lower and upper quartile unless all are alike."""
+    lower, median, upper = (context.excess(problem, one) for one in quartiles)
+    return Cell(median, () if median == lower == upper else (f"{lower} to {upper}",), order=quartiles[1])
 
 
 def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
@@ -184,4 +207,10 @@ def _final(context: PlotContext, results: Sequence[Result]) -> Cell:
         return _quality(context, context.problems[0], results[0])
     if len(context.problems) > FEW:
         return Cell("")
-    return Cell("", [f"{one.problem} {_quality(context, context.contested(one.problem), one).text}" for one in results])
+    return Cell(
+        "",
+        [
+            f"{_numbered(context, one.problem)} {_quality(context, context.contested(one.problem), one).text}"
+            for one in results
+        ],
+    )

@@ -24,8 +24,12 @@ def anytime(context: PlotContext, problem: ProblemSummary, title: str) -> Chart 
     high = max(min(HIGHEST, 2 * high), 10 * low)
     data = []
     for name in context.back_to_front(lines):
-        better, median, worse = np.clip(lines[name], low, 10 * high)
-        data += records(spent=spent, better=better, median=median, worse=worse, series=name)
+        drawn = np.clip(lines[name], low, 10 * high)
+        kept = np.unique(
+            [0, *(np.flatnonzero((np.diff(drawn) != 0).any(axis=0)) + 1), len(spent) - 1]
+        )  # corners of steps
+        better, median, worse = drawn[:, kept]
+        data += records(spent=spent[kept], better=better, median=median, worse=worse, series=name)
     above = ABOVE[context.relative(problem)]
     x = quantity("spent", "evaluations", log=True, domain=(spent[0], spent[-1]))
     y = quantity("median", above, log=True, domain=(low, high))

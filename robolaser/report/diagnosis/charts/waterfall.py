@@ -29,7 +29,7 @@ WIDE = 6.0
 LEAST = 1e-6
 """Gaps below this are drawn as this [mm]."""
 ROOM = 0.15
-"""Share of a logarithmic axis that is left free before the smallest gap, for its number."""
+"""Share of a logarithmic axis that is left free beside the smallest and the largest gap, for their numbers."""
 STEP_PX, AROUND_PX = 34, 70
 
 LEFT = "left on new poses"
@@ -68,14 +68,16 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     everything = [value for row in rows for value in (row.before, row.after) if value is not None]
     low, high = min(everything), max(everything)
     logarithmic = high > WIDE * low
-    start, end = (low / (high / low) ** ROOM, high * 2.2) if logarithmic else (0.0, 1.18 * high)
+    start, end = (
+        (low / (high / low) ** ROOM, high * max(2.2, (high / low) ** ROOM)) if logarithmic else (0.0, 1.18 * high)
+    )
     ci = [max(1e3 * length, start) for length in diagnosis.gap.after_ci95_m]
     data = records(
         step=[row.label for row in rows],
         series=[row.label for row in rows],
         after=[row.after for row in rows],
         before=[row.after if row.before is None else row.before for row in rows],
-        said=[millimetres(row.after / 1e3) for row in rows],
+        said=["< 1 nm" if row.after == LEAST else millimetres(row.after / 1e3) for row in rows],
     )
     x = quantity("after", "error on new poses, RMS [mm]", log=logarithmic, domain=(start, end))
     y = {"field": "step", "type": "nominal", "sort": None, "title": None,
