@@ -30,7 +30,7 @@ from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.summary_text import sentence
+from robolaser.diagnosis.summary_text import imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
@@ -150,7 +150,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, hindrance),
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, hindrance)
+        + imitated_sentence(limits, classes),
         gap=gap,
         where=tuple(where),
         findings=listed(findings),

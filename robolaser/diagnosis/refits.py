@@ -18,7 +18,13 @@ from robolaser.diagnosis.local_unknown import (
 )
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
-from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, EVEN, INDEPENDENT_SHAPES, MIN_IMPROVEMENT
+from robolaser.diagnosis.thresholds import (
+    CHI2_OF_UNMODELLED_CAUSE,
+    CHI2_PER_EFFECT,
+    EVEN,
+    INDEPENDENT_SHAPES,
+    MIN_IMPROVEMENT,
+)
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
@@ -154,7 +160,8 @@ class Refits:
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
         """Probability that a function of unknown form at a joint explains what an effect there does, or its rest.
 
-        Or what all effects there do together. The rest of an effect elsewhere is no joint's.
+        Or what all effects there do together. The rest of an effect elsewhere is no joint's. Nor is what may be scatter
+        of whole poses: that holds small errors elsewhere, too.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
         sets = [without]
@@ -162,6 +169,9 @@ class Refits:
             if one.where == joint and has_form(fit, one):
                 without = self.refit(without, removed=one)
         sets.append(without)
+        calm = fit.with_likeliest_scatter
+        if calm is not fit and local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE:
+            return 0.0
         final = self._cost_and_local_unknown(fit, joint)
         if joint not in moving_joints(fit.model.dataset.robot):
             final = final[0], 0.0

@@ -9,7 +9,7 @@ from robolaser.diagnosis.cause_classes import UNKNOWN, class_of
 from robolaser.diagnosis.cause_words import listed, members, named, noun, place
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import Repeatability
-from robolaser.diagnosis.result import CauseClass, Finding, Gap, Validation
+from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN, WORTH_SAYING
 
 NAMED = 3
@@ -66,6 +66,16 @@ def sentence(
         else f"{len(gross)} rows of points.csv are gross errors"
     )
     return f"{text} {rows}, listed and left out."
+
+
+def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseClass]) -> str:
+    """Say which causes of other classes what was found may stand for; may be empty."""
+    named_classes = {one.name for one in classes}
+    hidden = [one.candidate_effect for one in limits if one.is_imitated]
+    hidden = [one for one in hidden if class_of(one) not in named_classes]
+    if not hidden or not named_classes:
+        return ""
+    return f" These data cannot tell {members(hidden)} from what was found: other poses, or known distances, may."
 
 
 def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:

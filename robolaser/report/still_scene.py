@@ -77,4 +77,5 @@ def _marks(shape: Shape, seen: Seen, scene: Scene) -> Iterator[str]:
             for (x, y), name in zip(at[there], np.array(shape["names"])[there], strict=True):
                 yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{shape["size"]}" fill="{colour}"/>'
                 if shape["bold"]:
-                    yield f'<text x="{x + 10:.1f}" y="{y + 4:.1f}" fill="{colour}">{escape(name)}</text>'
+                    halo = 'stroke="var(--paper)" stroke-width="3" paint-order="stroke"'
+                    yield f'<text x="{x + 10:.1f}" y="{y + 4:.1f}" fill="{colour}" {halo}>{escape(name)}</text>'

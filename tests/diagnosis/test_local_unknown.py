@@ -18,6 +18,7 @@ from robolaser.diagnosis.local_unknown import (
 from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_sag import HandEyeSag
@@ -84,6 +85,19 @@ def test_a_projector_that_turns_in_the_course_of_a_run_is_found_at_the_laser() -
     first = localize(fit)[0]
     assert first.site == "laser"
     assert first.likelihood_ratio > 0.7 * (fit.chi2 - fit.freedoms)
+
+
+def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
+    noise, effects = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-4), {"backlash:joint_2": 8e-4}
+    stated = Noise(pixel_px=0.1, target_m=3e-5)
+    made = simulate(find_robot("scorbot_er7"), poses=40, points=8, noise=noise, stated=stated, effects=effects, seed=3)
+    preparation, outliers = Preparation.of(made.dataset, 1)
+    start = preparation.fit(outliers, ())[1]
+    few = start.noise.with_scatter_times(0.01)
+    start = Fit.of(start.problem.with_noise(few), start.x)
+    refits = Refits(start, made.effects)
+    fit = refits.refit(start, refits.score_tests(start))
+    assert refits.locally_unmodelled(fit, made.effects[0]) == 0.0
 
 
 @pytest.mark.parametrize(("robot", "seed"), [("ur5", 3), ("scorbot_er7", 4)])

@@ -11,8 +11,8 @@ from rich.console import Console
 
 from robolaser.diagnosis.cause_words import members, named
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
-from robolaser.diagnosis.result import CauseClass, Estimate
-from robolaser.diagnosis.summary_text import sentence
+from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
+from robolaser.diagnosis.summary_text import imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import LARGEST_SCATTER
 from robolaser.report.diagnosis import print_diagnosis
 from robolaser.report.diagnosis.advice import caveats, doubt, to_do
@@ -256,3 +256,11 @@ def test_names_are_not_taken_for_markup():
 @pytest.mark.parametrize(("share", "said"), [(0.998, "99.8 %"), (1.0, "> 99.9 %"), (0.0, "< 0.1 %"), (0.5, "50 %")])
 def test_nothing_is_certain(share, said):
     assert percent(share) == said
+
+
+def test_a_cause_of_another_class_that_what_was_found_may_stand_for_is_said() -> None:
+    found = (CauseClass("arm_geometry", 1.0, 1e-3, 1e-4),)
+    scale = DetectionLimit(candidate_effect("tracker_scale:measuring_system"), "scale", None, "", is_imitated=True)
+    same = DetectionLimit(candidate_effect("joint_offset:joint_2"), "offset", None, "rad", is_imitated=True)
+    assert "cannot tell tracker scale from what was found" in imitated_sentence([scale, same], found)
+    assert imitated_sentence([same], found) == imitated_sentence([scale], ()) == ""

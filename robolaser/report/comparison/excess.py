@@ -12,6 +12,8 @@ SAME = 1e-6
 """Excess that counts as none: of an RMS as a share of the best known, of a cost in units of its scale."""
 MANIFOLD = 2.0
 """Relative excess from which it is said how many times the best something is."""
+LARGE = 1e7
+"""Cost from which powers of ten are read more easily than digits."""
 WHOLE = 0.1
 """Share from which per cents are whole."""
 
@@ -30,7 +32,10 @@ def cost_excess(tolerance: float, scale: float, unit: str) -> str:
     """Cost over the lowest known, where that is next to nothing."""
     if not math.isfinite(tolerance * scale):
         return "" if math.isnan(tolerance * scale) else NOTHING
-    return BEST if tolerance < SAME else f"+{plain(tolerance * scale, unit, 2)}"
+    if tolerance < SAME:
+        return BEST
+    cost = float(f"{tolerance * scale:.2g}")
+    return f"+{cost:,.0f} {unit}".rstrip() if 10 <= cost < LARGE else f"+{plain(cost, unit, 2)}"
 
 
 def rms_target(tolerance: float) -> str:
