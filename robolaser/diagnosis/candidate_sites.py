@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -13,6 +13,7 @@ from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives, stage_derivatives
 from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX, SMOOTH_LOAD
 from robolaser.finite_differences import central_differences
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.effects.requirements import own_lengths
@@ -55,35 +56,18 @@ class Site:
         products = self.moves[:, :, None] * self.basis[self.of_number][:, None]
         return np.asarray(products.reshape(len(products), -1))
 
-    @cached_property
-    def squares(self) -> Array:
-        """Products of these columns with each other, (q p, q p)."""
-        q, p = self.moves.shape[1], self.basis.shape[1]
-        G = np.empty((q, p, q, p))
-        for i in range(q):
-            for j in range(i + 1):
-                own = np.bincount(self.of_number, self.moves[:, i] * self.moves[:, j], minlength=len(self.basis))
-                G[i, :, j] = (self.basis * own[:, None]).T @ self.basis
-                G[j, :, i] = G[i, :, j].T
-        return G.reshape(q * p, q * p)
-
-
-def sites(fit: Fit) -> tuple[Site, ...]:
-    """Every site that the data set has, with every coordinate that it may depend on there."""
-    placed = {_placement(one.where) for one in fit.effects if one.effect is LinkGeometry}
-    return tuple(site for site in _sites(stage_derivatives(fit)) if site.coordinate not in placed)
-
 
 @lru_cache(maxsize=2)
-def _sites(derivatives: StageDerivatives) -> tuple[Site, ...]:
-    return tuple(_each_site(derivatives))
+def sites(fit: Fit) -> tuple[Site, ...]:
+    """Every site that the data set has, with every coordinate that it may depend on there; the last ones are kept."""
+    return tuple(_sites(fit))
 
 
-def _each_site(derivatives: StageDerivatives) -> Iterator[Site]:
-    fit = derivatives.fit
-    dataset, coordinates = fit.model.dataset, OfPoses(fit.model.dataset, fit.model.run)
+def _sites(fit: Fit) -> Iterator[Site]:
+    dataset = fit.model.dataset
+    derivatives, coordinates = stage_derivatives(fit), OfPoses(dataset, fit.model.run)
     yield from _of_joints(fit, derivatives, coordinates)
-    yield from (site for site in _of_several_joints(derivatives) if site.coordinate == FORCE)
+    yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
     poses = fit.pose_of_number
@@ -95,10 +79,6 @@ def _each_site(derivatives: StageDerivatives) -> Iterator[Site]:
     yield from _of_camera_and_laser(fit, derivatives, coordinates)
     yield from _of_target(fit, derivatives)
     yield from _of_measuring_system(fit, derivatives)
-
-
-def _placement(joint: str) -> str:
-    return f"placement of {joint}"
 
 
 def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
@@ -118,7 +98,8 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
         ):
             yield Site(name, coordinate, free[name], basis, poses)
         placement = derivatives.placement(name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
-        yield Site(name, _placement(name), placement, alike, poses, unknown=False)
+        if CandidateEffect(LinkGeometry, name) not in fit.effects:
+            yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
         shift = placement[:, :3]
         for coordinate, basis in coordinates.run():
             yield Site(name, coordinate, shift, basis, poses)
@@ -130,23 +111,13 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
             yield Site("timing", coordinate, late, basis, poses)
 
 
-def of_several_joints(fit: Fit) -> tuple[Site, ...]:
+def of_several_joints(fit: Fit) -> Iterator[Site]:
     """Where one cause turns several joints: what pulls at the flange turns the last ones most.
 
     It is a function of the posture, one for each of these joints, all of one size; or a force, a function of where the
     flange is, to which they give way alike. The joint in their middle is named.
     """
-    return _of_several_joints(stage_derivatives(fit))
-
-
-@lru_cache(maxsize=2)
-def _of_several_joints(derivatives: StageDerivatives) -> tuple[Site, ...]:
-    return tuple(_each_of_several_joints(derivatives))
-
-
-def _each_of_several_joints(derivatives: StageDerivatives) -> Iterator[Site]:
-    fit = derivatives.fit
-    dataset, poses = fit.model.dataset, fit.pose_of_number
+    dataset, poses, derivatives = fit.model.dataset, fit.pose_of_number, stage_derivatives(fit)
     joints = moving_joints(dataset.robot)[::-1]
     if len(joints) < SEVERAL:
         return

@@ -35,34 +35,24 @@ class Columns:
         self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
         self._by_motion: dict[tuple[Stage, str], Array] = {}
         self._passing: dict[Stage, Array | None] = {}
-        self._squares: dict[tuple[CandidateEffect, bytes], Array] = {}
-        self._squares_of_moves: dict[CandidateEffect, Array] = {}
         self._moves = {} if moves is None else moves
 
     def elsewhere(self) -> "Columns":
         """For models far from those so far: of them, only what depends on no model is kept."""
         return Columns(self._moves)
 
-    def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> tuple[Array, Array]:
-        """Moves of an effect's own joint for each of its nonlinear parameters (g, s), and products of what they do.
-
-        Returns:
-            (g, a, n) and (g, a, a).
-        """
-        moves = self._moves.get(candidate_effect)
-        if moves is None:
-            robot, q = fit.model.dataset.arm
-            column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
-            parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
-            moves = np.concatenate([joint_moves(fit.model, candidate_effect, part)[:, :, column] for part in parts])
-            moves = moves.reshape(len(grid), a, -1)
-            if moves.size <= MOVES_KEPT:
-                self._moves[candidate_effect] = moves
-        if candidate_effect not in self._squares_of_moves:
-            by_joint = self.by_joint(fit, candidate_effect.where)
-            own = np.sqrt(np.bincount(fit.pose_of_number, by_joint**2, minlength=moves.shape[2]))
-            self._squares_of_moves[candidate_effect] = _squares(moves * own)
-        return moves, self._squares_of_moves[candidate_effect]
+    def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
+        """Moves of an effect's own joint for each of its nonlinear parameters (g, s), (g, a, n)."""
+        if candidate_effect in self._moves:
+            return self._moves[candidate_effect]
+        robot, q = fit.model.dataset.arm
+        column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
+        parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
+        moves = np.concatenate([joint_moves(fit.model, candidate_effect, part)[:, :, column] for part in parts])
+        moves = moves.reshape(len(grid), a, -1)
+        if moves.size <= MOVES_KEPT:
+            self._moves[candidate_effect] = moves
+        return moves
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """By the linear parameters in units of their prior scales, for each value of the others (g, s): (K, g a)."""
@@ -70,14 +60,6 @@ class Columns:
         if key not in self._by_effect:
             self._by_effect[key] = self._worked_out(fit, candidate_effect, grid)
         return self._by_effect[key]
-
-    def squares(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """Products of these columns with each other, for each value of the nonlinear parameters, (g, a, a)."""
-        key = candidate_effect, grid.tobytes()
-        if key not in self._squares:
-            white = self.by_effect(fit, candidate_effect, grid)
-            self._squares[key] = _squares(np.ascontiguousarray(white.T).reshape(len(grid), -1, len(white)))
-        return self._squares[key]
 
     def _worked_out(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
         stage = candidate_effect.effect.stage
@@ -178,11 +160,6 @@ def _twists(T: Array, slopes: Array) -> Array:
     """Shifts and turns in its own frame with which a rigid motion T changes, (..., 6), by its slopes (..., 4, 4)."""
     W = inverse(T) @ slopes
     return np.stack([W[..., 0, 3], W[..., 1, 3], W[..., 2, 3], W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
-
-
-def _squares(rows: Array) -> Array:
-    """Products of rows with each other, (g, a, n) -> (g, a, a)."""
-    return rows @ np.swapaxes(rows, 1, 2)
 
 
 def _chained(moves: Array, slopes: Array, of_number: Ints) -> Array:

@@ -205,15 +205,10 @@ class Fit:
         """What parameters on a bound would do on their way back, without what the others imitate, (K + e, q)."""
         return self.at.project(self.at.release)
 
-    @cached_property
-    def left(self) -> Array:
-        """Residuals without what the parameters could still do to them, (K + e,)."""
-        return self.at.project(self.at.r[:, None])[:, 0]
-
     def best_amplitudes(self, white: Array) -> Array:
         """Amplitudes of further whitened columns (K, n) that lower chi-squared most in the linear model, (n,)."""
         columns = np.hstack([self.at.project(white), self.release])
-        return best_amplitudes(columns.T @ columns, columns.T @ self.at.r)[: white.shape[1]]
+        return best_amplitudes(columns, self.at.r)[: white.shape[1]]
 
     def moved(self, white: Array, amplitudes: Array) -> Array:
         """Where the parameters go once further whitened columns (K, n) have some amplitudes (n,), (d,)."""
@@ -222,11 +217,12 @@ class Fit:
         return self.x + self.at.step(r)
 
 
-def best_amplitudes(products: Array, along: Array) -> Array:
-    """Amplitudes (n,) of columns that lower squares most, by products with each other (n, n) and with the residuals."""
-    length = np.sqrt(np.maximum(np.diag(products), 0.0))
-    unit = np.where(length > 0, length, 1.0)
-    squares, V = np.linalg.eigh(products / unit[:, None] / unit)
+def best_amplitudes(columns: Array, residuals: Array) -> Array:
+    """Amplitudes of columns (k, n) that lower the squares of residuals (k,) most, (n,)."""
+    length = np.linalg.norm(columns, axis=0)
+    unit = columns / np.where(length > 0, length, 1.0)
+    squares, V = np.linalg.eigh(unit.T @ unit)
     seen = squares > SINGULAR**2 * squares.max(initial=0.0)
-    amplitudes: Array = -(V[:, seen] @ ((V[:, seen].T @ (along / unit)) / squares[seen])) / unit
+    along = V[:, seen].T @ (unit.T @ residuals)
+    amplitudes: Array = -(V[:, seen] @ (along / squares[seen])) / np.where(length > 0, length, 1.0)
     return amplitudes

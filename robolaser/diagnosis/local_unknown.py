@@ -6,17 +6,16 @@ parameters, a random function for its freedom, by the marginal likelihood. And a
 still finds much beside it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.candidate_sites import Site, of_several_joints
+from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
-from robolaser.diagnosis.localization import likelihood_ratios
-from robolaser.diagnosis.random_functions import RandomFunctions
+from robolaser.diagnosis.localization import likelihood_ratio
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
@@ -46,12 +45,12 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
     """
     derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
     if site in joints:
-        pairs = [(site, basis) for basis in _coordinates(fit, site)]
+        pairs = [(derivatives.joint(site), basis) for basis in _coordinates(fit, site)]
     else:
         in_time = rough(fit.model.run.progress)
-        pairs = [(joint, in_time) for joint in joints]
-    poses = fit.pose_of_number
-    return _largest_ratio(fit, [Site(joint, "", derivatives.joint(joint), basis, poses) for joint, basis in pairs])
+        pairs = [(derivatives.joint(joint), in_time) for joint in joints]
+    columns = (by_joint * basis[fit.pose_of_number] for by_joint, basis in pairs)
+    return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns)
 
 
 def posture_unknown_chi2(fit: Fit) -> float:
@@ -59,17 +58,8 @@ def posture_unknown_chi2(fit: Fit) -> float:
 
     Of the whole posture, one for each of these joints, all of one size; or a force at the flange.
     """
-    return _largest_ratio(fit, of_several_joints(fit))
-
-
-def _largest_ratio(fit: Fit, sites: Sequence[Site]) -> float:
-    """Of the likelihood of functions at sites of any size, in chi-squared; zero where there are no sites."""
-    functions, largest = RandomFunctions(fit), 0.0
-    for site in sites:
-        normal, gradient = functions.normal_equations(site), functions.gradient(site)
-        ratios, _ = likelihood_ratios(normal[None], gradient[None], np.array([np.inf]))
-        largest = max(largest, float(ratios[0]))
-    return largest
+    columns = (site.columns for site in of_several_joints(fit))
+    return max((likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns), default=0.0)
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:

@@ -39,14 +39,20 @@ class Localization:
     unknown: bool = True
 
 
-def likelihood_ratios(normal: Array, gradient: Array, most: Array) -> tuple[Array, Array]:
-    """Twice the logarithm of the largest likelihood ratio of each random function, and the size that has it, (n,) each.
+def likelihood_ratio(B: Array, residuals: Array, most: float) -> tuple[float, float]:
+    """Twice the logarithm of the largest likelihood ratio of a random function, and the size that has it.
 
     Args:
-        normal: Products of derivatives of the whitened residuals by the function's basis with each other, (n, p, p).
-        gradient: And with the residuals, (n, p).
-        most: Largest plausible size, (n,).
+        B: Derivatives of the whitened residuals by the function's basis, (k, p).
+        residuals: Whitened, (k,).
+        most: Largest plausible size.
     """
+    ratios, sizes = _likelihood_ratios((B.T @ B)[None], (B.T @ residuals)[None], np.array([most]))
+    return float(ratios[0]), float(sizes[0])
+
+
+def _likelihood_ratios(normal: Array, gradient: Array, most: Array) -> tuple[Array, Array]:
+    """The same of several functions, (n,) each, by the products of their derivatives (n, p, p) and (n, p)."""
     eigenvalues, V = np.linalg.eigh(normal)
     eigenvalues = np.maximum(eigenvalues, 0.0)[:, None]
     z2 = (np.swapaxes(V, 1, 2) @ gradient[..., None])[:, None, :, 0] ** 2
@@ -121,7 +127,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
         for p in np.unique(sizes):
             alike = np.flatnonzero(sizes == p)
             both = np.stack([normals[i] for i in alike]), np.stack([gradients[i] for i in alike])
-            ratios[alike], size[alike] = likelihood_ratios(*both, most[alike])
+            ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike])
         best = int(np.argmax(ratios))
         if ratios[best] < LIKELIHOOD_RATIO_OF_SITE:
             break

@@ -12,8 +12,8 @@ from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.result import ParetoPoint
 from robolaser.diagnosis.score_tests import ScoreTest
 
-LEADERS = 10
-"""Effects of which sets are made, so at most 1024 sets."""
+LEADERS = 12
+"""Effects of which sets are made, so at most 4096 sets."""
 FURTHER, AT_LEAST = 1, 2
 """Effects beyond those of the diagnosis, up to which sets are fitted, and the least size of the largest of them."""
 SEEN = 1e-12

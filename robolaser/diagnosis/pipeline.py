@@ -188,7 +188,7 @@ def _selected(
     final = select(refits, progress=lambda what: progress(what, 0.3))
 
     def again(start: Fit, share: float) -> tuple[Refits, Fit]:
-        fresh = refits.beside(start) if start.model.dataset is refits.start.model.dataset else Refits(start, effects)
+        fresh = Refits(start, effects)
         return fresh, select(fresh, fresh.warm_start(final, refits), lambda what: progress(what, share))
 
     for left in reversed(range(OUTLIER_ROUNDS + 1)):

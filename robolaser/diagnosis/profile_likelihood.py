@@ -8,9 +8,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 
-FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 60)])
-"""Scatter over the assumed one, where its likelihood is first looked at; then twice nearer by."""
-ZOOM = np.linspace(-1.0, 1.0, 11)
+FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])
+"""Scatter over the assumed one, where its likelihood is first looked at."""
+ZOOM = np.linspace(-1.0, 1.0, 41)
 
 
 def profile(squares: Array, variances: Array, share: float) -> tuple[float, float]:
@@ -32,12 +32,10 @@ def profile(squares: Array, variances: Array, share: float) -> tuple[float, floa
         summed: Array = (squares * (1.0 / ratio - 1.0) + share * np.log(ratio)).sum(axis=1)
         return summed
 
-    changes = change(FACTORS)
-    if (best := int(np.argmin(changes))) == 0:
-        return 0.0, float(changes[0])
-    factor, apart = FACTORS[best], FACTORS[-1] / FACTORS[-2]
-    for _ in range(2):
-        near = factor * apart**ZOOM
-        changes = change(near)
-        factor, apart = near[np.argmin(changes)], apart ** (ZOOM[1] - ZOOM[0])
-    return float(factor), min(0.0, float(changes.min()))
+    best = int(np.argmin(change(FACTORS)))
+    if best == 0:
+        return 0.0, float(change(FACTORS[:1])[0])
+    near = FACTORS[best] * (FACTORS[-1] / FACTORS[-2]) ** ZOOM
+    changes = change(near)
+    least = int(np.argmin(changes))
+    return float(near[least]), min(0.0, float(changes[least]))

@@ -35,7 +35,14 @@ class RandomFunctions:
 
     def normal_equations(self, site: Site) -> Array:
         """Products of a function's columns with each other, (q p, q p)."""
-        return np.asarray(site.squares - self.newly_imitated(site))
+        own = self._summed(site, "own", site.moves)
+        q, p = site.moves.shape[1], site.basis.shape[1]
+        G = np.empty((q, p, q, p))
+        for i in range(q):
+            for j in range(i + 1):
+                G[i, :, j] = (site.basis * own[:, i, [j]]).T @ site.basis
+                G[j, :, i] = G[i, :, j].T
+        return np.asarray(G.reshape(q * p, q * p) - self.newly_imitated(site))
 
     def newly_imitated(self, site: Site) -> Array:
         """What these lose to the parameters, or since then to the function that was believed last, (q p, q p)."""
@@ -59,7 +66,7 @@ class RandomFunctions:
         self._residuals = _whitened(self._residuals, *self._believed[-1])
         self._along = self._back(self._residuals)[:, None]
         self._apart.clear()
-        self._sums.clear()
+        self._sums = {key: sums for key, sums in self._sums.items() if key[2] == "own"}
 
     def _back(self, columns: Array) -> Array:
         """Transposed to what happens to a function's columns, of (K + e, ...)."""

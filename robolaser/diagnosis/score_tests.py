@@ -7,12 +7,11 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.effect_columns import Columns, prior_scales
+from robolaser.diagnosis.effect_columns import NUMBERS_AT_ONCE, Columns
 from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.noise.whitening import group_sums
 from robolaser.model.stages import Stage
 
 DENSE_GRID = 40
@@ -31,8 +30,7 @@ class ScoreTest:
         candidate_effect: Which.
         nonlinear: Its nonlinear parameters.
         white: Derivatives of the whitened residuals by its linear parameters in units of their prior scales, (K, a).
-        products: Of these, without what the fitted parameters imitate, and of q parameters on their way back from a
-            bound, with each other and with the residuals, (a + q, a + q + 1).
+        columns: The same without what the fitted parameters imitate, above those of distances and priors, (K + e, a).
         against: The fitted model.
         tried: Number of values of the nonlinear parameters that were tried.
     """
@@ -40,7 +38,7 @@ class ScoreTest:
     candidate_effect: CandidateEffect
     nonlinear: tuple[float, ...]
     white: Array
-    products: Array
+    columns: Array
     against: Fit
     tried: int
 
@@ -48,11 +46,6 @@ class ScoreTest:
     def key(self) -> tuple[str, str, tuple[float, ...]]:
         """What it tests: effect, location and nonlinear parameters."""
         return self.candidate_effect.effect.name, self.candidate_effect.where, self.nonlinear
-
-    @cached_property
-    def columns(self) -> Array:
-        """The derivatives without what the fitted parameters imitate, above those of distances and priors, (K+e, a)."""
-        return self.against.at.project(self.white)
 
     @cached_property
     def basis(self) -> Array:
@@ -69,21 +62,19 @@ class ScoreTest:
         Parameters on a bound leave it where the effect makes them; linear parameters that physics permits one sign only
         have no other.
         """
+        residuals, columns = self.against.at.r, self.columns
         one_sided = np.array([amplitude.lower == 0 for amplitude in self.candidate_effect.effect.amplitudes()])
-        own, released = np.arange(len(one_sided)), np.arange(len(one_sided), len(self.products))
         while True:
-            both = np.concatenate([own, released])
-            amplitudes = self._best_amplitudes(both)
-            if (amplitudes[len(own) :] < 0).any():
-                both, amplitudes = own, self._best_amplitudes(own)
-            wrong = one_sided[own] & (amplitudes[: len(own)] < 0)
+            both = np.hstack([columns, self.against.release])
+            amplitudes = best_amplitudes(both, residuals)
+            if (amplitudes[columns.shape[1] :] < 0).any():
+                both, amplitudes = columns, best_amplitudes(columns, residuals)
+            wrong = one_sided & (amplitudes[: columns.shape[1]] < 0)
             if not wrong.any():
                 break
-            own = own[~wrong]
-        return -float(amplitudes @ (self.products[np.ix_(both, both)] @ amplitudes + 2.0 * self.products[both, -1]))
-
-    def _best_amplitudes(self, some: Ints) -> Array:
-        return best_amplitudes(self.products[np.ix_(some, some)], self.products[some, -1])
+            columns, one_sided = columns[:, ~wrong], one_sided[~wrong]
+        after = residuals + both @ amplitudes
+        return float(residuals @ residuals - after @ after)
 
 
 def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | None = None) -> list[ScoreTest]:
@@ -136,38 +127,34 @@ def _nested(fit: Fit, candidate_effect: CandidateEffect, grid: Array, known: Col
 
 
 def _best(fit: Fit, candidate_effect: CandidateEffect, grid: Array, tried: int, known: Columns) -> ScoreTest:
-    white, a = known.by_effect(fit, candidate_effect, grid), len(prior_scales(candidate_effect))
-    products = _products(fit, white, known.squares(fit, candidate_effect, grid))
+    white = known.by_effect(fit, candidate_effect, grid)
+    columns = np.asfortranarray(fit.at.project(white))
+    a = white.shape[1] // len(grid)
+    spans = [slice(i * a, (i + 1) * a) for i in range(len(grid))]
     options = [
-        ScoreTest(candidate_effect, tuple(values), white[:, i * a : (i + 1) * a], products[i], fit, tried)
-        for i, values in enumerate(grid.tolist())
+        ScoreTest(candidate_effect, tuple(values), white[:, span], columns[:, span], fit, tried)
+        for values, span in zip(grid.tolist(), spans, strict=True)
     ]
     if len(options) == 1:
         return options[0]
-    along = products[:, :, -1]
-    at_most = (along[:, None] @ np.linalg.pinv(products[:, :, :-1], hermitian=True) @ along[..., None])[:, 0, 0]
-    order = np.argsort(-at_most, kind="stable")
+    bounds = _gains_at_most(columns.reshape(len(columns), len(grid), a), fit)
+    order = np.argsort(-bounds, kind="stable")
     best: ScoreTest = options[order[0]]
     for i in order[1:]:
-        if at_most[i] <= best.gain:
+        if bounds[i] <= best.gain:
             break
         best = max(best, options[i], key=lambda option: option.gain)
     return best
 
 
-def _products(fit: Fit, white: Array, squares: Array) -> Array:
-    """See `ScoreTest.products`, of effects whose columns (K, g a) have products (g, a, a), (g, a + q, a + q + 1)."""
-    (g, a, _), K, release = squares.shape, len(white), fit.release
-    imitated = (white.T @ fit.at.Q[:K]).reshape(g, a, -1)
-    q = release.shape[1]
-    found = np.empty((g, a + q, a + q + 1))
-    found[:, :a, :a] = squares - imitated @ np.swapaxes(imitated, 1, 2)
-    found[:, :a, a:-1] = (white.T @ release[:K]).reshape(g, a, q)
-    found[:, a:, :a] = np.swapaxes(found[:, :a, a:-1], 1, 2)
-    found[:, a:, a:-1] = release.T @ release
-    found[:, :a, -1] = (white.T @ fit.left[:K]).reshape(g, a)
-    found[:, a:, -1] = release.T @ fit.left
-    return found
+def _gains_at_most(columns: Array, fit: Fit) -> Array:
+    """Gains of effects' columns (K + e, g, a) if amplitudes of either sign were permitted, (g,)."""
+    apart = np.moveaxis(columns, 0, 2)
+    release = np.broadcast_to(fit.release.T, (len(apart), *fit.release.T.shape))
+    both = np.concatenate([apart, release], axis=1)
+    along = both @ fit.at.r
+    products = both @ np.swapaxes(both, 1, 2)
+    return np.asarray((along[:, None] @ np.linalg.pinv(products, hermitian=True) @ along[..., None])[:, 0, 0])
 
 
 @final
@@ -176,29 +163,39 @@ class JointMotions:
 
     def __init__(self, fit: Fit, known: Columns) -> None:
         self._fit, self._known = fit, known
-        self._normal: dict[str, tuple[Array, Array]] = {}
+        self._normal: dict[str, tuple[Array, Array, Array]] = {}
 
-    def _sums(self, joint: str) -> tuple[Array, Array]:
-        """Of the products of each pose's motion with the residuals (n,), and with what the parameters can do (n, d)."""
+    def _normal_equations(self, joint: str) -> tuple[Array, Array, Array]:
+        """Normal equations of the motions of a joint, without what the fitted parameters imitate.
+
+        Returns:
+            Gradient (n,), and own (n,) and shared (n, d) of the matrix diag(own) - shared sharedᵀ.
+        """
         if joint not in self._normal:
             fit, columns = self._fit, self._known.by_joint(self._fit, joint)
-            both = np.column_stack([fit.left, fit.at.Q])[: len(columns)]
-            summed = group_sums(columns[:, None] * both, fit.pose_of_number)
-            summed = np.pad(summed, ((0, len(fit.model.dataset.poses) - len(summed)), (0, 0)))
-            self._normal[joint] = summed[:, 0], summed[:, 1:]
+            of_pose, n = fit.pose_of_number, len(fit.model.dataset.poses)
+            Q = fit.at.Q[: len(columns)]
+            shared = np.zeros((n, Q.shape[1]))
+            np.add.at(shared, of_pose, columns[:, None] * Q)
+            gradient = np.bincount(of_pose, columns * fit.at.white, minlength=n) - shared @ (fit.at.Q.T @ fit.at.r)
+            own = np.asarray(np.bincount(of_pose, columns**2, minlength=n), dtype=np.float64)
+            self._normal[joint] = gradient, own, shared
         return self._normal[joint]
 
     def best_nonlinear(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """The most promising of its nonlinear parameters (g, s), (1, s)."""
-        gradient, shared = self._sums(candidate_effect.where)
-        moves, own = self._known.own_moves(self._fit, candidate_effect, grid)
-        (g, a, _), flat = moves.shape, moves.reshape(-1, len(gradient))
-        b, imitated = (flat @ gradient).reshape(g, a), (flat @ shared).reshape(g, a, -1)
-        A = own - imitated @ np.swapaxes(imitated, 1, 2)
-        scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / a
-        A = A + 1e-6 * scale * np.eye(a) + 1e-12 * np.eye(a)
-        gains = np.einsum("ga,ga->g", b, np.linalg.solve(A, b[..., None])[..., 0])
-        return grid[[int(np.argmax(gains))]]
+        gradient, own, shared = self._normal_equations(candidate_effect.where)
+        moves = self._known.own_moves(self._fit, candidate_effect, grid)
+        a = moves.shape[1]
+        gains = []
+        for F in np.array_split(moves, max(1, moves.size // NUMBERS_AT_ONCE)):
+            b = F @ gradient
+            imitated = F @ shared
+            A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)
+            scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / a
+            A = A + 1e-6 * scale * np.eye(a) + 1e-12 * np.eye(a)
+            gains.append(np.einsum("ga,ga->g", b, np.linalg.solve(A, b[..., None])[..., 0]))
+        return grid[[int(np.argmax(np.concatenate(gains)))]]
 
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:

@@ -36,7 +36,7 @@ class StageDerivatives:
     """
 
     def __init__(self, fit: Fit) -> None:
-        self.fit, self._model = fit, fit.model
+        self._fit, self._model = fit, fit.model
         self._known: dict[tuple[Stage, str], Array] = {}
 
     def passing(self, stage: Stage) -> Array | None:
@@ -76,12 +76,12 @@ class StageDerivatives:
             return self._residuals(len(shifts), stage, nudge)
 
         slopes = np.moveaxis(central_differences(residuals, steps), -1, 0)
-        return self.fit.noise.whiten(slopes).T
+        return self._fit.noise.whiten(slopes).T
 
     def _residuals(self, count: int, stage: Stage, act: Callable[[Array], Array]) -> Array:
         """Residuals of as many candidates, all at the optimum, with something done after the effects of a stage."""
         model = self._model
-        values = self.fit.problem.parameters.values(np.repeat(self.fit.x[None], count, axis=0))
+        values = self._fit.problem.parameters.values(np.repeat(self._fit.x[None], count, axis=0))
         perturb = Perturbation((*model.perturb(values).steps, (stage, act)))
         robot, q = model.dataset.robot, model.dataset.poses.q
         if robot is None or q is None:

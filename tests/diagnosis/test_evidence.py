@@ -266,7 +266,7 @@ def test_a_size_that_no_arm_has_is_none(clean: tuple[AveragedData, Fit]) -> None
     plausible = 10 * 1.7e-3
 
     def seen_less(share: float) -> DetectionLimit:
-        (limit,) = detection_limits([replace(test, white=test.white * share)])
+        (limit,) = detection_limits([replace(test, white=test.white * share, columns=test.columns * share)])
         return limit
 
     small = seen_less(usual.size / (0.99 * plausible))

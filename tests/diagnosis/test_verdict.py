@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2, norm
 
 from robolaser.diagnosis import thresholds
-from robolaser.diagnosis.localization import likelihood_ratios, p_value
+from robolaser.diagnosis.localization import likelihood_ratio, p_value
 from robolaser.diagnosis.verdict import (
     Evidence,
     complexity_penalty,
@@ -174,11 +174,6 @@ def test_noise_puts_one_row_in_a_million_beyond_the_limit_of_a_gross_error():
 
 def test_nine_in_ten_lie_above_the_detection_quantile():
     assert norm.sf(-thresholds.DETECTION_SIGMA) == pytest.approx(0.9, abs=1e-3)
-
-
-def likelihood_ratio(B, residuals, most):
-    ratios, sizes = likelihood_ratios((B.T @ B)[None], (B.T @ residuals)[None], np.array([most]))
-    return ratios[0], sizes[0]
 
 
 def test_a_random_function_of_one_shape_has_the_likelihood_ratio_of_a_variance():
