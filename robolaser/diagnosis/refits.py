@@ -23,6 +23,7 @@ from robolaser.diagnosis.thresholds import (
     CHI2_PER_EFFECT,
     EVEN,
     INDEPENDENT_SHAPES,
+    LEAST_PROBABILITY,
     MIN_IMPROVEMENT,
 )
 from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
@@ -165,13 +166,14 @@ class Refits:
             if one.where == joint and has_form(fit, one):
                 without = self.refit(without, removed=one)
         sets.append(without)
-        calm = fit.with_likeliest_scatter
-        if calm is not fit and local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE:
-            return 0.0
         final = self._cost_and_local_unknown(fit, joint)
         if joint not in moving_joints(fit.model.dataset.robot):
             final = final[0], 0.0
-        return max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
+        unknown = max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
+        if unknown < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
+            return unknown
+        is_scatter = local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
+        return 0.0 if is_scatter else unknown
 
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
         key = frozenset(fit.effects), joint
