@@ -10,8 +10,8 @@ from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import inverse, skew
 
 
-def moved_by_joints(robot: Robot, frames: Array, moves: Array) -> Array:
-    """Motions of the flange by small motions of the joints.
+def twists_by_joints(robot: Robot, frames: Array, moves: Array) -> Array:
+    """Twists of the flange by small motions of the joints.
 
     Args:
         robot: The arm.
@@ -19,29 +19,25 @@ def moved_by_joints(robot: Robot, frames: Array, moves: Array) -> Array:
         moves: Of the joints, in q directions, (c or 1, q, n, j) [rad or m].
 
     Returns:
-        What is added to T_base_flange, to first order, (c, q, n, 4, 4).
+        Shift of what is at the base's origin, and turn, in the base frame, (c, q, n, 6) [m, rad].
     """
-    T = frames[:, :, -1] @ robot.end
-    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], *T.shape[1:]))
+    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], frames.shape[1], 6))
     for k, i in enumerate(robot.chain):
         along = moves[..., i]
         which = along.any(axis=(0, 2))
         if not which.any():
             continue
-        axis = frames[:, :, k, :3, :3] @ robot.axes[i]
-        by_joint = np.zeros_like(T)
+        axis, by_joint = frames[:, :, k, :3, :3] @ robot.axes[i], np.zeros((*frames.shape[:2], 6))
         if robot.prismatic[i]:
-            by_joint[..., :3, 3] = axis
+            by_joint[..., :3] = axis
         else:
-            turn = skew(axis)
-            by_joint[..., :3, :] = turn @ T[..., :3, :]
-            by_joint[..., :3, 3] -= (turn @ frames[:, :, k, :3, 3, None])[..., 0]
-        out[:, which] += along[:, which, :, None, None] * by_joint[:, None]
+            by_joint[..., :3], by_joint[..., 3:] = np.cross(frames[:, :, k, :3, 3], axis), axis
+        out[:, which] += along[:, which, :, None] * by_joint[:, None]
     return out
 
 
-def moved_by_placements(robot: Robot, frames: Array, placements: Array, moves: Array) -> Array:
-    """Motions of the flange by small motions of the joints' placements.
+def twists_by_placements(robot: Robot, frames: Array, placements: Array, moves: Array) -> Array:
+    """Twists of the flange by small motions of the joints' placements.
 
     Args:
         robot: The arm.
@@ -50,20 +46,27 @@ def moved_by_placements(robot: Robot, frames: Array, placements: Array, moves: A
         moves: What is added to them in q directions, (c or 1, q, n or 1, j, 4, 4).
 
     Returns:
-        What is added to T_base_flange, to first order, (c, q, n, 4, 4).
+        As of `twists_by_joints`, (c, q, n, 6).
     """
-    T = frames[:, :, -1] @ robot.end
-    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], *T.shape[1:]))
+    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], frames.shape[1], 6))
     for k, i in enumerate(robot.chain):
         which = moves[:, :, :, i].any(axis=(0, 2, 3, 4))
         if not which.any():
             continue
-        onward = inverse(placements[:, :, i])
-        before = moves[:, :, :, i][:, which] @ onward[:, None]
+        W = moves[:, :, :, i][:, which] @ inverse(placements[:, :, i])[:, None]
+        shift, turn = W[..., :3, 3], np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
         if k:
-            before = frames[:, None, :, k - 1] @ before
-            onward = inverse(frames[:, :, k - 1]) @ T
-        else:
-            onward = T
-        out[:, which] += before @ onward[:, None]
+            R, t = frames[:, None, :, k - 1, :3, :3], frames[:, None, :, k - 1, :3, 3]
+            shift, turn = (R @ shift[..., None])[..., 0], (R @ turn[..., None])[..., 0]
+            shift = shift + np.cross(t, turn)
+        out[:, which, :, :3] += shift
+        out[:, which, :, 3:] += turn
+    return out
+
+
+def moved_by_twists(T: Array, twists: Array) -> Array:
+    """What is added to motions T (c, n, 4, 4), to first order, by twists in the base frame (c or 1, q, n or 1, 6)."""
+    out = np.zeros((max(len(T), len(twists)), twists.shape[1], *T.shape[1:]))
+    out[..., :3, :] = skew(twists[..., 3:]) @ T[:, None, :, :3]
+    out[..., :3, 3] += twists[..., :3]
     return out

@@ -4,10 +4,16 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.finite_differences import differences
+from robolaser.geometry.flange_motion import moved_by_twists
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Stage
+from robolaser.model.tangents import ChainRule, Tangent
 
 STEP = 1e-5
 """Of a central difference, in units of a parameter's range: truncation and rounding are both near 1e-10 there."""
+
+SIX_WAYS = np.eye(6)[None, :, None]
+"""The flange's unit twists, (1, 6, 1, 6)."""
 
 
 def jacobian(model: Model, x: Array) -> Array:
@@ -31,12 +37,28 @@ def jacobian(model: Model, x: Array) -> Array:
         return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
     steps = STEP * model.parameters.width
     chain = model.chain_rule(x, steps)
-    J = model.sensor.slopes(model.flange_tangent(chain), chain)
+    J = _by_stages(model, chain)
     analytic = 0 if known is None else x.shape[1] - len(model.effect_parameters)
     if J is None:
         J = _differences(model, x, steps, analytic)
     if known is not None:
         J[:, model.parameters.columns(names)] = np.moveaxis(known, -1, 1)
+    return J
+
+
+def _by_stages(model: Model, chain: ChainRule) -> Array | None:
+    """Derivatives by what moves the values that pass the stages, (c, d, m, k), where the sensor knows them.
+
+    However many parameters move joints and links, they move the flange in six ways, and each row by that of its pose.
+    """
+    twists = model.flange_twists(chain)
+    if twists is None or len(twists.of) <= SIX_WAYS.shape[1] or chain.moves(Stage.FLANGE, Stage.IMAGE):
+        return model.sensor.slopes(model.flange_tangent(chain, twists), chain)
+    some = twists.of[: SIX_WAYS.shape[1]]
+    J = model.sensor.slopes(Tangent(twists.value, moved_by_twists(twists.value, SIX_WAYS), some), chain)
+    if J is not None:
+        moves = np.swapaxes(twists.slopes, 1, 2)[:, model.dataset.points.pose]
+        J[:, twists.of] = np.swapaxes(moves @ np.swapaxes(J[:, some], 1, 2), 1, 2)
     return J
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
-from robolaser.geometry.flange_motion import moved_by_joints, moved_by_placements
+from robolaser.geometry.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
@@ -138,20 +138,26 @@ class Model:
         q = perturb(Stage.JOINTS, poses.q[None])
         return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, robot.placements[None, None])))
 
-    def flange_tangent(self, chain: ChainRule) -> Tangent:
-        """T_base_flange and how it moves, (c or 1, n, 4, 4)."""
+    def flange_twists(self, chain: ChainRule) -> Tangent | None:
+        """T_base_flange, and with which twists joints and links move it, (c or 1, q, n, 6); None where nothing does."""
         poses, robot = self.dataset.poses, self.dataset.robot
         if robot is None or poses.q is None or not chain.moves(Stage.JOINTS, Stage.LINKS):
-            return chain(Stage.FLANGE, Tangent.constant(self._nominal_flange))
+            return None
         q = chain(Stage.JOINTS, Tangent.constant(poses.q[None]))
         placements = chain(Stage.LINKS, Tangent.constant(robot.placements[None, None]))
         frames = robot.joint_frames(q.value, placements.value)
-        slopes = (
-            moved_by_joints(robot, frames, q.slopes),
-            moved_by_placements(robot, frames, placements.value, placements.slopes),
+        twists = (
+            twists_by_joints(robot, frames, q.slopes),
+            twists_by_placements(robot, frames, placements.value, placements.slopes),
         )
-        moved = Tangent(frames[:, :, -1] @ robot.end, np.concatenate(slopes, axis=1), np.append(q.of, placements.of))
-        return chain(Stage.FLANGE, moved)
+        return Tangent(frames[:, :, -1] @ robot.end, np.concatenate(twists, axis=1), np.append(q.of, placements.of))
+
+    def flange_tangent(self, chain: ChainRule, twists: Tangent | None) -> Tangent:
+        """T_base_flange and how it moves, (c or 1, n, 4, 4), from its `flange_twists`."""
+        if twists is None:
+            return chain(Stage.FLANGE, Tangent.constant(self._nominal_flange))
+        T = twists.value
+        return chain(Stage.FLANGE, Tangent(T, moved_by_twists(T, twists.slopes), twists.of))
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))

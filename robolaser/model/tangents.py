@@ -98,9 +98,23 @@ class ChainRule:
     def __call__(self, stage: Stage, passing: Tangent) -> Tangent:
         """What comes out of a stage."""
         for effect in self._effects:
-            if effect.stage is stage:
+            if effect.stage is Stage.LINKS is stage:
+                passing = self._past_other_links(effect, passing)
+            elif effect.stage is stage:
                 passing = self.through(effect.act, effect.names, passing)
         return passing
+
+    def _past_other_links(self, effect: Acting, passing: Tangent) -> Tangent:
+        """The same for an effect that moves a joint's placement: those of other joints do not matter to it."""
+        changed = effect.act(passing.value, {name: self.values[name] for name in effect.names}) != passing.value
+        through = passing.slopes[:, :, :, changed.any(axis=(0, 1, 3, 4))].any(axis=(0, 2, 3, 4, 5))
+        out = self.through(
+            effect.act, effect.names, Tangent(passing.value, passing.slopes[:, through], passing.of[through])
+        )
+        past = np.broadcast_to(
+            passing.slopes[:, ~through], (len(out.slopes), int((~through).sum()), *out.slopes.shape[2:])
+        )
+        return Tangent(out.value, np.concatenate([out.slopes, past], axis=1), np.append(out.of, passing.of[~through]))
 
     def through(self, function: Callable[[Array, Values], Array], names: Sequence[str], passing: Tangent) -> Tangent:
         """A function of a value and of some parameters, differentiated numerically by both.
@@ -128,9 +142,9 @@ class ChainRule:
 def _shifted(passing: Tangent, own: int, c: int, steps: Array) -> Array:
     """A value for each end of each difference, (c q 2, ...): the first few directions leave it where it is.
 
-    A value that nothing moves is the same for all, (1, ...).
+    A value that is the same for all, and that nothing moves, stays (1, ...).
     """
-    if not len(passing.of):
+    if not len(passing.of) and len(passing.value) == 1:
         return passing.value
     at = np.empty((c, len(steps), 2, *passing.value.shape[1:]))
     at[:] = passing.value[:, None, None]
