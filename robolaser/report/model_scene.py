@@ -233,7 +233,7 @@ def cell_scene(
     )
     return Scene(
         title,
-        f"Drag to turn, step through the poses. {said}{photo}{remark}".replace("  ", " "),
+        f"{said}{photo}{remark}".strip(),
         f"The cell in {len(frames)} poses, with {len(shown)} points and their errors.",
         shapes,
         taken,

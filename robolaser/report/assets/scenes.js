@@ -10,6 +10,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   canvas.setAttribute("aria-label", scene.alt);
   const bar = make("div", figure, { className: "controls" });
   figure.insertBefore(bar, figure.querySelector("figcaption"));
+  figure.querySelector("figcaption").prepend(scene.frames.length > 1 ? "Drag to turn, step through the poses. " : "Drag to turn. ");
 
   const all = scene.shapes.flatMap(({ at }) => at.flat(Array.isArray(at[0]?.[0]) ? 1 : 0)).filter((p) => p?.[0] != null);
   const side = (axis, pick) => all.reduce((best, p) => pick(best, p[axis]), pick === Math.min ? Infinity : -Infinity);

@@ -22,7 +22,7 @@ def cloud_scene(quality: Quality) -> Scene | None:
     size = 1e3 * (high - low)
     return Scene(
         "The cloud in space",
-        f"Drag to turn. Coloured along {'xyz'[thin]}, from {1e3 * low[thin]:.4g} to {1e3 * high[thin]:.4g} mm.",
+        f"Coloured along {'xyz'[thin]}, from {1e3 * low[thin]:.4g} to {1e3 * high[thin]:.4g} mm.",
         f"A cloud of {len(positions)} points, {size[0]:.3g} by {size[1]:.3g} by {size[2]:.3g} mm.",
         [dots(positions, colours, size=2.0)],
     )
