@@ -13,7 +13,7 @@ from robolaser.calibration.result import rms
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest
-from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE
+from robolaser.diagnosis.thresholds import DETECTION_SIGMA, DISTINCT_SINE, LARGEST_PLAUSIBLE
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -26,9 +26,10 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
 
     Args:
         tests: All against the final model.
-        alone: All against the model without effects: what is seen there alone, the effects found imitate.
+        alone: All against the model without effects. What is seen there alone, and of whose column next to nothing is
+            left beside the effects found, these imitate.
     """
-    seen_alone = {test.candidate_effect for test in alone if _size(test) <= _largest(test)}
+    seen_alone = {test.candidate_effect: _share_left(test) for test in alone if _size(test) <= _largest(test)}
     limits = []
     for test, (rival, alike) in zip(tests, _nearest_rivals(tests), strict=True):
         amplitude = test.candidate_effect.effect.amplitudes()[0]
@@ -44,7 +45,8 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
                 identifiable=float(identifiable) if is_identified else None,
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
-                is_imitated=not is_seen and test.candidate_effect in seen_alone,
+                is_imitated=not is_seen
+                and _share_left(test) < DISTINCT_SINE**2 * seen_alone.get(test.candidate_effect, 0.0),
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))
@@ -65,8 +67,13 @@ def _largest(test: ScoreTest) -> float:
 
 
 def _is_imitated(test: ScoreTest) -> bool:
+    return _share_left(test) < NEGLIGIBLE
+
+
+def _share_left(test: ScoreTest) -> float:
+    """Share of the squared length of an effect's principal column that the fitted parameters do not imitate."""
     left, whole = float((test.columns[:, 0] ** 2).sum()), float((test.white[:, 0] ** 2).sum())
-    return left < NEGLIGIBLE * max(whole, 1e-12)
+    return left / max(whole, 1e-12)
 
 
 def _nearest_rivals(tests: Sequence[ScoreTest]) -> list[tuple[CandidateEffect | None, float]]:

@@ -289,6 +289,22 @@ def test_what_an_effect_found_does_too_is_not_what_the_data_cannot_see(clean: tu
     }
 
 
+def test_what_merely_shows_a_little_less_than_alone_is_not_what_an_effect_found_does(
+    clean: tuple[AveragedData, Fit],
+) -> None:
+    _, fitted = clean
+    (test,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))
+    (usual,) = detection_limits([test])
+    assert usual.size is not None
+    plausible = 10 * 1.7e-3
+    alone, beside = (
+        replace(test, white=test.white * share, columns=test.columns * share)
+        for share in (usual.size / (0.99 * plausible), usual.size / (1.01 * plausible))
+    )
+    (limit,) = detection_limits([beside], [alone])
+    assert (limit.size, limit.is_imitated) == (None, False)
+
+
 def _search(dataset: Dataset) -> Fit:
     _, fitted = begun(dataset)
     return select(Refits(fitted, candidate_effects(["joint_offset", "encoder_scale"], fitted.model.dataset)))
