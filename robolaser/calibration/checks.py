@@ -53,12 +53,15 @@ def check_poses(problem: Problem) -> None:
         )
 
 
-def different_poses(dataset: Dataset) -> int:
-    """Number of poses with points of which none is within `APART_M` of another one, a turn counted at `LEVER_M`."""
+def different_poses(dataset: Dataset, most: int) -> int:
+    """Number of poses with points of which none is within `APART_M` of another one, a turn counted at `LEVER_M`.
+
+    No more than `most` are counted.
+    """
     T = dataset.flange()[np.unique(dataset.points.pose)]
     flat = np.concatenate([T[:, :3, 3], LEVER_M * T[:, :3, :3].reshape(-1, 9)], axis=1)
     count = 0
-    while len(flat):
+    while len(flat) and count < most:
         flat = flat[np.linalg.norm(flat - flat[0], axis=1) > APART_M]
         count += 1
     return count

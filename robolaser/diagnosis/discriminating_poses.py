@@ -31,7 +31,7 @@ APART_RAD = 0.3
 
 def too_few_poses(dataset: Dataset) -> str:
     """A sentence where fewer poses differ than it takes to judge any effect; empty where enough do."""
-    different, poses = different_poses(dataset), len(np.unique(dataset.points.pose))
+    different, poses = different_poses(dataset, MIN_POSES), len(np.unique(dataset.points.pose))
     if different >= MIN_POSES:
         return ""
     which = f"Only {poses} poses have points" if poses < MIN_POSES else f"All {poses} poses are alike"

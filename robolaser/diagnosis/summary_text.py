@@ -39,9 +39,9 @@ def sentence(
         hindrance: Why no effect was looked for; empty where they were.
     """
     if hindrance:
-        text = f"{hindrance} {_errs(gap)}"
+        text = f"{hindrance} On new poses {_errs(gap)}"
     elif verdict == "no_gap":
-        text = _no_gap(gap)
+        text = f"There is no gap: on new poses {_errs(gap)}"
     elif verdict == "explained":
         text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
     else:
@@ -105,15 +105,8 @@ def millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.3g} mm"
 
 
-def _no_gap(gap: Gap) -> str:
-    return f"There is no gap: {_errs(gap)[0].lower()}{_errs(gap)[1:]}"
-
-
 def _errs(gap: Gap) -> str:
-    return (
-        f"On new poses the model errs by {millimetres(gap.after_m)}, and noise alone gives"
-        f" {millimetres(gap.noise_floor_m)}."
-    )
+    return f"the model errs by {millimetres(gap.after_m)}, and noise alone gives {millimetres(gap.noise_floor_m)}."
 
 
 def _unexplained(

@@ -130,7 +130,7 @@ def _of_another_scanner(what: str, found: object, expected: object) -> ScanError
     )
 
 
-def read_calibration(path: Path, arm: Robot | None = None) -> Calibrated:
+def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
     """Read calibration.json.
 
     Args:

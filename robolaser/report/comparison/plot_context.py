@@ -16,7 +16,7 @@ from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.anytime import after_evaluations, bands
 from robolaser.benchmark.statistics.quantiles import quantiles
-from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours
+from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours, records
 from robolaser.report.comparison.excess import cost_excess, number, rms_excess, rms_target
 
 LEADING = 5
@@ -93,6 +93,10 @@ class PlotContext:
     def back_to_front(self, names: Iterable[str]) -> list[str]:
         """In the order of drawing: those with a colour on top of the others, the best last."""
         return sorted(names, key=lambda name: (name in self.coloured, -self.order.index(name)))
+
+    def rows(self, lines: Mapping[str, Mapping[str, Array]]) -> list[dict[str, object]]:
+        """The records of each algorithm's line, by its fields, in the order of drawing."""
+        return [row for name in self.back_to_front(lines) for row in records(**lines[name], series=name)]
 
     def by_algorithm(self, names: Sequence[str], *, shows_legend: bool = True) -> Channel:
         """The colour channel, in the order of the ranking; those without a colour of their own are grey."""

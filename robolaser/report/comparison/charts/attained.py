@@ -2,7 +2,7 @@
 
 from robolaser.benchmark.objectives import attainment
 from robolaser.benchmark.problem import ProblemSummary
-from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
+from robolaser.report.chart import Chart, chart, hover, layer, line, quantity
 from robolaser.report.comparison.plot_context import PlotContext
 
 
@@ -13,11 +13,7 @@ def attained(context: PlotContext, problem: ProblemSummary, title: str) -> Chart
     if not any(len(surface) for surface in lines.values()):
         return None
     names = [name for name in context.order if name in lines]
-    data = [
-        row
-        for name in context.back_to_front(lines)
-        for row in records(first=lines[name][:, 0], second=lines[name][:, 1], series=name)
-    ]
+    data = context.rows({name: {"first": one[:, 0], "second": one[:, 1]} for name, one in lines.items()})
     return chart(
         title,
         "What half of the runs have attained or dominated in the end; nearer to the lower left corner is better"

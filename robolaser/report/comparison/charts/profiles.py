@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.benchmark.statistics.profiles import performance_profile, performance_ratios
 from robolaser.benchmark.statistics.running_time import expected
-from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
+from robolaser.report.chart import Chart, chart, hover, layer, line, quantity
 from robolaser.report.comparison.plot_context import PlotContext
 
 FACTORS = np.geomspace(1.0, 100.0, 120)
@@ -20,9 +20,7 @@ def profiles(context: PlotContext, title: str) -> Chart | None:
     found = zip(tally.algorithms, 100 * performance_profile(times, FACTORS), strict=True)
     lines = {name: share for name, share in found if np.isfinite(share).all()}
     names = sorted(lines, key=lambda name: (-lines[name][0], -lines[name][-1]))
-    data = [
-        row for name in context.back_to_front(names) for row in records(factor=FACTORS, share=lines[name], series=name)
-    ]
+    data = context.rows({name: {"factor": FACTORS, "share": share} for name, share in lines.items()})
     return chart(
         title,
         "Of all problems and targets that anybody reached, the share that an algorithm reaches in at most so many times"

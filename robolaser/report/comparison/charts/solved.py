@@ -4,9 +4,10 @@ from typing import Literal
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.benchmark.standings.table import Measure
 from robolaser.benchmark.statistics.ecdf import budgets, shares
-from robolaser.report.chart import Chart, chart, hover, layer, line, quantity, records
+from robolaser.report.chart import Chart, chart, hover, layer, line, quantity
 from robolaser.report.comparison.plot_context import PlotContext
 
 Axis = Literal[Measure, "simplex gradients"]
@@ -43,7 +44,7 @@ def solved(context: PlotContext, measure: Axis, title: str) -> Chart | None:
         if np.isfinite(reached).all()
     }
     names = sorted(lines, key=lambda name: (-lines[name][-1], -lines[name].mean()))
-    data = [row for name in context.back_to_front(lines) for row in _steps(spent, lines[name], name)]
+    data = context.rows({name: _steps(spent, share) for name, share in lines.items()})
     first, last = names[0], names[-1]
     return chart(
         title,
@@ -68,7 +69,7 @@ def solved(context: PlotContext, measure: Axis, title: str) -> Chart | None:
     )
 
 
-def _steps(spent: np.ndarray, share: np.ndarray, name: str) -> list[dict[str, object]]:
+def _steps(spent: Array, share: Array) -> dict[str, Array]:
     """The corners of a line of steps."""
     kept = np.unique([0, *(np.flatnonzero(np.diff(share)) + 1), len(spent) - 1])
-    return records(spent=spent[kept], share=share[kept], series=name)
+    return {"spent": spent[kept], "share": share[kept]}

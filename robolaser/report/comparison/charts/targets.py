@@ -25,7 +25,7 @@ def targets(context: PlotContext, problem: ProblemSummary, on: OnProblem, title:
     low, high = max(every.min() / 1.5, 0.5), every.max() * 1.5
     last = {name: int(np.flatnonzero(np.isfinite(ert))[-1]) for name, ert in lines.items()}
     names = sorted(lines, key=lambda name: -lines[name][last[name]])
-    data = [row for name in context.back_to_front(lines) for row in records(target=at, ert=lines[name], series=name)]
+    data = context.rows({name: {"target": at, "ert": ert} for name, ert in lines.items()})
     stuck = [name for name in names if last[name] < len(at) - 1]
     ends = records(
         target=[at[last[name]] for name in stuck], ert=[lines[name][last[name]] for name in stuck], series=stuck
