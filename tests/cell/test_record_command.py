@@ -128,13 +128,15 @@ def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
         asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", port, "--move"]
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.01"))
-        process = subprocess.Popen(
-            [sys.executable, "-c", script, *map(str, asked)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        wait_for((acl.out / "poses.csv").exists)
-        time.sleep(0.5)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        command = [sys.executable, "-c", script, *map(str, asked)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            try:
+                wait_for((acl.out / "poses.csv").exists)
+                time.sleep(0.5)
+                process.send_signal(signal.SIGINT)
+                _, said = process.communicate(timeout=60)
+            finally:
+                process.kill()
     assert process.returncode == 1
     assert "Stopped by hand." in said
     assert "It stands at joint_1" in said
