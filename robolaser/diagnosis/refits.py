@@ -181,21 +181,18 @@ class Refits:
     def _sparsely_unmodelled(self, fit: Fit, without: Fit, site: str) -> float:
         """Probability that a sparse shape at a site explains what the effects do that only the first model has.
 
-        Also if whole poses scatter as much as those effects leave.
+        Also if whole poses scatter as much as those effects leave. What would not be reported counts as none.
         """
         key = frozenset(without.effects), site
         if key not in self._sparse or self._sparse[key][0] != without.chi2:
             self._sparse[key] = without.chi2, sparse_shape_chi2(without, site)
-        price = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        cost = self.cost_by_chi2(fit)
-        instead = self.cost_by_chi2(without) + price - self._sparse[key][1]
-        some = float(posterior_weights(np.array([cost, instead]))[1])
-        if some < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
-            return some
-        alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
-        cost += calm.chi2 - fit.chi2
-        instead = self.cost_by_chi2(without) - without.chi2 + alike.chi2 + price - sparse_shape_chi2(alike, site)
-        return min(some, float(posterior_weights(np.array([cost, instead]))[1]))
+        more = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE + self._penalties(without) - self._penalties(fit)
+        unknown = posterior_weights(np.array([fit.chi2, without.chi2 - self._sparse[key][1] + more]))[1]
+        if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
+            alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
+            costs = np.array([calm.chi2, alike.chi2 - sparse_shape_chi2(alike, site) + more])
+            unknown = min(unknown, posterior_weights(costs)[1])
+        return float(unknown) if unknown >= LEAST_PROBABILITY else 0.0
 
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
         key = frozenset(fit.effects), joint
