@@ -181,25 +181,31 @@ class Refits:
     def _sparsely_unmodelled(self, fit: Fit, without: Fit, site: str) -> float:
         """Probability that a sparse shape at a site explains what the effects do that only the first model has.
 
-        Those may be of a form that is a little different, with a function beside them, which is in no library either.
-        The same holds if whole poses scatter as much as the effects leave. What would not be reported counts as none.
+        They may be of a form that is a little different, with a function beside them, which is in no library either; or
+        the shape may be at work beside them. The same holds if whole poses scatter as much as the effects leave. What
+        would not be reported counts as none.
         """
-        key = frozenset(without.effects), site
-        if key not in self._sparse or self._sparse[key][0] != without.chi2:
-            self._sparse[key] = without.chi2, sparse_shape_chi2(without, site)
-        more = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE + self._penalties(without) - self._penalties(fit)
+        other = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
+        prices = self._penalties(fit), self._penalties(without) + other
 
-        def probability(final: float, left: float, instead: float) -> float:
-            form = max(0.0, left - CHI2_OF_UNMODELLED_CAUSE)
-            return float(posterior_weights(np.array([final - form, instead + more]))[1])
+        def probability(final: float, form: float, beside: float, instead: float) -> float:
+            with_effects = final + prices[0] - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - other)
+            return float(posterior_weights(np.array([with_effects, instead + prices[1]]))[1])
 
-        left = self._cost_and_local_unknown(fit, site)[1]
-        unknown = probability(fit.chi2, left, without.chi2 - self._sparse[key][1])
+        form, beside = self._cost_and_local_unknown(fit, site)[1], self._sparse_shape_chi2(fit, site)
+        unknown = probability(fit.chi2, form, beside, without.chi2 - self._sparse_shape_chi2(without, site))
         if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
+            form, beside = local_unknown_chi2(calm, site), sparse_shape_chi2(calm, site)
             alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
             instead = alike.chi2 - sparse_shape_chi2(alike, site)
-            unknown = min(unknown, probability(calm.chi2, local_unknown_chi2(calm, site), instead))
+            unknown = min(unknown, probability(calm.chi2, form, beside, instead))
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
+
+    def _sparse_shape_chi2(self, fit: Fit, site: str) -> float:
+        key = frozenset(fit.effects), site
+        if key not in self._sparse or self._sparse[key][0] != fit.chi2:
+            self._sparse[key] = fit.chi2, sparse_shape_chi2(fit, site)
+        return self._sparse[key][1]
 
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
         key = frozenset(fit.effects), joint
