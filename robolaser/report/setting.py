@@ -22,10 +22,11 @@ SOURCES: Mapping[str, str] = {
 """What each source of noise disturbs; others are called by their names."""
 
 
-def disturbed(source: str) -> str:
-    """What a source of noise disturbs, of which sensor where there are several."""
-    sensor, _, name = source.rpartition(".")
-    return f"{SOURCES.get(name, name)}{f' of the {sensor}' if sensor else ''}"
+def disturbed(name: str) -> str:
+    """What a source of noise disturbs, in words; which of several sensors, in brackets."""
+    sensor, _, source = name.rpartition(".")
+    words = SOURCES.get(source, source)
+    return f"{words} ({sensor})" if sensor else words
 
 
 def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> Iterator[tuple[str, str, str]]:
