@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
 
-from robolaser.data.dataset import Board, Noise
+from robolaser.data.board import Board
+from robolaser.data.dataset import Noise
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
 from robolaser.model.noise.covariance import NoiseLikelihood

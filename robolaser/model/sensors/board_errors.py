@@ -3,7 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Board, Points
+from robolaser.data.board import Board
+from robolaser.data.dataset import Points
 from robolaser.model.error_source import ErrorSource
 
 
