@@ -21,8 +21,7 @@ from rogues import spec
 from robolaser.benchmark import load
 from robolaser.benchmark.engines import DaskCluster, Engine, EngineLost, ThisMachine
 from robolaser.benchmark.engines import dask_cluster as cluster_module
-from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
-from robolaser.benchmark.task import Task
+from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun, Task
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, DependencyMissing
 

@@ -14,10 +14,8 @@ import pytest
 from rogues import spec
 
 from robolaser.benchmark.engines import worker_process
-from robolaser.benchmark.engines.worker_pool import WorkerPool
-from robolaser.benchmark.engines.worker_process import ClientProcess
-from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
-from robolaser.benchmark.task import Task
+from robolaser.benchmark.engines.this_machine import WorkerPool
+from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun, Task
 
 PAYLOAD = pickle.dumps(spec())
 Make = Callable[..., BenchmarkRun]
@@ -25,7 +23,7 @@ Make = Callable[..., BenchmarkRun]
 
 @pytest.fixture(scope="module")
 def pool() -> Iterator[WorkerPool]:
-    pool = WorkerPool(ClientProcess.here())
+    pool = WorkerPool()
     yield pool
     pool.close()
 
@@ -150,7 +148,7 @@ def test_a_run_whose_worker_died_is_tried_once_more(
 
 def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROGUES_GRAVE", "/")
-    pool = WorkerPool(ClientProcess.here())
+    pool = WorkerPool()
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.do(task, "x", lambda: PAYLOAD)))
@@ -175,12 +173,11 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
         import pickle, sys, threading
         sys.path.append({str(Path(__file__).parent)!r})
         from rogues import spec
-        from robolaser.benchmark.task import Task
-        from robolaser.benchmark.engines.worker_pool import WorkerPool
-        from robolaser.benchmark.engines.worker_process import ClientProcess
+        from robolaser.benchmark.single_run import Task
+        from robolaser.benchmark.engines.this_machine import WorkerPool
         task = Task("bowl", "rogues:{name}", 1, 500, 60.0, 10**9)
         payload = pickle.dumps(spec())
-        pool = WorkerPool(ClientProcess.here())
+        pool = WorkerPool()
         threading.Thread(target=pool.do, args=(task, "x", lambda: payload), daemon=True).start()
         while not pool.workers:
             pass
@@ -200,7 +197,7 @@ def test_no_worker_outlives_a_killed_program(name: str, tmp_path: Path, monkeypa
 
 
 def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
-    pool = WorkerPool(ClientProcess.here())
+    pool = WorkerPool()
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.do(task, "x", lambda: PAYLOAD)))

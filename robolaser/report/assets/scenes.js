@@ -235,6 +235,6 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     draw();
   });
   new ResizeObserver(draw).observe(canvas);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  for (const look of ["(prefers-color-scheme: dark)", "print"]) matchMedia(look).addEventListener("change", draw);
   if (scene.frames.length) to(frame); else draw();
 }

@@ -16,7 +16,7 @@ from robolaser.report.chart import (
     rule,
 )
 
-STEP_PX, AROUND_PX = 26, 60
+STEP_PX, AROUND_PX = 34, 60
 
 
 def front(diagnosis: Diagnosis) -> Chart | None:
@@ -59,4 +59,4 @@ def _added(choices: list[ParetoPoint], i: int) -> str:
     """What a set has that the one before has not; the first has nothing before it."""
     before = set(choices[i - 1].effects) if i else set()
     new = [f"+ {named(one)}" for one in choices[i].effects if one not in before]
-    return ", ".join(new)
+    return f"{new[0]} and {len(new) - 1} more" if len(new) > 1 else "".join(new)
