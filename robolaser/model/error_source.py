@@ -21,6 +21,7 @@ class ErrorSource:
         level: Whether every shot draws the error anew, all shots of a point share it, or all rows of a pose.
         stated: σ where the data set states it.
         least: Estimates of σ are not below.
+        most: Nor above.
     """
 
     name: str
@@ -30,6 +31,7 @@ class ErrorSource:
     level: Literal["shot", "point", "pose"] = "shot"
     stated: float | None = None
     least: float = 0.0
+    most: float = np.inf
 
     @property
     def isotropic(self) -> bool:

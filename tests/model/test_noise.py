@@ -131,7 +131,7 @@ class TestOnABoard:
         at = np.array([[0.005, 0.01], [0.02, 0.015], [0.04, 0.018], [0.055, 0.03]])
         xyz = np.pad(at, ((0, 0), (0, 1)))
         points = replace(self.cell.dataset.points.take(np.arange(4)), pose=np.zeros(4, int), xyz=xyz)
-        source = board_errors(board, points, np.eye(4))
+        source = board_errors(board, points, np.eye(4), np.ones(4))
         grid = board.square_m * np.stack(np.meshgrid(range(board.columns), range(board.rows)), axis=-1).reshape(-1, 2)
         shifts = np.empty((trials, *at.shape))
         for i in range(trials):
@@ -248,7 +248,7 @@ def test_one_sources_optimum_is_that_of_the_likelihood_of_whole_poses():
     unit, known = A @ A.swapaxes(1, 2), C @ C.swapaxes(1, 2)
     e = (C @ rng.normal(size=(12, 9, 1)) + 0.7 * A @ rng.normal(size=(12, 2, 1)))[..., 0]
     Q = rng.normal(size=(12, 6, 5))
-    (found,), value = estimate(known, [unit], e, Q, np.zeros(1))
+    (found,), value = estimate(known, [unit], e, Q, np.zeros(1), np.full(1, np.inf))
     there, expected, moved, _ = restricted(np.log([found]), known, [unit], e, Q)
     assert value == pytest.approx(there, rel=1e-9)
     assert expected == pytest.approx(moved, rel=1e-3)

@@ -278,7 +278,8 @@ class NoiseLikelihood:
         if unknown := [source for source in self.sources if source.name not in known]:
             low = np.array([(least or {}).get(source.name, source.least) for source in unknown])
             unit = [self._unit[source.name] for source in unknown]
-            found, cost = reml.estimate(self._covariance(sigmas), unit, *self._rows, low)
+            high = np.array([source.most for source in unknown])
+            found, cost = reml.estimate(self._covariance(sigmas), unit, *self._rows, low, high)
             sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))
         names = [source.name for source in self.sources]
         origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}

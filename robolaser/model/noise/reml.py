@@ -92,7 +92,7 @@ def basis(J: Array) -> Array:
     return np.asarray(U[:, sv > RANK * sv.max(initial=0.0)].reshape(n, s, -1))
 
 
-def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Array) -> tuple[Array, float]:
+def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Array, most: Array) -> tuple[Array, float]:
     """The standard deviations that make the residuals likeliest.
 
     Args:
@@ -101,6 +101,7 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Arr
         e: Residuals, (n, s) [m].
         Q: A basis of what the fitted numbers can do to them, (n, s, d).
         least: What no source can be below, (k,).
+        most: Nor above, (k,).
 
     Returns:
         (k,), each in the unit of its source, its least or next to nothing where the residuals ask for none; and the
@@ -119,7 +120,7 @@ def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Arr
         return value / e.size, (expected - there) / e.size, information / e.size
 
     lowest = np.log(np.maximum(SPAN[0] * alone, least))
-    highest = np.maximum(np.log(SPAN[1] * alone), lowest)
+    highest = np.maximum(np.log(np.minimum(SPAN[1] * alone, most)), lowest)
     begun: list[Array] = []
     for share in STARTS:
         log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)

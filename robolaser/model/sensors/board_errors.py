@@ -7,20 +7,30 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Points
 from robolaser.model.error_source import ErrorSource
 
+LARGEST_PX = 0.1
+"""Of a corner that was found: what moves the rows of an image together by more is no error of corners."""
 
-def board_errors(board: Board, points: Points, T_base_target: Array) -> ErrorSource:
-    """`board` [m], of each corner along x and y of the board, shared by all rows of an image.
+
+def board_errors(board: Board, points: Points, T_base_target: Array, m_per_px: Array) -> ErrorSource:
+    """`board` [px], of each corner along x and y of the board, shared by all rows of an image.
 
     Where rows come from images of a board, a homography through its corners says where on the board each pixel lies.
     It errs as the corners do, alike for all rows: without this source the rows, being many, would seem to know the
     board's place from each pose better than its corners do.
+
+    Args:
+        board: Its corners.
+        points: The rows, in the board's frame.
+        T_base_target: The board's frame.
+        m_per_px: What a pixel sees where each row is, (m,).
     """
     last = np.array([board.columns - 1, board.rows - 1])
     steps = [np.arange(end + 1) - end / 2 for end in last]
     corners = _homographies(np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2))
     of_unit_error = np.linalg.inv(np.linalg.qr(corners.reshape(-1, 8)).R)
     on_board = _homographies(points["xyz"][:, :2] / board.square_m - last / 2) @ of_unit_error
-    return ErrorSource("board", T_base_target[:3, :2] @ on_board, points.pose, level="point")
+    effect = m_per_px[:, None, None] * (T_base_target[:3, :2] @ on_board)
+    return ErrorSource("board", effect, points.pose, "px", level="point", most=LARGEST_PX)
 
 
 def _homographies(at: Array) -> Array:

@@ -206,7 +206,8 @@ class Stripe(Sensor):
             ),
         ]
         if self.dataset.board and not self.dataset.placed:
-            sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0]))
+            m_per_px = self.ranges(values, T_base_flange, perturb) * values["s_u"][0] / values["f"][0]
+            sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0], m_per_px))
         return sources
 
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
