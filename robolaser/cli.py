@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import shlex
 import sys
 from collections.abc import Sequence
@@ -27,6 +28,8 @@ from robolaser.commands.view import view
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.report.printable import printable, short
 
+LACKING = re.compile(r'^Command ".+" parameter (\S+) requires an argument')
+"""How cyclopts says that a value is missing."""
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
@@ -95,7 +98,8 @@ def _sentence(error: BaseException) -> str:
     match error:
         case CycloptsError():
             command = " ".join(["robolaser", *(error.command_chain or ())])
-            return f"{' '.join(str(error).split())} See `{command} --help`."
+            said = LACKING.sub(r"The value of \1 is missing", " ".join(str(error).split()))
+            return f"{said} See `{command} --help`."
         case KeyboardInterrupt():
             return "Stopped. Nothing was written."
         case BrokenPipeError():

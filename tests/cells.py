@@ -6,7 +6,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
 from robolaser.geometry.robots import find_robot

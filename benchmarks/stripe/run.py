@@ -18,7 +18,16 @@ import numpy as np
 from peer import centre_of_mass, curve_fitted
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, Floor, LaserSheet, Photograph, Scene, photograph
+from robolaser.emulator.rendering import (
+    Ball,
+    CameraModel,
+    Cuboid,
+    EmulatedScene,
+    Floor,
+    LaserSheet,
+    Photograph,
+    photograph,
+)
 from robolaser.vision.board import Image
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
@@ -164,7 +173,7 @@ def rendered(shine: float, power: float) -> Photograph:
     on_table, T_base_camera = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
     on_table[1, 3], T_base_camera[2, 3] = 0.03, 0.297
     sphere = Ball(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
-    scene = Scene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
+    scene = EmulatedScene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
     eye, sheet = CameraModel(BUILT, stripe_axis="u"), LaserSheet(BUILT["b"], BUILT["theta"], power=power)
     return photograph(scene, eye, sheet, T_base_camera, lit=True, rng=np.random.default_rng(1))
 

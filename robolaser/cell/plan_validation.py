@@ -19,6 +19,7 @@ FINE = 0.02
 nothing passes farther than 6 mm from a place that was checked [rad or m]."""
 SLACK = 0.002
 """An arm that stands on a limit reads a little beyond it [rad or m]."""
+LISTED = 12  # violations that a message lists
 
 
 @final
@@ -112,16 +113,15 @@ def collisions(model: CollisionModel, margin_m: float, place: str, line: Array) 
     return [violation for _, violation in nearest.values()]
 
 
-def unsafe(broken: Sequence[Violation], *, run_up: bool, most: int = 12) -> PlanError:
+def unsafe(broken: Sequence[Violation], *, run_up: bool) -> PlanError:
     """The error of a route that breaks the cell's limits.
 
     Args:
         broken: Where and how.
         run_up: Whether poses are approached from beside.
-        most: How many are listed.
     """
-    shown = "".join(f"\n  {violation}" for violation in broken[:most])
-    rest = f"\n  ... and {len(broken) - most} more" if len(broken) > most else ""
+    shown = "".join(f"\n  {violation}" for violation in broken[:LISTED])
+    rest = f"\n  ... and {len(broken) - LISTED} more" if len(broken) > LISTED else ""
     return PlanError(
         f"Nothing was moved, because the plan violates the cell's limits:{shown}{rest}\n"
         f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"

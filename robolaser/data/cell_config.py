@@ -7,9 +7,9 @@ from typing import Annotated, Literal, final
 import numpy as np
 from msgspec import Meta
 
-from robolaser.data.dataset import Dataset, Positive
+from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import QUATERNION_SLACK, Text, check_format, describe
-from robolaser.data.toml_schema import read_toml, typed, wrong
+from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
 from robolaser.errors import DataError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf import parse
@@ -20,7 +20,6 @@ FORMAT = "robolaser-cell/1"
 USUAL_BAUD = 9600
 USUAL_SETTLE_S = 0.3
 Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
-NotNegative = Annotated[float, Meta(ge=0)]
 USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
 Axes = Literal["er7", "er5plus"]
 UNATTENDED_S, MOST_UNATTENDED_S = 0.9, 1.0

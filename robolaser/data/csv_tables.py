@@ -21,7 +21,7 @@ BLOCK_LETTERS = 200_000  # the same, where rows are lines
 
 @final
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """A CSV file, column by column."""
 
     file: str  # its name, for messages
@@ -77,7 +77,7 @@ def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> Dat
     )
 
 
-def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
+def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
     """Read a CSV file with a header (RFC 4180; a BOM, CRLF and blank lines are fine).
 
     Args:
@@ -109,7 +109,9 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> Table:
     if not header:
         raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=1)
     found = {name: tuple(column) for name, column in zip(header, texts, strict=True) if name not in known}
-    return Table(path.name, header, found, tuple(lines), {name: np.concatenate(parts) for name, parts in known.items()})
+    return CsvTable(
+        path.name, header, found, tuple(lines), {name: np.concatenate(parts) for name, parts in known.items()}
+    )
 
 
 def _blocks(path: Path) -> Iterator[tuple[Sequence[Sequence[str]], Sequence[int]]]:

@@ -4,21 +4,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, final
+from typing import Any, final
 
 import numpy as np
-from msgspec import Meta
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.board import Board
 from robolaser.data.csv_tables import finite
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import Sessions
 from robolaser.data.subsampling import some_of_each
+from robolaser.data.toml_schema import Positive
 from robolaser.errors import DataError, RobotError
 from robolaser.geometry.kinematics import Robot
 from robolaser.parameters import Parameter
-
-Positive = Annotated[float, Meta(gt=0)]
 
 
 @final
@@ -162,28 +161,6 @@ class Points:
             columns={name: values[rows] for name, values in self.columns.items()},
             sensor=None if self.sensor is None else self.sensor[rows],
         )
-
-
-@final
-@dataclass(frozen=True)
-class Board:
-    """A board in the images.
-
-    Attributes:
-        columns: Inner corners along x, or circles.
-        rows: The same along y.
-        square_m: Side of a square, or distance of circles, OpenCV's half of it where every other row is shifted [m].
-        kind: What is printed on it.
-        marker_m: Side of a ChArUco board's markers [m].
-        dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".
-    """
-
-    columns: Annotated[int, Meta(ge=3)]
-    rows: Annotated[int, Meta(ge=3)]
-    square_m: Positive
-    kind: Literal["checkerboard", "charuco", "circles"] = "checkerboard"
-    marker_m: Positive | None = None
-    dictionary: str | None = None
 
 
 @final

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.csv_tables import Table, bad_cell, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, read_table
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.pose_table import check_quaternions, not_too_far, row_twice
 from robolaser.data.toml_schema import wrong
@@ -32,7 +32,7 @@ def read_points(folder: Path, described: Dataset, file: str = FILE) -> Points:
     return points_of(read_table(folder / file, ["repeat", *columns]), described)
 
 
-def points_of(table: Table, described: Dataset) -> Points:
+def points_of(table: CsvTable, described: Dataset) -> Points:
     """The points of a table with the columns of points.csv; see `read_points`."""
     declared = described.format
     in_pose = table.texts("pose")
@@ -55,7 +55,7 @@ def points_of(table: Table, described: Dataset) -> Points:
     return replace(points, pixel=pixel, xyz=xyz, columns=arrays)
 
 
-def _numbers_of(table: Table, in_pose: Sequence[str], poses: Sequence[str]) -> Ints:
+def _numbers_of(table: CsvTable, in_pose: Sequence[str], poses: Sequence[str]) -> Ints:
     """Number of each row's pose, (m,)."""
     number = {name: i for i, name in enumerate(poses)}
     strangers = set(in_pose) - set(number)
@@ -71,7 +71,7 @@ def _numbers_of(table: Table, in_pose: Sequence[str], poses: Sequence[str]) -> I
     return np.fromiter(map(number.__getitem__, in_pose), np.int64, len(in_pose))
 
 
-def _repeats(table: Table) -> Ints:
+def _repeats(table: CsvTable) -> Ints:
     numbers = table.numbers(["repeat"])[:, 0]
     for i in np.flatnonzero((numbers != np.round(numbers)) | (np.abs(numbers) > LARGEST_REPEAT))[:1]:
         expected = f"a whole number up to {LARGEST_REPEAT:.0g}"
@@ -79,7 +79,7 @@ def _repeats(table: Table) -> Ints:
     return numbers.astype(np.int64)
 
 
-def _no_point_twice(table: Table, points: Points, in_pose: Sequence[str]) -> None:
+def _no_point_twice(table: CsvTable, points: Points, in_pose: Sequence[str]) -> None:
     key = points.pose * (points.number.max(initial=0) + 1) + points.number
     if points.repeat is not None:
         _, shot = np.unique(points.repeat, return_inverse=True)
@@ -96,7 +96,7 @@ def _no_point_twice(table: Table, points: Points, in_pose: Sequence[str]) -> Non
         raise row_twice(table.file, table.lines[row], table.lines[first], what)
 
 
-def _in_the_image(table: Table, pixel: Array, image_px: tuple[int, int]) -> None:
+def _in_the_image(table: CsvTable, pixel: Array, image_px: tuple[int, int]) -> None:
     outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
     if outside.any():
         row = int(np.argmax(outside))

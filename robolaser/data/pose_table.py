@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import Table, bad_cell, finite, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table
 from robolaser.data.dataset import Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, inside, no_rotation
 from robolaser.data.sensor_format import QUATERNION, XYZ
@@ -42,7 +42,7 @@ def read_poses(folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     return poses_of(read_table(folder / FILE, ["time_s", *readings]), folder, robot)
 
 
-def poses_of(table: Table, folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
+def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     """The poses of a table with the columns of poses.csv; see `read_poses`."""
     joints = () if robot is None else robot.joints
     q_columns, qd_columns = [f"q_{joint}" for joint in joints], [f"qd_{joint}" for joint in joints]
@@ -72,7 +72,7 @@ def poses_of(table: Table, folder: Path, robot: Robot | None) -> tuple[Poses, li
     return poses, [*warnings, *_no_coordinates(table, poses)]
 
 
-def all_different(table: Table, keys: Sequence[str], what: str) -> None:
+def all_different(table: CsvTable, keys: Sequence[str], what: str) -> None:
     """See that no key comes twice.
 
     Raises:
@@ -94,7 +94,7 @@ def row_twice(file: str, line: int, first: int, what: str) -> DataError:
     )
 
 
-def not_too_far(table: Table, xyz: Array) -> None:
+def not_too_far(table: CsvTable, xyz: Array) -> None:
     """See that places are in metres.
 
     Raises:
@@ -111,7 +111,7 @@ def not_too_far(table: Table, xyz: Array) -> None:
         )
 
 
-def check_quaternions(table: Table, quaternions: Array) -> None:
+def check_quaternions(table: CsvTable, quaternions: Array) -> None:
     """See that quaternions (rows, 4) are rotations.
 
     Raises:
@@ -127,26 +127,26 @@ def some(names: list[str]) -> str:
     return ", ".join(names[:MOST_NAMED]) + (" ..." if len(names) > MOST_NAMED else "")
 
 
-def _images(table: Table, folder: Path) -> tuple[str, ...]:
+def _images(table: CsvTable, folder: Path) -> tuple[str, ...]:
     images = table.columns[IMAGES]
     for line, image in zip(table.lines, images, strict=True):
         inside(folder, image, f"{table.file}, row {line}, column {IMAGES}")
     return images
 
 
-def _stated(table: Table, column: str) -> Array | None:
+def _stated(table: CsvTable, column: str) -> Array | None:
     """A column that may be absent or empty throughout, but not in part, (n,)."""
     return table.numbers([column])[:, 0] if any(table.columns.get(column, ())) else None
 
 
-def _flange(table: Table) -> Array:
+def _flange(table: CsvTable) -> Array:
     numbers = table.numbers(FLANGE_COLUMNS)
     not_too_far(table, numbers[:, :3])
     check_quaternions(table, numbers[:, 3:])
     return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
 
 
-def _outside_limits(table: Table, q: Array, robot: Robot) -> list[str]:
+def _outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
     beyond = np.maximum(q - robot.upper, robot.lower - q)
     units = ["m" if prismatic else "rad" for prismatic in robot.prismatic]
     for i, j in np.argwhere(beyond > OUT_OF_RANGE_RAD)[:1]:
@@ -179,7 +179,7 @@ def _exchanged(q: Array, robot: Robot) -> str:
     return f"Are the columns q_{pairs[0][0]} and q_{pairs[0][1]} exchanged?" if len(pairs) == 1 else ""
 
 
-def _unlisted(table: Table, q_columns: list[str]) -> list[str]:
+def _unlisted(table: CsvTable, q_columns: list[str]) -> list[str]:
     unread = [column for column in table.columns if column.startswith("q_") and column not in q_columns]
     if not unread:
         return []
@@ -190,7 +190,7 @@ def _unlisted(table: Table, q_columns: list[str]) -> list[str]:
     ]
 
 
-def _no_coordinates(table: Table, poses: Poses) -> list[str]:
+def _no_coordinates(table: CsvTable, poses: Poses) -> list[str]:
     """Warnings of further columns that no gap can be sought along: neither numbers nor empty throughout."""
     return [
         f"{table.file}, column {name} is not a number in every row (row {_first_text(table, cells)}): it is kept, but"
@@ -200,5 +200,5 @@ def _no_coordinates(table: Table, poses: Poses) -> list[str]:
     ]
 
 
-def _first_text(table: Table, cells: tuple[str, ...]) -> int:
+def _first_text(table: CsvTable, cells: tuple[str, ...]) -> int:
     return table.lines[[bool(np.isfinite(finite(cell))) for cell in cells].index(False)]

@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 from msgspec import inspect
@@ -14,6 +14,8 @@ from robolaser.errors import DataError, meant, near
 
 T = TypeVar("T")
 Key = tuple[str | int, ...]
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 
 _FAULT = re.compile(r"(?:.*missing required field `(?P<missing>[^`]*)`|.*?)(?: - at `\$(?P<at>.*)`)?")
 _STEP = re.compile(r"\.([^.\[\]]+)|\[(\d+)\]")
@@ -34,7 +36,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise DataError(f"{path} is not valid TOML: {error}.", file=path) from None
 
 
-def typed(values: object, type_: type[T], *, file: str, at: Key = (), planned: Sequence[str] = ()) -> T:
+def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
     """Values of a TOML file as a dataclass, nested ones included.
 
     Args:
@@ -42,18 +44,14 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = (), planned: S
         type_: A dataclass; its annotations are the schema, with bounds by `msgspec.Meta`.
         file: The file's name, for messages.
         at: Key of that part, for messages.
-        planned: Dotted keys that the format has, but this version does not read.
 
     Raises:
         DataError: A key is missing or unknown, or a value is not what the schema declares.
     """
     schema = inspect.type_info(type_)
     for key, known in _unknown(values, schema):
-        if ".".join(map(str, key)) in planned:
-            why = "this version of robolaser does not support it yet"
-        else:
-            why = f"this key is not known.{near(str(key[-1]), known)}".removesuffix(".")
-        raise DataError(f"{file}, {_name(at + key)}: {why}.", file=file, column=_name(at + key))
+        said = f"this key is not known.{near(str(key[-1]), known)}"
+        raise DataError(f"{file}, {_name(at + key)}: {said}", file=file, column=_name(at + key))
     for key, value in _numbers(values):
         if not (abs(value) <= LARGEST if isinstance(value, int) else math.isfinite(value)):
             raise wrong(file, at + key, value, _expected(_part(schema, key), key[-1], "a finite number"))

@@ -1,6 +1,6 @@
 """The gap against the number of effects: what each further effect gains on held-out poses."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.refits import Refits, penalty
+from robolaser.diagnosis.refits import Announce, Refits, penalty
 from robolaser.diagnosis.result import ParetoPoint
 from robolaser.diagnosis.score_tests import ScoreTest
 
@@ -21,7 +21,7 @@ SEEN = 1e-12
 
 
 def pareto_front(
-    refits: Refits, nested: Sequence[Fit], held_out: HeldOut, progress: Callable[[str], None] = lambda what: None
+    refits: Refits, nested: Sequence[Fit], held_out: HeldOut, progress: Announce = lambda what: None
 ) -> tuple[ParetoPoint, ...]:
     """The sets of effects than which none with as few effects has a smaller held-out gap, from none on.
 

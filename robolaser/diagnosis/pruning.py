@@ -1,6 +1,6 @@
 """Which effects stay in the final model: those that help new poses, and that no unmodelled cause explains better."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
@@ -9,7 +9,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
-from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.result import CauseClass
 from robolaser.diagnosis.thresholds import EVEN, MIN_CREDIBILITY
 from robolaser.diagnosis.verdict import credibility
@@ -17,7 +17,7 @@ from robolaser.model.effects.effect import CandidateEffect
 
 
 def prune(
-    refits: Refits, final: Fit, held_out: HeldOut, progress: Callable[[str], None] = lambda what: None
+    refits: Refits, final: Fit, held_out: HeldOut, progress: Announce = lambda what: None
 ) -> tuple[Fit, list[EffectEvidence], list[Localization]]:
     """Take effects out again until each one that is left deserves its place.
 
@@ -108,7 +108,7 @@ def _incredible(
     return sorted((one for one in believable if believable[one] < MIN_CREDIBILITY), key=lambda one: believable[one])
 
 
-def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Callable[[str], None]) -> Fit:
+def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:
     """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first."""
     gap = held_out.gap(final)
     while final.effects:

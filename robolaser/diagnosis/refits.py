@@ -1,6 +1,6 @@
 """Fits of sets of effects, each worked out once, and what each set costs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -30,6 +30,9 @@ from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmod
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
+
+Announce = Callable[[str], None]
+"""Called with what is being tried, in words."""
 
 
 @final

@@ -1,6 +1,6 @@
 """Which effects are in the model: stepwise selection, with exchanges, and the geometry of a whole arm."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import final
 
@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import unmodelled_chi2
-from robolaser.diagnosis.refits import Refits, penalty
+from robolaser.diagnosis.refits import Announce, Refits, penalty
 from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import (
     CHI2_PAIR_ADVANTAGE,
@@ -29,8 +29,6 @@ from robolaser.diagnosis.thresholds import (
 )
 from robolaser.model.effects.link_geometry import LinkGeometry
 
-Progress = Callable[[str], None]
-
 
 @final
 class Selection:
@@ -41,7 +39,7 @@ class Selection:
         progress: Is called with what is being tried.
     """
 
-    def __init__(self, refits: Refits, progress: Progress) -> None:
+    def __init__(self, refits: Refits, progress: Announce) -> None:
         self._refits, self._progress = refits, progress
 
     def stepwise(self, fit: Fit, most: int = MAX_EFFECTS) -> Fit:
@@ -89,7 +87,7 @@ class Selection:
         return options
 
 
-def select(refits: Refits, begin: Fit | None = None, progress: Progress = lambda what: None) -> Fit:
+def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda what: None) -> Fit:
     """The set of effects that explains the most for its cost.
 
     Where a few separate effects do not explain the residuals, the geometry of the whole arm is put into the model as

@@ -8,7 +8,8 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Board, Dataset, Points
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.geometry.inverse_kinematics import touching
 from robolaser.geometry.kinematics import Robot

@@ -22,6 +22,13 @@ SOURCES: Mapping[str, str] = {
 """What each source of noise disturbs; others are called by their names."""
 
 
+def disturbed(name: str) -> str:
+    """What a source of noise disturbs, in words; which of several sensors, in brackets."""
+    sensor, _, source = name.rpartition(".")
+    words = SOURCES.get(source, source)
+    return f"{words} ({sensor})" if sensor else words
+
+
 def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> Iterator[tuple[str, str, str]]:
     """Each source of noise: its name, what it disturbs, and its standard deviation with unit.
 
@@ -32,7 +39,7 @@ def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> I
     units = {source.name: source.unit for source in sources}
     for name, sigma in noise.items():
         size = plain(sigma, units.get(name, ""), 2) if sigma > 0 else "not known, taken as none"
-        yield name, SOURCES.get(name, name), size
+        yield name, disturbed(name), size
 
 
 def noise_table(noise: Mapping[str, float], sources: Iterable[ErrorSource], origins: Mapping[str, str]) -> Table:

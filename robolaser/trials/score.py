@@ -41,27 +41,27 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         for group, asked_for in TARGETS.items()
     }
     clean = [o for o in every if o.group in ("none", "outliers")]
+    by_kind = {kind: [o for o in every if o.kind == kind] for kind in sorted({o.kind for o in every})}
     return {
         "format": FORMAT,
         "worlds": len(every),
         "groups": groups,
-        "kinds": {kind: _of_kind([o for o in every if o.kind == kind]) for kind in sorted({o.kind for o in every})},
+        "kinds": {
+            kind: {"worlds": len(alike), "by_name": share([o.right for o in alike]), **_shares(alike)}
+            for kind, alike in by_kind.items()
+        },
         "faint": share([o.right for o in every if o.group == "faint"]),
         "hits": share([o.named[:1] == o.truth for o in asked]),
         "false_alarms": share([bool(o.named) or o.verdict != "no_gap" for o in clean]),
-        "by_class": share([o.class_right for o in every if o.class_right is not None]),
-        "verdict": share([o.verdict_right for o in every if o.verdict_right is not None]),
-        "sure_and_wrong": share([o.sure_and_wrong for o in every]),
+        **_shares(every),
         "unknown": {
             "unexplained": share([o.verdict == "unexplained" for o in unknown]),
             "sure_and_wrong": share([o.sure_and_wrong for o in unknown]),
             "site_first": share([bool(o.site) for o in unknown]),
         },
-        "site_first": share([bool(o.site) for o in every if o.site is not None]),
         "left_over_noise": _middle([o.left for o in every if o.group != "unknown"]),
         "left_within": {**share([o.left is not None and o.left <= FLOOR for o in every]), "factor": FLOOR},
         "gap_closed": _middle([o.closed for o in every]),
-        "coverage_95": share([held for o in every for _, held in o.covered]),
         "coverage_95_by_effect": _coverage_by_effect(every),
         "confusion": _confusion(every),
         "reliability": _reliability([pair for o in every for pair in o.stated]),
@@ -84,11 +84,9 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
     }
 
 
-def _of_kind(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """By name, class, verdict and place, of the worlds of one kind."""
+def _shares(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """How often class, verdict, place and intervals are right, and how often what is stated as sure is wrong."""
     return {
-        "worlds": len(outcomes),
-        "by_name": share([o.right for o in outcomes]),
         "by_class": share([o.class_right for o in outcomes if o.class_right is not None]),
         "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),
         "site_first": share([bool(o.site) for o in outcomes if o.site is not None]),

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Board
+from robolaser.data.board import Board
 from robolaser.errors import DataError, meant
 from robolaser.vision.board import Image
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Board
+from robolaser.data.board import Board
 from robolaser.vision.board import LARGEST_UNEVENNESS, Image
 
 

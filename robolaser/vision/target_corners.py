@@ -7,7 +7,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Progress
-from robolaser.data.dataset import Board, Dataset, Points
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
 from robolaser.vision.board import Image, find_board

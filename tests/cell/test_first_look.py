@@ -8,7 +8,7 @@ import pytest
 
 from robolaser.cell.camera import Image
 from robolaser.cell.first_look import FirstLook
-from robolaser.data.dataset import Board
+from robolaser.data.board import Board
 from robolaser.errors import CameraError, Interrupted
 
 BOARD = Board(7, 5, 0.01)

@@ -61,6 +61,12 @@ def test_wrong_usage_exits_with_two(command: str, capsys: pytest.CaptureFixture[
     assert said.err.count("\n") == 1
 
 
+@pytest.mark.parametrize(("words", "what"), [([], "DATASET"), (["log"], "--output"), (["log", "--output"], "--output")])
+def test_what_is_missing_is_named(words: list[str], what: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", *words]) == 2
+    assert capsys.readouterr().err.startswith(f"robolaser: The value of {what} is missing. See")
+
+
 @pytest.mark.parametrize("words", [[], ["challenge"]])
 def test_no_command_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2

@@ -4,7 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Board, Dataset, Noise, Points, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.errors import OutputError

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import CameraModel, LaserSheet, Photograph, Scene, photograph
+from robolaser.emulator.rendering import CameraModel, EmulatedScene, LaserSheet, Photograph, photograph
 
 TRUTH = {
     "f": 8e-3, "s_u": 7.4e-6, "s_v": 7.3e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14,
@@ -46,7 +46,7 @@ def face_up(point: Array, heading_deg: float = 0.0) -> Array:
     return T
 
 
-def spotless(scene: Scene, stripe_axis: str = "v", *tilt_deg: float, **settings: object) -> Photograph:
+def spotless(scene: EmulatedScene, stripe_axis: str = "v", *tilt_deg: float, **settings: object) -> Photograph:
     """Without noise, speckle and the room's light, if nothing else is said."""
     said = {"lit": True, "noise_grey": 0.0, "speckle": 0.0, "ambient": 0.0, "sheet": SHEET} | settings
     sheet = said.pop("sheet")

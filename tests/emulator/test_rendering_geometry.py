@@ -3,13 +3,13 @@ import numpy as np
 import pytest
 from scenes import MIDDLE, SHEET, above, eye, face_up, near, placed, spotless
 
-from robolaser.emulator.rendering import Ball, Checkerboard, Cuboid, Floor, Scene, Solid
+from robolaser.emulator.rendering import Ball, Checkerboard, Cuboid, EmulatedScene, Floor, Solid
 from robolaser.vision.board import find_board
 
 BALL = Ball(near(0.012, 0.01, 0.018), 0.018)
 BLOCK = Cuboid(placed(near(-0.02, -0.03, 0.0), 0, 0, 17), (0.05, 0.04, 0.01))
 BOARD = Checkerboard(face_up(near(-0.04, 0.025, 0.0)), 9, 6, 0.010)
-THINGS = Scene((Floor(), BALL, BLOCK))
+THINGS = EmulatedScene((Floor(), BALL, BLOCK))
 
 
 @pytest.mark.parametrize("axis", ["u", "v"])
@@ -58,7 +58,7 @@ def test_seen_from_above_normals_point_at_who_looks(solid: Solid) -> None:
 
 
 def test_of_two_solids_in_one_plane_the_later_one_is_seen() -> None:
-    truth = spotless(Scene((Floor(), BOARD))).truth
+    truth = spotless(EmulatedScene((Floor(), BOARD))).truth
     T = np.linalg.inv(BOARD.T_base_board)
     place = truth.point.reshape(-1, 3) @ T[:3, :3].T + T[:3, 3]
     beyond = (np.abs(place[:, :2] - [0.04, 0.025]) - [0.06, 0.045]).max(axis=1)
@@ -68,7 +68,7 @@ def test_of_two_solids_in_one_plane_the_later_one_is_seen() -> None:
 
 @pytest.mark.parametrize("tilt", [(0, 0, 0), (0, 0, 45), (12, -8, 20), (-20, 10, 15)])
 def test_corners_of_the_board_show_where_they_truly_are(tilt: tuple[float, float, float]) -> None:
-    picture = spotless(Scene((Floor(), BOARD)), "v", *tilt, lit=False, ambient=140.0)
+    picture = spotless(EmulatedScene((Floor(), BOARD)), "v", *tilt, lit=False, ambient=140.0)
     T = above(*tilt)
     true = eye().pixels((BOARD.grid().reshape(-1, 3) - T[:3, 3]) @ T[:3, :3])
     true = true[((true > 15) & (true < [624, 464])).all(axis=1)]
@@ -82,7 +82,7 @@ def test_corners_of_the_board_show_where_they_truly_are(tilt: tuple[float, float
 
 
 def test_the_board_is_found_with_the_stripe_across_it() -> None:
-    picture = spotless(Scene((Floor(), BOARD)), ambient=110.0, noise_grey=2.0, speckle=0.1)
+    picture = spotless(EmulatedScene((Floor(), BOARD)), ambient=110.0, noise_grey=2.0, speckle=0.1)
     board = find_board(picture.image, columns=9, rows=6)
     T = above(8, 5, 20)
     true = eye().pixels((BOARD.grid().reshape(-1, 3) - T[:3, 3]) @ T[:3, :3]).reshape(6, 9, 2)
@@ -96,7 +96,7 @@ def test_the_outward_square_at_the_origin_is_dark() -> None:
     squares = np.array([[-0.005, -0.005, 0], [0.005, -0.005, 0], [0.005, 0.005, 0]])
     points = squares @ BOARD.T_base_board[:3, :3].T + BOARD.T_base_board[:3, 3]
     u, v = np.rint(eye().pixels((points - T[:3, 3]) @ T[:3, :3])).astype(int).T
-    dark, light, inward = spotless(Scene((Floor(), BOARD)), lit=False, ambient=140.0).image[v, u].astype(float)
+    dark, light, inward = spotless(EmulatedScene((Floor(), BOARD)), lit=False, ambient=140.0).image[v, u].astype(float)
     assert dark < 0.3 * light
     assert inward < 0.3 * light
 

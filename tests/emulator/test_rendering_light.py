@@ -5,12 +5,12 @@ import pytest
 from scenes import SHEET, above, eye, near, placed, spotless
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, Floor, Photograph, Scene, photograph
+from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, EmulatedScene, Floor, Photograph, photograph
 
-FLOOR = Scene((Floor(),))
+FLOOR = EmulatedScene((Floor(),))
 STEP = Cuboid(placed(near(0.005, 0.0, 0.0)), (0.05, 0.06, 0.02))
-STEPPED = Scene((Floor(), STEP))
-BALL = Scene((Floor(), Ball(near(0.0, 0.0, 0.018), 0.018)))
+STEPPED = EmulatedScene((Floor(), STEP))
+BALL = EmulatedScene((Floor(), Ball(near(0.0, 0.0, 0.018), 0.018)))
 ENDS = 4  # lines at which the blur meets the image's border
 
 
@@ -53,7 +53,7 @@ def test_on_a_ball_it_leans_to_the_bright_side_by_its_breadth_squared() -> None:
 
 
 @pytest.mark.parametrize("scene", [FLOOR, STEPPED, BALL], ids=["floor", "step", "ball"])
-def test_the_true_stripe_lies_on_the_sheet_and_projects_onto_its_pixels(scene: Scene) -> None:
+def test_the_true_stripe_lies_on_the_sheet_and_projects_onto_its_pixels(scene: EmulatedScene) -> None:
     stripe, T = spotless(scene).truth.stripe, above(8, 5, 20)
     row, k = np.nonzero(np.isfinite(stripe.at))
     seen = (stripe.point[row, k] - T[:3, 3]) @ T[:3, :3]
@@ -78,7 +78,7 @@ def test_a_step_hides_the_floor_behind_it_from_the_light() -> None:
 
 
 def test_light_that_falls_beside_a_step_leaves_a_gap_in_its_shadow() -> None:
-    turned = Scene((Floor(), replace(STEP, T_base_block=placed(near(0.005, 0.0, 0.0), 0, 0, 40))))
+    turned = EmulatedScene((Floor(), replace(STEP, T_base_block=placed(near(0.005, 0.0, 0.0), 0, 0, 40))))
     stripe = spotless(turned, "v", 0, 0, 0).truth.stripe
     assert np.isnan(stripe.at).all(axis=1).any()
 
@@ -131,7 +131,7 @@ def test_brighter_is_noisier() -> None:
 def test_a_shiny_floor_shows_the_mirror_image_of_the_stripe() -> None:
     tall = Cuboid(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03))
     turned = (40, 0, 0)
-    scene = Scene((Floor(shine=0.4), tall))
+    scene = EmulatedScene((Floor(shine=0.4), tall))
     shiny, matt = (spotless(scene, "v", *turned, reflections=reflections) for reflections in (True, False))
     stripe = matt.truth.stripe
     side = (stripe.solid == 1) & (stripe.point[..., 2] < 0.03 - 1e-6)
@@ -154,7 +154,7 @@ def test_a_shiny_floor_shows_the_mirror_image_of_the_stripe() -> None:
 def test_a_shiny_side_throws_a_second_line_onto_the_floor() -> None:
     tall = Cuboid(placed(near(0.0, -0.03, 0.0)), (0.06, 0.03, 0.03), shine=0.4)
     shiny, matt = (
-        spotless(Scene((Floor(), tall)), "v", 40, 0, 0, reflections=reflections, blur_px=0.0)
+        spotless(EmulatedScene((Floor(), tall)), "v", 40, 0, 0, reflections=reflections, blur_px=0.0)
         for reflections in (True, False)
     )
     second = shiny.truth.grey - matt.truth.grey

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import DataError, PlanError
 from robolaser.estimation.optimal_poses import most_telling, planned
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, Floor, LaserSheet, Scene, photograph
+from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, EmulatedScene, Floor, LaserSheet, photograph
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
 
@@ -35,10 +35,10 @@ def things(shine):
     on_table = np.eye(4)
     on_table[1, 3] = 0.03
     sphere = Ball(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
-    return Scene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
+    return EmulatedScene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
 
 
-FLAT = Scene((Floor(0.0, 0.4),))
+FLAT = EmulatedScene((Floor(0.0, 0.4),))
 
 
 def pictured(scene, *, lit=True, power=260.0, tilt=(0.0, 0.0, 0.0), seed=1, **light):

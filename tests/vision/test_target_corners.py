@@ -10,7 +10,8 @@ import pytest
 
 import robolaser
 from robolaser.cli import main
-from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.writing import save
 from robolaser.errors import DataError, ImageError
 from robolaser.geometry.rigid_motion import from_angles, pose

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from robolaser.data.dataset import Board
+from robolaser.data.board import Board
 from robolaser.errors import UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH
 

@@ -8,7 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
-from robolaser.data.dataset import Board, Dataset, Points, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.board_option import BOARD, FORM
 from robolaser.data.importers.hand_eye_pairs import Mount
 from robolaser.data.importers.importer import ImportOptions

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, final
 
-from robolaser.data.csv_tables import Table
+from robolaser.data.csv_tables import CsvTable
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
@@ -53,7 +53,7 @@ class Choice:
     left_out: tuple[str, ...]  # columns of the files that are not read
 
 
-def choose(poses: Table, points: Table, options: ImportOptions, declared: SensorFormat) -> Choice:
+def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: SensorFormat) -> Choice:
     """Choose by `--column`, and where a file's column has the name of the data set's already.
 
     `poses.` or `points.` before a name says which table is meant, where both have such a column.
@@ -92,7 +92,7 @@ def choose(poses: Table, points: Table, options: ImportOptions, declared: Sensor
     return Choice(chosen[POSES], chosen[POINTS], tuple(left_out))
 
 
-def choose_poses(file: Table, options: ImportOptions, further: Quantities) -> Choice:
+def choose_poses(file: CsvTable, options: ImportOptions, further: Quantities) -> Choice:
     """Choose the columns of poses alone, as `choose` does.
 
     Args:
@@ -118,7 +118,7 @@ def choose_poses(file: Table, options: ImportOptions, further: Quantities) -> Ch
     return Choice(chosen, {}, tuple(f"{file.file}: {name}" for name in file.header if name not in used))
 
 
-def _no_column(file: Table, name: str, source: str) -> DataError:
+def _no_column(file: CsvTable, name: str, source: str) -> DataError:
     return DataError(
         f"{file.file} has no column '{source}', which --column {name}={source} names.{near(source, file.header)}",
         file=file.file,
@@ -142,7 +142,7 @@ def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]
     return owners, name
 
 
-def _check_poses(file: Table, chosen: Chosen, options: ImportOptions) -> None:
+def _check_poses(file: CsvTable, chosen: Chosen, options: ImportOptions) -> None:
     if options.euler is not None and EULER[0] not in chosen:
         raise UsageError(f"--euler {options.euler}: of which columns? Name them with --column euler_1=NAME and so on.")
     if options.robot is not None:
@@ -162,7 +162,7 @@ def _check_poses(file: Table, chosen: Chosen, options: ImportOptions) -> None:
         )
 
 
-def _check_points(file: Table, poses: Table, chosen: Chosen, known: Quantities, options: ImportOptions) -> None:
+def _check_points(file: CsvTable, poses: CsvTable, chosen: Chosen, known: Quantities, options: ImportOptions) -> None:
     _all_there(file, [name for name in known if name not in ("pose", "point", "repeat")], chosen, "points.")
     if file is not poses:
         _all_there(file, ["pose"], chosen, what="the pose in which each point was measured")
@@ -177,7 +177,7 @@ def _check_points(file: Table, poses: Table, chosen: Chosen, known: Quantities, 
         )
 
 
-def _all_there(file: Table, columns: Sequence[str], chosen: Chosen, prefix: str = "", what: str = "") -> None:
+def _all_there(file: CsvTable, columns: Sequence[str], chosen: Chosen, prefix: str = "", what: str = "") -> None:
     for column in columns:
         if column not in chosen:
             raise UsageError(

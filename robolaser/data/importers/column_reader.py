@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import Table, bad_cell, finite
+from robolaser.data.csv_tables import CsvTable, bad_cell, finite
 from robolaser.data.importers.column_choice import EULER, POINTS, ROTATION_VECTOR, TEXT, Chosen, Quantities
 from robolaser.data.importers.importer import ImportOptions, Reading
 from robolaser.data.importers.orientation import turned_by
@@ -20,12 +20,12 @@ class ColumnReader:
     """The columns of one table of the data set, and how they are read from a file."""
 
     name: str
-    file: Table
+    file: CsvTable
     chosen: Chosen
     quantities: Quantities
     options: ImportOptions
 
-    def table(self, *, number_poses: bool) -> Table:
+    def table(self, *, number_poses: bool) -> CsvTable:
         """The columns by their names in the data set, numbers in SI units."""
         units = Units.of(self.options.units)
         texts: dict[str, tuple[str, ...]] = {}
@@ -40,7 +40,7 @@ class ColumnReader:
             texts["pose"] = tuple(map(str, self.file.lines))
         if self.name == POINTS and "point" not in self.chosen:
             texts["point"] = (self.options.point or "",) * len(self.file)
-        return Table(self.file.file, [*texts, *known], texts, self.file.lines, known)
+        return CsvTable(self.file.file, [*texts, *known], texts, self.file.lines, known)
 
     def readings(self, *, number_poses: bool) -> list[Reading]:
         """How each column is read."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.csv_tables import Table
+from robolaser.data.csv_tables import CsvTable
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.errors import DataError, UsageError, unreadable
 
@@ -13,7 +13,7 @@ NAMES = {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}
 SEPARATORS = (",", ";", "\t")  # those of which a header has one only, where nothing else is said
 
 
-def read_delimited(path: Path, options: ImportOptions) -> Table:
+def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
     """All cells of a file as texts.
 
     Raises:
@@ -46,7 +46,7 @@ def read_delimited(path: Path, options: ImportOptions) -> Table:
                 row=line,
             )
     columns = {name: tuple(row[i] for row in rows) for i, name in enumerate(header)}
-    return Table(path.name, header, columns, tuple(starts), {})
+    return CsvTable(path.name, header, columns, tuple(starts), {})
 
 
 def shown(separator: str) -> str:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Final, final
 
-from robolaser.data.csv_tables import Table
+from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import Poses
 from robolaser.data.importers.board_option import BOARD, board_of
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
@@ -77,7 +77,7 @@ class ImageFolder(Importer):
         return Imported(replace(dataset, warnings=tuple(warnings)), tuple(readings), left_out, found.contents)
 
 
-def _without(table: Table, column: str) -> Table:
+def _without(table: CsvTable, column: str) -> CsvTable:
     return replace(
         table,
         header=[name for name in table.header if name != column],
@@ -85,7 +85,7 @@ def _without(table: Table, column: str) -> Table:
     )
 
 
-def _files(table: Table, column: str | None, folder: Path, options: ImportOptions) -> tuple[list[Path | None], str]:
+def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOptions) -> tuple[list[Path | None], str]:
     """The image of each row, and what it is read from."""
     images = _images(folder)
     if column is None:

@@ -6,7 +6,8 @@ from typing import Any, ClassVar, Final, final
 
 import numpy as np
 
-from robolaser.data.dataset import Board, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Poses
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, mount_of, placed_camera
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import Table
+from robolaser.data.csv_tables import CsvTable
 from robolaser.data.importers.column_choice import EULER, ROTATION_VECTOR, Chosen
 from robolaser.data.sensor_format import QUATERNION
 from robolaser.errors import UsageError
@@ -12,7 +12,7 @@ from robolaser.geometry.rigid_motion import exp_so3, rot_x, rot_y, rot_z, to_qua
 TURNS = {"x": rot_x, "y": rot_y, "z": rot_z}
 
 
-def with_quaternions(table: Table, sequence: str | None) -> Table:
+def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
     """The table with quaternions, if it has Euler angles or rotation vectors [rad] instead.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.data.csv_tables import Table
+from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.importers.column_choice import POINTS, POSES, Chosen, choose, point_quantities, pose_quantities
 from robolaser.data.importers.column_reader import ColumnReader
@@ -82,7 +82,7 @@ class Tables(Importer):
         return Imported(dataset, tuple(chain(*readings)), choice.left_out)
 
 
-def _each_once(table: Table, chosen: Chosen) -> Table:
+def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:
     """The first row of each pose, where several rows are points of one pose."""
     names = table.texts("pose")
     first: dict[str, int] = {}
@@ -103,7 +103,7 @@ def _each_once(table: Table, chosen: Chosen) -> Table:
                 column=source,
             )
     rows = np.array(list(first.values()))
-    return Table(
+    return CsvTable(
         table.file,
         table.header,
         {name: tuple(cells[i] for i in rows) for name, cells in table.columns.items()},

@@ -9,7 +9,7 @@ from robolaser.emulator.rendering.cuboid import Cuboid
 from robolaser.emulator.rendering.floor import Floor
 from robolaser.emulator.rendering.laser_sheet import LaserSheet
 from robolaser.emulator.rendering.photograph import Photograph, photograph
-from robolaser.emulator.rendering.scene import Scene
+from robolaser.emulator.rendering.scene import EmulatedScene
 from robolaser.emulator.rendering.solid import Solid
 from robolaser.emulator.rendering.sphere import Ball
 from robolaser.emulator.rendering.truth import StripeTruth, Truth
@@ -19,10 +19,10 @@ __all__ = [
     "CameraModel",
     "Checkerboard",
     "Cuboid",
+    "EmulatedScene",
     "Floor",
     "LaserSheet",
     "Photograph",
-    "Scene",
     "Solid",
     "StripeTruth",
     "Truth",

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.emulator.rendering.camera import CameraModel
 from robolaser.emulator.rendering.laser_sheet import LaserSheet
 from robolaser.emulator.rendering.radiance_image import RadianceImage, render_radiance
-from robolaser.emulator.rendering.scene import Scene
+from robolaser.emulator.rendering.scene import EmulatedScene
 from robolaser.emulator.rendering.scene_view import SceneView
 from robolaser.emulator.rendering.truth import Truth
 
@@ -33,7 +33,7 @@ class Photograph:
 
 
 def photograph(
-    scene: Scene,
+    scene: EmulatedScene,
     eye: CameraModel,
     sheet: LaserSheet,
     T_base_camera: Array,

@@ -15,7 +15,7 @@ TIE_M = 1e-9  # nearer together than this the solid listed later is in front
 
 @final
 @dataclass(frozen=True)
-class Scene:
+class EmulatedScene:
     """Solids in the base frame; where two coincide, the later one lies on top."""
 
     solids: tuple[Solid, ...]

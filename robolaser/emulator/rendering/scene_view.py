@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.emulator.rendering.camera import CameraModel
 from robolaser.emulator.rendering.laser_sheet import LaserSheet
-from robolaser.emulator.rendering.scene import TIE_M, Scene
+from robolaser.emulator.rendering.scene import TIE_M, EmulatedScene
 
 ROOM_PX = 3.0  # around the box of a solid's corners: lenses bend straight edges
 NEAREST_M = 0.01  # what comes nearer is not boxed in
@@ -47,7 +47,7 @@ class Hits:
 class SceneView:
     """A scene before an eye."""
 
-    scene: Scene
+    scene: EmulatedScene
     eye: CameraModel
     T_base_camera: Array
 

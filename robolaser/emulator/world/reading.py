@@ -3,17 +3,26 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, final
+from typing import Any, final
 
 import numpy as np
-from msgspec import Meta
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Board, Dataset, Positive
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, no_rotation
-from robolaser.data.toml_schema import read_toml, typed, wrong
-from robolaser.emulator.rendering import Ball, CameraModel, Checkerboard, Cuboid, Floor, LaserSheet, Scene, Solid
+from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
+from robolaser.emulator.rendering import (
+    Ball,
+    CameraModel,
+    Checkerboard,
+    Cuboid,
+    EmulatedScene,
+    Floor,
+    LaserSheet,
+    Solid,
+)
 from robolaser.emulator.world.faults import WORLD_FAULTS
 from robolaser.emulator.world.world import EmulatedWorld, ImageSensor
 from robolaser.errors import DataError, near
@@ -28,7 +37,6 @@ UPWARD = (0.0, 0.0, 0.0, 1.0)
 FACING_UP = (1.0, 0.0, 0.0, 0.0)
 """Of a board on the floor: its z points into the board."""
 
-NotNegative = Annotated[float, Meta(ge=0)]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
@@ -154,7 +162,7 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
         truth["b"], truth["theta"], power=light.power_grey, width_m=light.width_m, distance_m=light.distance_m
     )
     sensor = ImageSensor(camera.ambient_grey, camera.noise_grey, light.speckle, camera.blur_px, camera.exposure)
-    scene = Scene(tuple(_solids(path.name, read, description.board)))
+    scene = EmulatedScene(tuple(_solids(path.name, read, description.board)))
     arm = PinocchioArm(robot)
     return EmulatedWorld(arm, eye, sheet, scene, sensor, _faults(path.name, read.effect, arm))
 

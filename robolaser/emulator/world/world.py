@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import CameraModel, Checkerboard, LaserSheet, Photograph, Scene
+from robolaser.emulator.rendering import CameraModel, Checkerboard, EmulatedScene, LaserSheet, Photograph
 from robolaser.emulator.rendering.photograph import NOISE_GREY, SPECKLE, WHITE_GREY, expose
 from robolaser.emulator.rendering.radiance_image import RadianceImage, render_radiance
 from robolaser.emulator.rendering.scene_view import SceneView
@@ -59,7 +59,7 @@ class EmulatedWorld:
         arm: PinocchioArm,
         eye: CameraModel,
         sheet: LaserSheet,
-        scene: Scene,
+        scene: EmulatedScene,
         sensor: ImageSensor,
         faults: Sequence[FaultModel] = (),
     ) -> None:

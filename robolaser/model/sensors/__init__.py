@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 
 from robolaser.data.dataset import Dataset, Member
-from robolaser.model.sensors.camera import Camera
+from robolaser.model.sensors.camera import CameraSensor
 from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.pose import Pose
@@ -80,8 +80,8 @@ def _scanner_of(dataset: Dataset, member: Member) -> Dataset | None:
 
 @cache
 def _announced() -> None:
-    ours = [sensor.format.kind for sensor in (Stripe, Camera, Point, Pose, Socket, Profile)]
+    ours = [sensor.format.kind for sensor in (Stripe, CameraSensor, Point, Pose, Socket, Profile)]
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Camera", "Point", "Pose", "Profile", "Sensor", "Socket", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Sensor", "Stripe", "sensor_class", "sensor_of", "sensors"]

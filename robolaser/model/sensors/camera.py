@@ -50,7 +50,7 @@ class CameraOptions:
 
 
 @final
-class Camera(Sensor):
+class CameraSensor(Sensor):
     """OpenCV's camera: pixels of a target's points."""
 
     format: ClassVar[SensorFormat] = SensorFormat(
@@ -66,7 +66,7 @@ class Camera(Sensor):
         positive=("fx", "fy"),
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    task: ClassVar[str] = "the model predicts where the camera sees points of the target"
+    task: ClassVar[str] = "the model predicts points of the target"
     row_point: ClassVar[str] = "target point"
 
     def __init__(self, dataset: Dataset) -> None:
@@ -280,7 +280,7 @@ class Camera(Sensor):
         _, first = np.unique(points.number, return_index=True)
         rows = points.take(np.tile(np.sort(first), poses))
         rows = replace(rows, pose=np.repeat(np.arange(poses), len(first)), repeat=None)
-        there = Camera(replace(self.dataset, points=rows))
+        there = CameraSensor(replace(self.dataset, points=rows))
         pixel = rows["pixel"] - there.residuals(values, T_base_flange[None], Perturbation())[0]
         inside = np.abs(pixel - (np.array(self.image_px) - 1.0) / 2.0) <= (0.5 - MARGIN) * np.array(self.image_px)
         shown = inside.all(axis=1).reshape(poses, -1).mean(axis=1)

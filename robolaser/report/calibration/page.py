@@ -13,7 +13,7 @@ from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
-from robolaser.report.setting import noise_table, origin
+from robolaser.report.setting import disturbed, noise_table, origin
 
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""
@@ -26,7 +26,7 @@ REMARK = Column("Remark", "wide", brief="")
 def figures(analysis: ErrorAnalysis) -> list[Figure]:
     """Error on new poses, what noise implies, and the error on the poses that were fitted; then those of rotations."""
     calibration = analysis.calibration
-    sources = ", ".join(analysis.known_noise)
+    sources = ", ".join(map(disturbed, analysis.known_noise))
     rows = calibration.row_errors[0]
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m,

@@ -37,7 +37,10 @@ def judgement(analysis: ErrorAnalysis) -> str:
     if calibration.setup_warning is not None:
         said.append(calibration.setup_warning)
     elif noise is None:
-        said.append("State what is known of it under `[noise]` in `dataset.toml`, and this report can tell them apart.")
+        said.append(
+            "State what you know of the noise under `[noise]` in `dataset.toml`: then this report separates it from the"
+            " errors of the model."
+        )
     elif error is None:
         said.append("Take more poses: an error on the very points that were fitted says little.")
     else:

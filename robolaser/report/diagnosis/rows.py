@@ -236,7 +236,7 @@ def _chance(p: float) -> str:
 def _less(limits: Sequence[DetectionLimit]) -> list[str]:
     """A line for each place with a limit, and one for those without."""
     lines = [_limit(one) for one in limits]
-    for is_imitated, why in ((True, "in the model as an effect found"), (False, "cannot be seen in these poses")):
+    for is_imitated, why in ((True, "cannot be told from what was found"), (False, "cannot be seen in these poses")):
         unseen = [
             place(one.candidate_effect.where) for one in limits if one.size is None and one.is_imitated == is_imitated
         ]

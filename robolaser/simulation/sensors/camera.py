@@ -7,7 +7,8 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Board, Dataset, Noise, Points
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model

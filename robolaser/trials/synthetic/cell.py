@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
 
@@ -58,16 +58,11 @@ class SyntheticCell:
     def seen(self, faults: Sequence[FaultModel]) -> Readings:
         """Go the chain forwards, from the joints to the pixels."""
         run, n = self.run, len(self.run.q)
-        q, links = run.q, np.tile(run.arm.links, (n, 1, 1, 1))
-        for fault in faults:
-            q, links = fault.joints(q, run), fault.links(links, run)
-        T_base_flange = run.arm.forward(q, links)
         mount, light, lens = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
         for fault in faults:
-            T_base_flange = fault.flange(T_base_flange, run)
             mount = fault.mount(mount, run)
             light, lens = fault.light(light, run), fault.lens(lens)
-        T = (T_base_flange @ mount)[self.pose]
+        T = (flange_poses(run, faults) @ mount)[self.pose]
         R, t = T[:, :3, :3], T[:, :3, 3]
 
         def inside(point: Array) -> Array:

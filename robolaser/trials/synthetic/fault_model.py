@@ -1,6 +1,7 @@
 """What a fault of a synthetic cell is: a size, a form, and the stages of the chain that it perturbs."""
 
 from abc import ABC
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -99,3 +100,14 @@ class FaultModel(ABC):
     def shots(self, pixel: Array, shot: Ints, rng: np.random.Generator) -> Array:
         """Pixels as read, (rows, 2) [px]; `shot` numbers each row's point."""
         return pixel
+
+
+def flange_poses(run: SyntheticRun, faults: Sequence[FaultModel]) -> Array:
+    """Where the flange of an arm with these faults truly is, (n, 4, 4)."""
+    q, links = run.q, np.tile(run.arm.links, (len(run.q), 1, 1, 1))
+    for fault in faults:
+        q, links = fault.joints(q, run), fault.links(links, run)
+    T_base_flange = run.arm.forward(q, links)
+    for fault in faults:
+        T_base_flange = fault.flange(T_base_flange, run)
+    return T_base_flange

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.trials.synthetic.cell import Readings
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
 
 
@@ -33,14 +33,7 @@ class TrackerCell:
 
     def seen(self, faults: Sequence[FaultModel]) -> Readings:
         """Go the chain forwards, from the joints to the points in the tracker's frame."""
-        run, n = self.run, len(self.run.q)
-        q, links = run.q, np.tile(run.arm.links, (n, 1, 1, 1))
-        for fault in faults:
-            q, links = fault.joints(q, run), fault.links(links, run)
-        T_base_flange = run.arm.forward(q, links)
-        for fault in faults:
-            T_base_flange = fault.flange(T_base_flange, run)
-        T = self.T_world_base @ T_base_flange
+        T = self.T_world_base @ flange_poses(self.run, faults)
         at = np.array(list(self.reflectors.values()))
         points = (np.einsum("nab,kb->nka", T[:, :3, :3], at) + T[:, None, :3, 3]).reshape(-1, 3)
         for fault in faults:

@@ -10,7 +10,7 @@ import pytest
 
 import robolaser
 from examples import CAL_DATA, images, industrial_calibration
-from robolaser.data.dataset import Board
+from robolaser.data.board import Board
 from robolaser.data.importers import ImportOptions, importer_for
 from robolaser.data.importers.board_option import board_of
 from robolaser.data.importers.image_folder import ImageFolder

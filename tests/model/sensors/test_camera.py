@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Board, Dataset, Noise, Poses
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset, Noise, Poses
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import STEP, jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.camera import Camera, CameraOptions
+from robolaser.model.sensors.camera import CameraOptions, CameraSensor
 from robolaser.model.sensors.camera_projection import distort, straighten, to_pixels
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation
@@ -151,7 +152,7 @@ def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) ->
 
 def test_a_target_on_the_flange_cannot_be_placed_in_the_base_frame() -> None:
     with pytest.raises(DataError, match="Write placed = false"):
-        Camera(replace(cell().dataset, placed=True, options=CameraOptions("base")))
+        CameraSensor(replace(cell().dataset, placed=True, options=CameraOptions("base")))
 
 
 def test_it_needs_no_robot_but_flange_poses() -> None:

@@ -1,0 +1,30 @@
+"""A board whose corners or circles are found in images."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, final
+
+from msgspec import Meta
+
+from robolaser.data.toml_schema import Positive
+
+
+@final
+@dataclass(frozen=True)
+class Board:
+    """A printed board.
+
+    Attributes:
+        columns: Inner corners along x, or circles.
+        rows: The same along y.
+        square_m: Side of a square, or distance of circles, OpenCV's half of it where every other row is shifted [m].
+        kind: What is printed on it.
+        marker_m: Side of a ChArUco board's markers [m].
+        dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".
+    """
+
+    columns: Annotated[int, Meta(ge=3)]
+    rows: Annotated[int, Meta(ge=3)]
+    square_m: Positive
+    kind: Literal["checkerboard", "charuco", "circles"] = "checkerboard"
+    marker_m: Positive | None = None
+    dictionary: str | None = None
