@@ -33,7 +33,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
-WIDTH = "100"  # columns of the terminal
+WIDTH, HELP_WIDTH = "160", "100"  # columns of the terminal
 TOLERANCE = 0.25
 TIMEOUT_S = 300
 
@@ -121,9 +121,10 @@ def compare(shown: str, came: str) -> None:
 
 def run_shell(command: str, folder: Path, *, expected: int) -> str:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    width = HELP_WIDTH if "--help" in command else WIDTH
     done = subprocess.run(
         command, shell=True, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        stdin=subprocess.DEVNULL, timeout=TIMEOUT_S, check=False, env=os.environ | {"PATH": path, "COLUMNS": WIDTH},
+        stdin=subprocess.DEVNULL, timeout=TIMEOUT_S, check=False, env=os.environ | {"PATH": path, "COLUMNS": width},
     )  # fmt: skip
     if done.returncode != expected:
         raise Mismatch(f"`{command}` exits with {done.returncode}, expected {expected}:\n{done.stdout}")

@@ -15,6 +15,7 @@ EXPORTED: Final = (
 """What a calibration leaves for other programs."""
 CALIBRATION_FILES: Final = ("calibration.json", "report.html", *EXPORTED)
 DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
+VEGA_LITE: Final = "application/vnd.vegalite.v5+json"
 
 
 @final
@@ -25,10 +26,12 @@ class Plots:
     Attributes:
         titles: What each is called.
         html: All of them with their captions, drawn as SVG: it needs neither scripts nor a network.
+        spec: All of them in Vega-Lite's language; a notebook that knows it draws them to be zoomed and pointed at.
     """
 
     titles: tuple[str, ...]
     html: str
+    spec: dict[str, Any]
 
     def __repr__(self) -> str:
         """Their titles, a line each."""
@@ -36,6 +39,9 @@ class Plots:
 
     def _repr_html_(self) -> str:
         return self.html
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        return {VEGA_LITE: self.spec, "text/html": self.html, "text/plain": repr(self)}
 
 
 class Looks(Protocol):

@@ -20,7 +20,7 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_files import exported
 from robolaser.benchmark.run_loop import fill
 from robolaser.benchmark.standings import standings
-from robolaser.benchmark.statistics.outcome import outcomes
+from robolaser.benchmark.statistics.ranks import outcomes
 from robolaser.benchmark.statistics.signed_rank import shares
 from robolaser.benchmark.statistics.superiority import wins
 from robolaser.benchmark.table import NAME, RunTable

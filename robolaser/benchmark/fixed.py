@@ -1,5 +1,6 @@
 """What runs reached with a given budget, and what they spent to a given target."""
 
+from collections import defaultdict
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -9,11 +10,10 @@ from robolaser.arrays import Array
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
-from robolaser.benchmark.single_run import BenchmarkRun
 from robolaser.benchmark.standings.table import Measure
 from robolaser.benchmark.statistics import running_time
-from robolaser.benchmark.statistics.anytime import after_evaluations, bands
-from robolaser.benchmark.statistics.success import successes
+from robolaser.benchmark.statistics.intervals import successes
+from robolaser.benchmark.statistics.profiles import after_evaluations, bands
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,18 +37,18 @@ def fixed_budget(
     """
     import pandas as pd  # noqa: PLC0415 - a third of a second
 
-    of: dict[tuple[str, str], list[BenchmarkRun]] = {}
+    of = defaultdict(list)
     for run in result.runs:
-        of.setdefault((run.problem, run.algorithm), []).append(run)
+        of[run.problem, run.algorithm].append(run.trace)
     rows = []
     for problem in problems or result.problems:
         for algorithm in result.solvers:
-            if runs := of.get((problem.name, algorithm)):
-                costs = after_evaluations([run.trace for run in runs], np.asarray(budgets, float))
+            if traces := of.get((problem.name, algorithm)):
+                costs = after_evaluations(traces, np.asarray(budgets, float))
                 found = np.full((len(budgets), len(QUARTILES)), np.inf)
                 if np.isfinite(problem.best):
                     found = bands(costs, problem.best, problem.scale, QUARTILES).T
-                rows += [(problem.name, algorithm, at, len(runs), *row)
+                rows += [(problem.name, algorithm, at, len(traces), *row)
                          for at, row in zip(budgets, found, strict=True)]  # fmt: skip
     return pd.DataFrame(rows, columns=["problem", "algorithm", "budget", "runs", "lower", "median", "upper"])
 

@@ -12,9 +12,9 @@ from robolaser.arrays import Array
 from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.problem import CALIBRATION, PROBE_SEED, PROBES, BenchmarkProblem, ProblemSpec
 from robolaser.benchmark.problem_specs import specs_of
+from robolaser.benchmark.single_run import Task
 from robolaser.benchmark.solvers import DEFAULT, find
 from robolaser.benchmark.solvers.solver import Solver
-from robolaser.benchmark.task import Task
 from robolaser.errors import UsageError
 
 MAIN = "__main__"

@@ -17,12 +17,12 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import HEADLINE
 from robolaser.benchmark.setting_space import SettingSpace
 from robolaser.benchmark.solvers import find
-from robolaser.benchmark.statistics.mean_ranks import complete
-from robolaser.benchmark.statistics.outcome import outcomes
+from robolaser.benchmark.statistics.difference import holm_pairs
+from robolaser.benchmark.statistics.ranks import complete, outcomes
 from robolaser.benchmark.table import RunTable
 
 LEVEL = 0.05
-"""Of the tests, as in irace. Repeated after each seed without correction: a race screens, it proves nothing."""
+"""Of the tests after each seed, as in irace; over the seeds there is no correction."""
 FIRST = 5
 """Seeds before anybody is dropped, as in irace."""
 
@@ -59,7 +59,8 @@ def _without(plan: RunPlan, names: Sequence[str], count: int) -> RunPlan:
 def survivors(blocks: Array, level: float = LEVEL) -> Bools:
     """Who is not significantly worse than the best, outcomes of blocks (b, a) -> (a,), lower is better.
 
-    Friedman's test, then Conover's of each pair (1999, section 5.8), both at one level.
+    Friedman's test, then Conover's of each pair (1999, section 5.8), both at one level. Holm's correction is for all
+    pairs, since who is best is seen in the same blocks; irace corrects its t-test so, and its Friedman test not at all.
     """
     n, k = blocks.shape
     stay = np.ones(k, dtype=bool)
@@ -68,15 +69,14 @@ def survivors(blocks: Array, level: float = LEVEL) -> Bools:
     ranks = rankdata(blocks, axis=1)
     sums, squares = ranks.sum(axis=0), (ranks**2).sum()
     spread = squares - n * k * (k + 1) ** 2 / 4
-    if spread <= 0:  # all tied
-        return stay
-    friedman = (k - 1) * ((sums - n * (k + 1) / 2) ** 2).sum() / spread
-    if chi2.sf(friedman, k - 1) >= level:
-        return stay
+    if spread <= 0 or chi2.sf((k - 1) * ((sums - n * (k + 1) / 2) ** 2).sum() / spread, k - 1) >= level:
+        return stay  # all tied, or as good as that
     freedom = (n - 1) * (k - 1)
     error = max(2 * (n * squares - (sums**2).sum()) / freedom, 0.0)
-    close: Bools = sums - sums.min() <= t.ppf(1 - level / 2, freedom) * np.sqrt(error)
-    return close
+    with np.errstate(divide="ignore", invalid="ignore"):
+        p = 2 * t.sf(np.abs(sums[:, None] - sums) / np.sqrt(error), freedom)
+    worse: Bools = holm_pairs(np.nan_to_num(p, nan=1.0))[sums.argmin()] < level
+    return ~worse
 
 
 def _blocks(result: BenchmarkResult, names: Sequence[str]) -> Array:

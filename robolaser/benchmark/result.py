@@ -1,7 +1,7 @@
 """A benchmark's result: its problems, its solvers and every run so far."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, final
 
 from robolaser.benchmark.frames import FRAMES
@@ -102,15 +102,18 @@ class BenchmarkResult(Result):
     def arrays(self, family: str) -> ResultArrays:
         """Runs on the problems of a family as arrays, without solvers that apply to none of them."""
         problems = self.of(family)
-        return ResultArrays.of(
-            self.runs,
-            problems=[problem.name for problem in problems],
-            algorithms=[
-                name for name in self.solvers if any((problem.name, name) not in self.refused for problem in problems)
-            ],
-            seeds=self.seeds,
-            best=[problem.best for problem in problems],
-            scale=[problem.scale for problem in problems],
-            budget=self.budget,
-            time_limit_s=self.time_limit_s,
+        taking_part = [name for name in self.solvers if any((one.name, name) not in self.refused for one in problems)]
+        limits = {"budget": self.budget, "time_limit_s": self.time_limit_s}
+        return ResultArrays.of(self.runs, problems, taking_part, self.seeds, **limits)
+
+    def labelled(self, labels: Mapping[str, str]) -> "BenchmarkResult":
+        """The same with other names for solvers; who has none keeps the old one."""
+        new = {name: labels.get(name, name) for name in self.solvers}
+        return replace(
+            self,
+            problems=tuple(replace(one, found_by=new.get(one.found_by, one.found_by)) for one in self.problems),
+            solvers={new[name]: title for name, title in self.solvers.items()},
+            refused={(problem, new[name]): reason for (problem, name), reason in self.refused.items()},
+            dropped={new[name]: count for name, count in self.dropped.items()},
+            runs=tuple(replace(run, algorithm=new[run.algorithm]) for run in self.runs),
         )

@@ -7,7 +7,7 @@ from typing import Literal, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.problem import INFEASIBLE
+from robolaser.benchmark.problem import INFEASIBLE, ProblemSummary
 from robolaser.benchmark.single_run import FAILED, BenchmarkRun
 
 TOLERANCES = 10.0 ** np.arange(4.0, -6.5, -0.5)
@@ -43,38 +43,32 @@ class ResultArrays:
     seconds: Array  # the same in wall time [s]
     total_evaluations: Array  # by the whole run, (p, a, s)
     total_s: Array  # the same in wall time [s]
-    final: (
-        Array  # tolerance that the lowest cost keeps to; infeasible: `INFEASIBLE` times (1 + the violation), (p, a, s)
-    )
+    final: Array  # tolerance of the lowest cost; infeasible: `INFEASIBLE` times (1 + the violation), (p, a, s)
     failed: Bools  # (p, a, s)
 
     @classmethod
     def of(
         cls,
         runs: Sequence[BenchmarkRun],
-        *,
-        problems: Sequence[str],
+        problems: Sequence[ProblemSummary],
         algorithms: Sequence[str],
         seeds: Sequence[int],
-        best: Sequence[float],
-        scale: Sequence[float],
-        budget: int,
+        *,
+        budget: float,
         time_limit_s: float,
     ) -> "ResultArrays":
         """Count runs; those on other problems, by other algorithms or with other seeds are left out."""
         shape = (len(problems), len(algorithms), len(seeds))
-        per_target = (*shape, len(TOLERANCES))
-        evaluations, seconds = np.full(per_target, np.nan), np.full(per_target, np.nan)
+        evaluations, seconds = (np.full((*shape, len(TOLERANCES)), np.nan) for _ in range(2))
         total_evaluations, total_s, final = (np.full(shape, np.nan) for _ in range(3))
         failed = np.zeros(shape, dtype=bool)
-        of_problem = {name: i for i, name in enumerate(problems)}
-        of_algorithm = {name: i for i, name in enumerate(algorithms)}
-        of_seed = {seed: i for i, seed in enumerate(seeds)}
+        names = [problem.name for problem in problems]
+        of_problem, of_algorithm, of_seed = ({one: i for i, one in enumerate(of)} for of in (names, algorithms, seeds))
         for run in runs:
             if run.problem not in of_problem or run.algorithm not in of_algorithm or run.seed not in of_seed:
                 continue
             at = of_problem[run.problem], of_algorithm[run.algorithm], of_seed[run.seed]
-            lowest, unit = best[at[0]], scale[at[0]]
+            lowest, unit = problems[at[0]].best, problems[at[0]].scale
             evaluations[at], seconds[at] = run.trace.first_hits(targets(lowest, unit))
             failed[at] = run.state == FAILED
             total_evaluations[at] = budget if failed[at] else run.evaluations
@@ -85,18 +79,8 @@ class ResultArrays:
                 final[at] = INFEASIBLE * (1.0 + run.violation)
         longest = np.where(failed | np.isnan(total_s), 0.0, total_s).max(axis=2, keepdims=True, initial=0.0)
         total_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), total_s)
-        return cls(
-            tuple(problems),
-            tuple(algorithms),
-            tuple(seeds),
-            TOLERANCES,
-            evaluations,
-            seconds,
-            total_evaluations,
-            total_s,
-            final,
-            failed,
-        )
+        there = (TOLERANCES, evaluations, seconds, total_evaluations, total_s, final, failed)
+        return cls(tuple(names), tuple(algorithms), tuple(seeds), *there)
 
     @property
     def there(self) -> Bools:

@@ -10,6 +10,7 @@ import json
 import sqlite3
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Self, final
@@ -17,7 +18,7 @@ from typing import Any, Self, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.plan import RunPlan, best_known, fingerprint
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
@@ -331,4 +332,4 @@ def _measured(problem: ProblemSummary, runs: Collection[BenchmarkRun]) -> Proble
         if run.problem == problem.name and run.trace.final < lower:
             best, found_by = run.trace.final, run.algorithm
     scale = max(abs(best), problem.scale) if np.isfinite(best) else problem.scale
-    return ProblemSummary(*(vars(problem) | {"scale": scale, "best": best, "found_by": found_by}).values())
+    return replace(problem, scale=scale, best=best, found_by=found_by)

@@ -56,7 +56,7 @@ def _text(found: "DataCheck") -> str:
         lines += ["", "Not testable"]
         lines += [_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()]
     if found.missing:
-        lines += ["", "With these it would be more"]
+        lines += ["", "More could be tested with"]
         lines += [_item(f"{remedy}: {', '.join(names)}") for remedy, names in found.missing.items()]
     return "\n".join(lines)
 

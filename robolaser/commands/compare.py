@@ -16,7 +16,6 @@ from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import DependencyMissing, Interrupted, OutputError, UsageError
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.plan import RunPlan
     from robolaser.benchmark.result import BenchmarkResult
     from robolaser.benchmark.setting_space import SettingSpace
     from robolaser.benchmark.standings import Standings
@@ -119,7 +118,7 @@ def compare(
         memory_limit_b=round(memory_limit * GB),
         starts=None if start_from is None else starting_points(start_from),
     )
-    labels = _labels(label, plan)
+    labels = labels_of(label, [solver.name for solver in plan.solvers])
     files = (RESULT_FILE, RUNS, PAGE)
     with (
         ended_as_by_hand(),
@@ -152,7 +151,7 @@ def compare(
             try:
                 with terminal.progress() as progress:
                     for plan in racing.race(plan, runs, space) if race else (plan,):  # noqa: B020 - `conclude` reads it
-                        fill(runs, plan, engine, lambda at: progress(at.words, at.share))
+                        fill(runs, plan, engine, progress)
             except (KeyboardInterrupt, EngineLost) as stopped:
                 engine.close()
                 with suppress(KeyboardInterrupt):  # the runs are there even without the report
@@ -203,23 +202,30 @@ def _settings(named: Sequence[str], vary: tuple[str, ...], samples: int | None, 
     return SettingSpace(named[0], vary, samples=samples, seed=seed)
 
 
-def _labels(typed: tuple[str, ...], plan: "RunPlan") -> Mapping[str, str]:
-    """What readers call the algorithms that take part."""
-    from robolaser.benchmark.labels import labels_of
-
-    return labels_of(typed, [solver.name for solver in plan.solvers])
+def labels_of(texts: Sequence[str], names: Sequence[str]) -> Mapping[str, str]:
+    """What readers call the algorithms, by name, as typed in `NAME=LABEL`; a name may have equals signs itself."""
+    labels = {}
+    for text in texts:
+        name = next((name for name in names if text.startswith(f"{name}=") and len(text) > len(name) + 1), None)
+        if name is None:
+            raise UsageError(
+                f"--label {text}: expected NAME=LABEL, with the name of one that takes part: {', '.join(names)}."
+            )
+        labels[name] = text[len(name) + 1 :]
+    if len({labels.get(name, name) for name in names}) < len(names):
+        raise UsageError(f"--label {' '.join(texts)}: two algorithms would have one name. Give each its own.")
+    return labels
 
 
 def _labelled(
     result: "BenchmarkResult", ranked: tuple["Standings", ...], labels: Mapping[str, str]
 ) -> tuple["BenchmarkResult", tuple["Standings", ...]]:
     """Result and standings with the names that readers know."""
-    from robolaser.benchmark.labels import labelled
     from robolaser.benchmark.standings import standings
 
     if not labels:
         return result, ranked
-    shown = labelled(result, labels)
+    shown = result.labelled(labels)
     return shown, tuple(
         replace(
             standings(shown, one.family),

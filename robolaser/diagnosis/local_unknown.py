@@ -24,16 +24,17 @@ from robolaser.model.effects.joints import moving_joints
 
 GEOMETRY: Final = "arm_geometry"
 """The class of effects that are constants of the arm."""
+TARGET: Final = "target"
 
 
 def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
-    """Whether an effect varies at a joint, in a form that may be wrong: an offset or a placement has none.
+    """Whether an effect varies at a joint or in a target, in a form that may be wrong: an offset has none.
 
     What begins at a moment may be a joint that slipped, wherever it seems to be.
     """
     effect, joints = candidate_effect.effect, moving_joints(fit.model.dataset.robot)
     begins = any(each.name == "moment" for each in effect.nonlinear_parameters())
-    return effect.cause != GEOMETRY and (candidate_effect.where in joints or (begins and bool(joints)))
+    return effect.cause != GEOMETRY and (candidate_effect.where in (*joints, TARGET) or (begins and bool(joints)))
 
 
 def local_unknown_chi2(fit: Fit, site: str) -> float:
@@ -46,6 +47,8 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
     derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
     if site in joints:
         pairs = [(derivatives.joint(site), basis) for basis in _coordinates(fit, site)]
+    elif site == TARGET:
+        return 0.0  # `unmodelled_chi2` has functions of the place on it
     else:
         in_time = rough(fit.model.run.progress)
         pairs = [(derivatives.joint(joint), in_time) for joint in joints]

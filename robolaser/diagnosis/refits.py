@@ -18,6 +18,7 @@ from robolaser.diagnosis.local_unknown import (
 )
 from robolaser.diagnosis.localization import unmodelled_chi2
 from robolaser.diagnosis.score_tests import ScoreTest, retest, score_tests
+from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import (
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
@@ -26,7 +27,7 @@ from robolaser.diagnosis.thresholds import (
     LEAST_PROBABILITY,
     MIN_IMPROVEMENT,
 )
-from robolaser.diagnosis.verdict import complexity_penalty, probability_of_unmodelled
+from robolaser.diagnosis.verdict import complexity_penalty, posterior_weights, probability_of_unmodelled
 from robolaser.estimation.problem import Problem
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -52,6 +53,7 @@ class Refits:
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
     _beside_unmodelled: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
     _at_joint: dict[tuple[frozenset[CandidateEffect], str], tuple[float, float]] = field(default_factory=dict)
+    _sparse: dict[tuple[frozenset[CandidateEffect], str], tuple[float, float]] = field(default_factory=dict)
     _beside_posture: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
     _columns: Columns = field(default_factory=Columns)
     _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
@@ -167,16 +169,46 @@ class Refits:
         sets = [without]
         for one in without.effects:
             if one.where == joint and has_form(fit, one):
-                without = self.refit(without, removed=one)
-        sets.append(without)
+                sets.append(self.refit(sets[-1], removed=one))
+        sets = [sets[0], sets[-1]][: len(sets)]
+        sparse = max(self._sparsely_unmodelled(fit, one, joint) for one in sets)
         final = self._cost_and_local_unknown(fit, joint)
         if joint not in moving_joints(fit.model.dataset.robot):
             final = final[0], 0.0
         unknown = max(probability_of_local_unknown(*final, *self._cost_and_local_unknown(one, joint)) for one in sets)
         if unknown < LEAST_PROBABILITY or (calm := fit.with_likeliest_scatter) is fit:
-            return unknown
+            return max(sparse, unknown)
         is_scatter = local_unknown_chi2(calm, joint) < CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
-        return 0.0 if is_scatter else unknown
+        return sparse if is_scatter else max(sparse, unknown)
+
+    def _sparsely_unmodelled(self, fit: Fit, without: Fit, site: str) -> float:
+        """Probability that a sparse shape at a site explains what the effects do that only the first model has.
+
+        They may be of a form that is a little different, with a function beside them, which is in no library either; or
+        the shape may be at work beside them. The same holds if whole poses scatter as much as the effects leave. What
+        would not be reported counts as none.
+        """
+        other = CHI2_PER_EFFECT + CHI2_OF_UNMODELLED_CAUSE
+        prices = self._penalties(fit), self._penalties(without) + other
+
+        def probability(final: float, form: float, beside: float, instead: float) -> float:
+            with_effects = final + prices[0] - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - other)
+            return float(posterior_weights(np.array([with_effects, instead + prices[1]]))[1])
+
+        form, beside = self._cost_and_local_unknown(fit, site)[1], self._sparse_shape_chi2(fit, site)
+        unknown = probability(fit.chi2, form, beside, without.chi2 - self._sparse_shape_chi2(without, site))
+        if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
+            form, beside = local_unknown_chi2(calm, site), sparse_shape_chi2(calm, site)
+            alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
+            instead = alike.chi2 - sparse_shape_chi2(alike, site)
+            unknown = min(unknown, probability(calm.chi2, form, beside, instead))
+        return unknown if unknown >= LEAST_PROBABILITY else 0.0
+
+    def _sparse_shape_chi2(self, fit: Fit, site: str) -> float:
+        key = frozenset(fit.effects), site
+        if key not in self._sparse or self._sparse[key][0] != fit.chi2:
+            self._sparse[key] = fit.chi2, sparse_shape_chi2(fit, site)
+        return self._sparse[key][1]
 
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
         key = frozenset(fit.effects), joint

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.effect_columns import NUMBERS_AT_ONCE, Columns
 from robolaser.diagnosis.fit import Fit, best_amplitudes
@@ -157,6 +157,26 @@ def _gains_at_most(columns: Array, fit: Fit) -> Array:
     return np.asarray((along[:, None] @ np.linalg.pinv(products, hermitian=True) @ along[..., None])[:, 0, 0])
 
 
+def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple[Array, Array, Array]:
+    """Normal equations of free motions, one for each group of numbers, without what the fitted parameters imitate.
+
+    Args:
+        fit: The model.
+        columns: Derivatives of the whitened residuals by the motion of each number's own group, (K,).
+        of_number: The group of each number, (K,).
+        n: How many groups there are.
+
+    Returns:
+        Gradient (n,), and own (n,) and shared (n, d) of the matrix diag(own) - shared sharedᵀ.
+    """
+    Q = fit.at.Q[: len(columns)]
+    shared = np.zeros((n, Q.shape[1]))
+    np.add.at(shared, of_number, columns[:, None] * Q)
+    gradient = np.bincount(of_number, columns * fit.at.white, minlength=n) - shared @ (fit.at.Q.T @ fit.at.r)
+    own = np.asarray(np.bincount(of_number, columns**2, minlength=n), dtype=np.float64)
+    return gradient, own, shared
+
+
 @final
 class JointMotions:
     """Free small motions of each joint, one for each pose: every perturbation of a joint is a sum of them."""
@@ -166,20 +186,10 @@ class JointMotions:
         self._normal: dict[str, tuple[Array, Array, Array]] = {}
 
     def _normal_equations(self, joint: str) -> tuple[Array, Array, Array]:
-        """Normal equations of the motions of a joint, without what the fitted parameters imitate.
-
-        Returns:
-            Gradient (n,), and own (n,) and shared (n, d) of the matrix diag(own) - shared sharedᵀ.
-        """
+        """Of the motions of a joint."""
         if joint not in self._normal:
             fit, columns = self._fit, self._known.by_joint(self._fit, joint)
-            of_pose, n = fit.pose_of_number, len(fit.model.dataset.poses)
-            Q = fit.at.Q[: len(columns)]
-            shared = np.zeros((n, Q.shape[1]))
-            np.add.at(shared, of_pose, columns[:, None] * Q)
-            gradient = np.bincount(of_pose, columns * fit.at.white, minlength=n) - shared @ (fit.at.Q.T @ fit.at.r)
-            own = np.asarray(np.bincount(of_pose, columns**2, minlength=n), dtype=np.float64)
-            self._normal[joint] = gradient, own, shared
+            self._normal[joint] = normal_equations(fit, columns, fit.pose_of_number, len(fit.model.dataset.poses))
         return self._normal[joint]
 
     def best_nonlinear(self, candidate_effect: CandidateEffect, grid: Array) -> Array:

@@ -144,6 +144,16 @@ def quantity(field: str, title: str | None, *, log: bool = False, domain: Sequen
     return {"field": field, "type": "quantitative", "title": title, "scale": scale, "axis": axis}
 
 
+TWO_LINES: Final = "indexof(datum.label, ' of ') > 0"
+
+
+def named_rows(field: str) -> Channel:
+    """A channel that names rows, from the top as they come; "backlash of joint_3" takes two lines."""
+    axis = {"labelColor": INK, "domain": False, "labelOverlap": False, "labelExpr": "split(datum.label, ' of ')",
+            "labelOffset": {"condition": {"test": TWO_LINES, "value": -7}, "value": 0}}  # fmt: skip
+    return {"field": field, "type": "nominal", "sort": None, "title": None, "axis": axis}
+
+
 def colours(of: Mapping[str, str], *, legend: Spec | None = None, shows_legend: bool = True) -> Channel:
     """The colour channel of data whose field `series` names the entry of the legend."""
     return {

@@ -1,10 +1,12 @@
 """A document in a few lines: in colour on a terminal, as plain text anywhere else."""
 
+import os
 from collections.abc import Iterator
 
 from rich import box
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook
 from rich.segment import Segment
+from rich.table import Column as Heading
 from rich.table import Table as Grid
 from rich.text import Text
 
@@ -12,7 +14,7 @@ from robolaser.report.document import Block, Document, Figures, Notes, Table
 from robolaser.report.document import Text as Paragraph
 from robolaser.report.printable import printable
 
-WIDE = 160  # letters in a line of text that goes to a file
+WIDE = 160  # letters in a line of text that goes to a file, unless COLUMNS says otherwise
 LEAST_VALUE = 10  # letters of a figure's column
 STYLES = {"held-out": "bold", "fitted": "dim"}
 NAME = 24
@@ -20,12 +22,13 @@ NAME = 24
 
 
 def plain_unless_terminal(console: Console | None) -> Console:
-    """The console to print to: the given one or standard output, without colours and wide if it is no terminal."""
+    """The console to print to: the given one or standard output, without colours if it is no terminal."""
     out = console or Console(highlight=False)
     if not out.is_terminal:
         out = Console(
-            file=out.file, highlight=False, width=WIDE, color_system=None, force_terminal=False, force_jupyter=False
-        )
+            file=out.file, highlight=False, width=int(os.environ.get("COLUMNS") or WIDE), color_system=None,
+            force_terminal=False, force_jupyter=False,
+        )  # fmt: skip
     out.push_render_hook(_Printable())
     return out
 
@@ -47,11 +50,9 @@ class _PrintableText:
 
 
 def table(*headings: str) -> Grid:
-    """A table with these columns, of which only the last is broken."""
-    made = Grid(box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-    for number, heading in enumerate(headings, 1):
-        made.add_column(heading, no_wrap=number < len(headings))
-    return made
+    """A table with these columns; where room is short, the widest are broken."""
+    columns = (Heading(heading, overflow="fold") for heading in headings)
+    return Grid(*columns, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
 
 
 def print_document(document: Document, out: Console) -> None:
@@ -98,11 +99,9 @@ def print_figures(figures: Figures, out: Console) -> None:
 
 
 def _printed(block: Table) -> Grid:
-    """Its first rows; cells with their first line and caveat. Where room is short, wide columns are broken."""
+    """Its first rows; cells with their first line and caveat."""
     headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
     made, shown = table(*headings.values()), list(headings)
-    for i, column in zip(shown, made.columns, strict=True):
-        column.no_wrap = block.columns[i].kind != "wide"
     for row in block.cells[: block.printed]:
         texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
         notes = [Text(f" {row[i].note.partition(chr(10))[0]}".rstrip(), style="dim") for i in shown]

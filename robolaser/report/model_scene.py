@@ -7,7 +7,7 @@ from typing import Final, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.cause_words import place
 from robolaser.geometry.rigid_motion import apply, inverse
@@ -133,18 +133,44 @@ class CellPoses:
         known = known_points(self.model, self.x)
         return np.empty((0, 3)) if known is None else self._in_base(known)
 
+    def across_view(self, errors_m: Array) -> Bools:
+        """Rows that say where a point is across the view alone, along image u and v, as a camera's do, (m,)."""
+        sensor = self.model.dataset.points.sensor
+        of = np.zeros(len(errors_m), dtype=np.int64) if sensor is None else sensor
+        return ~np.isin(of, of[(errors_m[:, 2:] != 0.0).any(axis=1)])
+
     def shifts(self, errors_m: Array) -> Array | None:
         """Where the model puts points less where they are, (m, 3); from errors in the sensor's own frame."""
-        if not len(self.known):
+        known, across = known_points(self.model, self.x), self.across_view(errors_m)
+        if known is None or not len(self.known) or (across.any() and self.cameras is None):
             return None
-        if errors_m.shape[1] == 3:
-            known = known_points(self.model, self.x)
-            return None if known is None else self._in_base(known - errors_m) - self.known
-        if self.cameras is None:
+        moved = np.zeros(self.known.shape) if across.all() else self._in_base(known - errors_m) - self.known
+        if self.cameras is not None and across.any():
+            R = self.cameras[self.model.dataset.points.pose[across], :3, :3]
+            u, v = -errors_m[across, :2].T
+            moved[across] = np.einsum(
+                "mij,mj->mi", R, np.stack([*((v, -u) if self._is_turned else (u, v)), 0 * u], axis=1)
+            )
+        return moved
+
+    def misses(self, errors_m: Array) -> Array | None:
+        """From each row's pixel to where the model predicts it, (m, 2) [px]; without the slope of the distortion."""
+        view = self.model.sensor.camera(self.values, self.model.perturb(self.values))
+        shifts, across = self.shifts(errors_m), self.across_view(errors_m)
+        if view is None or shifts is None or self.cameras is None:
             return None
-        R = self.cameras[self.model.dataset.points.pose, :3, :2]
-        across: Array = -np.einsum("mij,mj->mi", R, errors_m)
-        return across
+        T_camera_base = inverse(self.cameras)[self.model.dataset.points.pose]
+        known, seen = (apply(T_camera_base, points) for points in (self.known, self.known + shifts))
+        slopes: Array = known[:, :2] / known[:, 2:] - seen[:, :2] / seen[:, 2:]
+        if self._is_turned:
+            slopes = np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)
+        slopes[across] = -errors_m[across, :2] / known[across, 2:]
+        return slopes @ view.K[:2, :2].T
+
+    @property
+    def _is_turned(self) -> bool:
+        """Does the camera's frame have x along image v, as that of a scanner whose stripe moves along u?"""
+        return self.model.sensor.has_laser_plane() and self.model.dataset.stripe_axis == "u"
 
     def at(self, site: str) -> Array | None:
         """Where a site is in each pose, (n, 3); None where it is nowhere in space."""
@@ -224,13 +250,12 @@ def cell_scene(
         largest = np.percentile([np.linalg.norm(moved, axis=1) for moved in shifts.values()], 95)
         factor = magnification(float(largest), float(np.ptp(cell.known, axis=0).max()))
     taken = [dataset.poses.names[i] for i in frames]
-    images = photos(dataset, [int(i) for i in frames], last)
+    misses = cell.misses(last)
+    images = photos(dataset, [int(i) for i in frames], last, misses)
     said = "Lines lead from known points to where the model puts them, magnified as the slider says." if shifts else ""
-    photo = (
-        " Beside it the image of the pose with the points extracted from it, larger where they err more."
-        if images
-        else ""
-    )
+    photo = " Beside it the image of the pose: rings are points extracted from it" if images else ""
+    photo += ", lines lead to where the model predicts them." if images and misses is not None else "." * bool(images)
+    longest = 0.0 if misses is None else float(np.nanpercentile(np.linalg.norm(misses, axis=1), 95))
     return Scene(
         title,
         f"{said}{photo}{remark}".strip(),
@@ -239,6 +264,7 @@ def cell_scene(
         taken,
         start=int(np.argmin(np.abs(frames - _typical(model)))),
         magnification=factor,
+        in_photos=magnification(longest, (dataset.image_px or (0, 0))[0]),
         photos=images,
     )
 

@@ -16,13 +16,13 @@ from markupsafe import Markup
 
 from robolaser.report.chart import CONFIG, Chart
 from robolaser.report.document import Block, Charts, Document
+from robolaser.report.notebook_charts import by_day
 from robolaser.report.printable import printable
 from robolaser.report.scene import Scene
 from robolaser.report.still_chart import still as still_chart
 from robolaser.report.still_scene import still as still_scene
 
 ASSETS: Final = "report/assets"
-STYLE: Final = "report/templates/style.css"
 FOR_CHARTS: Final = ("vega.min.js", "vega-lite.min.js", "vega-interpreter.js")
 OURS: Final = ("page.js", "charts.js", "scenes.js")
 MADE_BY_A_MAP: Final = "//# sourceMappingURL"
@@ -56,9 +56,7 @@ def fragment(document: Document) -> str:
 def stills(charts: Sequence[Chart]) -> str:
     """Charts for a notebook: SVG on white, in the colours of a page by day."""
     text: str = _environment().get_template("stills.html").render(charts=charts)
-    by_day = (resources.files("robolaser") / STYLE).read_text(encoding="utf-8").partition("}")[0]
-    colours = dict(re.findall(r"(--[\w-]+): (#\w+);", by_day))
-    return printable(re.sub(r"var\((--[\w-]+)\)", lambda named: colours[named[1]], text))
+    return printable(by_day(text))
 
 
 def version() -> str:

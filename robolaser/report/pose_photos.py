@@ -1,4 +1,4 @@
-"""The camera's images of the poses that err most, small enough for a page, with the points extracted from them."""
+"""The camera's images of the poses that err most, small enough for a page: points extracted and points predicted."""
 
 import base64
 import io
@@ -26,8 +26,15 @@ QUALITY: Final = 55
 """Of JPEG: an image takes 10 to 40 kB."""
 
 
-def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array) -> Mapping[str, Photo]:
-    """Images of some of these poses by their names, the worst first; none where there are none to be read."""
+def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Array | None) -> Mapping[str, Photo]:
+    """Images of some of these poses by their names, the worst first; none where there are none to be read.
+
+    Args:
+        dataset: What was measured.
+        frames: Numbers of the poses.
+        errors_m: Errors of all rows [m].
+        misses: From each row's pixel to where the model predicts it, (m, 2) [px]; None where it does not.
+    """
     images, pixel, of_pose = dataset.poses.image, dataset.points.pixel, dataset.points.pose
     if images is None or dataset.folder is None or pixel is None or dataset.image_px is None:
         return {}
@@ -38,10 +45,13 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array) -> Mapping[
             rows = np.flatnonzero(of_pose == pose)
             rows = rows[np.linspace(0, len(rows) - 1, min(MOST_POINTS, len(rows))).round().astype(int)]
             lengths = lengths_mm(errors_m[rows])
-            names = [f"point {dataset.points.names[row]}\nerror {millimetres(length / 1e3)}"
-                     for row, length in zip(rows, lengths, strict=True)]  # fmt: skip
-            shares = lengths / max(float(lengths.max()), 1e-12)
-            made[dataset.poses.names[pose]] = Photo(source, dataset.image_px, pixel[rows], names, shares)
+            off = np.full((len(rows), 2), np.nan) if misses is None else misses[rows]
+            names = [
+                f"point {dataset.points.names[row]}\nerror {millimetres(length / 1e3)}"
+                + (f"\n{px:.2g} px from where the model predicts it" if np.isfinite(px) else "")
+                for row, length, px in zip(rows, lengths, np.linalg.norm(off, axis=1), strict=True)
+            ]
+            made[dataset.poses.names[pose]] = Photo(source, dataset.image_px, pixel[rows], off, names)
     return made
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
+from rich.measure import Measurement
 from rich.text import Text
 
 from robolaser.diagnosis.cause_words import named, place
@@ -23,6 +24,9 @@ DIGITS = 2
 LEAST_SEEING = 0.7
 """Share of the poses, below which the cell that was guessed is not the one that they were planned for."""
 ROW_PX, AROUND_PX = 26, 150
+WHERE_IT_FITS = {"expr": "bandwidth('x') < 16 ? 0 : 1"}
+"""Opacity of a cell's number, which is left to the pointer where cells are narrow, as on a phone."""
+BROAD = 10_000  # letters that no matrix has side by side
 COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
 GUESSED = (
     "How the sensor will sit and where its target will stand is guessed, and here it does not fit. Measure once in some"
@@ -139,7 +143,7 @@ def _heat_map(plan: PosePlan) -> Chart:
         [
             layer({"type": "rect", "color": FITTED}, data, **axes, opacity={**depth, "legend": None},
                   tooltip=hover("effect", "other", correlation="correlation")),
-            layer({"type": "text", "fontSize": 11}, data, **axes, text={"field": "cell"}),
+            layer({"type": "text", "fontSize": 11, "opacity": WHERE_IT_FITS}, data, **axes, text={"field": "cell"}),
         ],
         height=AROUND_PX + ROW_PX * len(names),
         zoomable=False,
@@ -161,7 +165,8 @@ def _print_matrix(plan: PosePlan, out: Console) -> None:
     matrix = table("", "effect", *(str(number) for number in range(1, len(names) + 1)))
     for number, (name, row) in enumerate(zip(names, alike, strict=True), 1):
         matrix.add_row(str(number), name.replace("_", " "), *map(_cell, row.tolist()))
-    out.print(matrix)
+    width = Measurement.get(out, out.options.update(max_width=BROAD), matrix).maximum
+    out.print(matrix if width <= out.width else Text(f"Not printed: it takes {width} columns.", style="dim"))
 
 
 def _cell(correlation: float) -> str:

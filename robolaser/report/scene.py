@@ -23,15 +23,15 @@ class Photo:
         source: The image as a data URI.
         size_px: Width and height of the image that was taken.
         points: What was extracted, (m, 2) [px].
+        misses: From there to where the model predicts them, (m, 2) [px]; NaN where it does not.
         names: Of the points, each with its error.
-        shares: Their errors as shares of the largest one, (m,).
     """
 
     source: str
     size_px: tuple[int, int]
     points: Array
+    misses: Array
     names: Sequence[str]
-    shares: Array
 
 
 @final
@@ -47,6 +47,7 @@ class Scene:
         frames: Names of the poses through which the moving shapes go.
         start: Number of the first one shown.
         magnification: Of errors, at first; 0 without errors.
+        in_photos: Of misses in the photos, at first.
         photos: By the name of a pose.
     """
 
@@ -57,6 +58,7 @@ class Scene:
     frames: Sequence[str] = ()
     start: int = 0
     magnification: float = 0.0
+    in_photos: float = 1.0
     photos: Mapping[str, Photo] = field(default_factory=dict)
 
     @property
@@ -67,14 +69,14 @@ class Scene:
                 "source": one.source,
                 "size": one.size_px,
                 "points": _listed(one.points, 1.0),
+                "misses": _listed(one.misses, 1.0, 3),
                 "names": one.names,
-                "shares": _listed(one.shares, 1.0),
             }
             for name, one in self.photos.items()
         }
         return embedded(
             {"alt": self.alt, "shapes": self.shapes, "frames": self.frames, "start": self.start,
-             "magnification": self.magnification, "photos": photos}
+             "magnification": self.magnification, "inPhotos": self.in_photos, "photos": photos}
         )  # fmt: skip
 
 

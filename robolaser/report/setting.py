@@ -10,6 +10,7 @@ from robolaser.report.document import Column, Table
 SOURCES: Mapping[str, str] = {
     "pixel": "position in the image",
     "target": "target points",
+    "board": "corners of the board",
     "point": "measured points",
     "angle": "rotation of tracked bodies",
     "seat": "seat of the ball",

@@ -19,7 +19,7 @@ TIME_LIMIT_S, MEMORY_LIMIT_B = 3600.0, 16_000_000_000  # of one diagnosis: only 
 
 @final
 @dataclass(frozen=True)
-class DiagnosisJob(Job["str | TrialError", None, None]):
+class DiagnosisJob(Job):
     """The diagnosis of one data set, which goes with it to where it is diagnosed."""
 
     dataset: Dataset

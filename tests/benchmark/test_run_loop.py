@@ -7,13 +7,12 @@ from dataclasses import replace
 import pytest
 from made_up import made_up_run
 
-from robolaser.benchmark.engines import Engine, Payload
+from robolaser.benchmark.engines import Engine
 from robolaser.benchmark.plan import RunPlan
 from robolaser.benchmark.run_loop import AHEAD, compare, run_all
-from robolaser.benchmark.single_run import BenchmarkRun
+from robolaser.benchmark.single_run import BenchmarkRun, Task
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.benchmark.table import RunTable
-from robolaser.benchmark.task import Task
 
 
 class Recorded(Engine):
@@ -31,10 +30,10 @@ class Recorded(Engine):
     def workers(self) -> int:
         return self._workers
 
-    def share(self, payload: bytes) -> Payload:
-        return Payload("", payload)
+    def share(self, payload: bytes) -> bytes:
+        return payload
 
-    def submit(self, task: Task, payload: Payload) -> Future:
+    def submit(self, task: Task, shared: bytes) -> Future:
         self.out += 1
         self.most = max(self.most, self.out)
         return self._thread.submit(self._make, task)
@@ -99,12 +98,13 @@ def test_whoever_watches_is_told_what_is_done_what_runs_and_how_long_it_will_tak
     reports = []
     each_s = made_up_run("random", 1).seconds
     there = {task.key: each_s for task in plan.tasks[:8]}
-    runs = run_all(plan, Recorded(workers=2), made=there, on_progress=reports.append)
+    runs = run_all(plan, Recorded(workers=2), made=there, progress=lambda words, share: reports.append((words, share)))
     next(runs)
     next(runs)
-    first = reports[0]
-    assert (first.done, first.wanted, len(first.running)) == (9, 16, 2)
-    assert first.left_s == pytest.approx(7 * each_s / 2)
+    words, share = reports[0]
+    assert share == 9 / 16
+    assert words.startswith(f"9/16 runs, 0:{7 * each_s / 2:02.0f} left, ")
+    assert words.count("seed") == 2
 
 
 def test_a_comparison_in_python_is_of_all_runs_and_leaves_no_engine_behind(plan):

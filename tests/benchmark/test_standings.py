@@ -6,8 +6,10 @@ import pytest
 from made_up import made_up_comparison
 
 from robolaser.benchmark.result_arrays import TOLERANCES, ResultArrays
-from robolaser.benchmark.standings import Standings, significance, standings
+from robolaser.benchmark.standings import Standings, standings
 from robolaser.benchmark.standings.ranking import standings_of
+from robolaser.benchmark.statistics.difference import fewest_runs
+from robolaser.benchmark.statistics.superiority import effect
 
 BUDGET = 4000.0
 
@@ -133,10 +135,10 @@ def test_with_too_few_seeds_the_answer_says_how_many_it_takes():
 
 
 def test_more_comparisons_take_more_seeds():
-    needed = [significance.fewest_runs(1, comparisons) for comparisons in (1, 10, 100, 1000)]
+    needed = [fewest_runs(1, comparisons) for comparisons in (1, 10, 100, 1000)]
     assert needed == sorted(needed)
     assert needed[0] < needed[-1]
-    assert significance.fewest_runs(5, 10) < significance.fewest_runs(1, 10)
+    assert fewest_runs(5, 10) < fewest_runs(1, 10)
 
 
 def test_where_nobody_reached_the_target_those_who_came_closer_rank_first():
@@ -244,7 +246,7 @@ def test_the_same_seed_gives_the_same_intervals_and_another_nearly_the_same():
     [(0.5, "negligible"), (0.56, "small"), (0.64, "medium"), (0.71, "large"), (0.1, "large"), (0.45, "negligible")],
 )
 def test_effects_have_the_words_of_vargha_and_delaney(superiority, word):
-    assert significance.effect(superiority) == word
+    assert effect(superiority) == word
 
 
 def test_equals_hardly_ever_differ_significantly():

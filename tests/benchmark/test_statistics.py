@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robolaser.benchmark.convergence import ConvergenceTrace
-from robolaser.benchmark.statistics import anytime, difference, ecdf, mean_ranks, running_time, superiority
-from robolaser.benchmark.statistics.intervals import Intervals
-from robolaser.benchmark.statistics.outcome import outcomes
-from robolaser.benchmark.statistics.quantiles import quantiles
-from robolaser.benchmark.statistics.success import successes, wilson
+from robolaser.benchmark.evaluator import ConvergenceTrace
+from robolaser.benchmark.statistics import difference, profiles, ranks, running_time, superiority
+from robolaser.benchmark.statistics.intervals import Intervals, quantiles, successes, wilson
+from robolaser.benchmark.statistics.ranks import outcomes
 
 
 def _none(bounded: Intervals) -> bool:
@@ -151,8 +149,8 @@ def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached(
     running_times = rng.exponential(100, (3, 2, 5, 4))
     running_times[rng.random(running_times.shape) < 0.4] = np.inf
     spent = np.full((3, 2, 5), 2000.0)
-    budgets = ecdf.budgets(running_times, spent)
-    shares = ecdf.shares(running_times, budgets)
+    budgets = profiles.budgets(running_times, spent)
+    shares = profiles.shares(running_times, budgets)
     assert (np.diff(shares, axis=1) >= 0).all()
     assert shares[:, -1] == pytest.approx(np.isfinite(running_times).mean(axis=(0, 2, 3)))
 
@@ -161,15 +159,17 @@ def test_the_area_under_an_ecdf_is_the_mean_of_its_shares_over_a_logarithmic_axi
     running_times = np.random.default_rng(7).uniform(20, 900, (2, 3, 5, 4))
     running_times[:, 1] = np.inf
     fine = np.geomspace(10, 1000, 20001)
-    assert ecdf.areas(running_times, 10, 1000) == pytest.approx(ecdf.shares(running_times, fine).mean(axis=1), abs=1e-3)
+    assert profiles.areas(running_times, 10, 1000) == pytest.approx(
+        profiles.shares(running_times, fine).mean(axis=1), abs=1e-3
+    )
 
 
 def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
     running_times = np.array([1.0, np.inf, np.nan, np.nan]).reshape(1, 2, 2, 1)
-    assert ecdf.shares(running_times, np.array([5.0]))[0, 0] == 0.5
-    assert np.isnan(ecdf.shares(running_times, np.array([5.0]))[1, 0])
-    assert np.isnan(ecdf.areas(running_times, 0.5, 5.0)[1])
-    assert not len(ecdf.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
+    assert profiles.shares(running_times, np.array([5.0]))[0, 0] == 0.5
+    assert np.isnan(profiles.shares(running_times, np.array([5.0]))[1, 0])
+    assert np.isnan(profiles.areas(running_times, 0.5, 5.0)[1])
+    assert not len(profiles.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
 
 
 def _course(*improvements):
@@ -181,12 +181,12 @@ def test_bands_never_rise_and_the_better_runs_are_below_the_worse():
     rng = np.random.default_rng(8)
     traces = [_course(*((i, 0.1 * i, 10.0 / i + rng.random() / 100) for i in range(1, 20))) for _ in range(11)]
     at = np.arange(0, 30)
-    low, middle, high = anytime.bands(anytime.after_evaluations(traces, at), best=0.5, scale=0.5)
+    low, middle, high = profiles.bands(profiles.after_evaluations(traces, at), best=0.5, scale=0.5)
     assert (low <= middle).all()
     assert (middle <= high).all()
     assert (middle[1:] <= middle[:-1]).all()
     assert middle[0] == np.inf
-    assert np.isnan(anytime.bands(anytime.after_evaluations([], at), 0.0, 1.0)).all()
+    assert np.isnan(profiles.bands(profiles.after_evaluations([], at), 0.0, 1.0)).all()
 
 
 def test_quantiles_are_numpys_inverted_distribution_and_bear_infinity():
@@ -339,15 +339,15 @@ def test_the_smallest_p_there_is_falls_with_runs_and_problems():
 
 def test_mean_ranks_agree_with_scipy():
     blocks = np.random.default_rng(19).normal(size=(20, 5)) + np.arange(5) / 2
-    assert mean_ranks.mean_ranks(blocks).tolist() == stats.rankdata(blocks, axis=1).mean(axis=0).tolist()
-    assert np.isnan(mean_ranks.mean_ranks(np.empty((0, 3)))).all()
+    assert ranks.mean_ranks(blocks).tolist() == stats.rankdata(blocks, axis=1).mean(axis=0).tolist()
+    assert np.isnan(ranks.mean_ranks(np.empty((0, 3)))).all()
 
 
 @pytest.mark.parametrize(("a", "chance"), [(0, 0.5), (1, 0.5), (6, 0.3), (6, 0.7), (9, 0.5), (40, 1.0)])
 def test_groups_are_the_largest_without_a_difference_inside(a, chance):
     drawn = np.triu(np.random.default_rng(a).random((a, a)) < chance)
     alike = drawn | drawn.T
-    groups = mean_ranks.groups(alike)
+    groups = ranks.groups(alike)
     assert groups == sorted(set(groups))
     for group in groups:
         assert all(alike[i, j] for i, j in combinations(group, 2))
@@ -359,4 +359,4 @@ def test_groups_are_the_largest_without_a_difference_inside(a, chance):
 def test_only_complete_blocks_are_ranked():
     x = np.ones((2, 3, 4))
     x[1, 2, 3] = np.nan
-    assert mean_ranks.complete(x).shape == (7, 3)
+    assert ranks.complete(x).shape == (7, 3)

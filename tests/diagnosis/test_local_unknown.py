@@ -19,6 +19,7 @@ from robolaser.diagnosis.localization import localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.sparse_shapes import dents, plays, ramps, sparse_shape_chi2
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_sag import HandEyeSag
@@ -43,10 +44,33 @@ def test_a_rough_function_may_have_corners_and_a_constant_slope_between_them() -
     assert np.abs(left).max() < 0.05
 
 
+def unlike(function: np.ndarray, shapes: np.ndarray) -> float:
+    """Share of a function's square that is left by the nearest of some shapes, but for a constant."""
+    function, shapes = function - function.mean(), shapes - shapes.mean(axis=1, keepdims=True)
+    seen = shapes[np.square(shapes).sum(axis=1) > 0]
+    cosines = seen @ function / (np.linalg.norm(seen, axis=1) * np.linalg.norm(function))
+    return float(1.0 - np.square(cosines).max())
+
+
+def test_dead_zones_steps_corners_hysteresis_and_dents_are_sparse_shapes_and_a_wave_is_none() -> None:
+    rng = np.random.default_rng(3)
+    x, places = rng.uniform(-1.0, 2.0, 60), rng.uniform(0.0, 0.4, (80, 2))
+    for function in (np.clip((x - 0.5) / 0.3, -0.5, 0.5), np.where(x > 0.21, 1.0, 0.0), np.maximum(x - 0.4, 0.0)):
+        assert unlike(function, ramps(x)) < 0.01
+    at, followed = x[0], []
+    for one in x:
+        at = min(max(at, one - 0.31), one + 0.31)
+        followed.append(at)
+    assert unlike(np.array(followed), plays(x, np.arange(60))) < 0.02
+    assert unlike(np.exp(-0.5 * np.square((places - 0.11) / 0.05).sum(axis=1)), dents(places)) < 0.05
+    assert unlike(np.sin(6.0 * x), np.vstack([ramps(x), plays(x, np.arange(60))])) > 0.3
+
+
 def test_where_nothing_is_wrong_no_joint_has_a_function_of_unknown_form() -> None:
     fit = fitted()
     assert all(local_unknown_chi2(fit, joint) < CHI2_PER_EFFECT for joint in ("joint_2", "joint_3", "joint_4"))
     assert posture_unknown_chi2(fit) < CHI2_PER_EFFECT
+    assert all(sparse_shape_chi2(fit, site) < CHI2_PER_EFFECT for site in ("joint_2", "joint_3", "joint_4", "target"))
 
 
 def test_what_is_wrong_at_a_joint_is_a_function_there_and_hardly_elsewhere() -> None:
@@ -71,6 +95,16 @@ def test_a_form_beside_which_a_little_is_left_is_only_a_little_different() -> No
     assert probability_of_local_unknown(0.0, left, 1.01 * left / FORM_SHARE, 0.0) < 1e-6
     assert probability_of_local_unknown(0.0, 0.0, 3000.0, 3050.0) < 1e-6
     assert probability_of_local_unknown(0.0, 0.0, 2000.0, 2070.0) > 1.0 - 1e-6
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed", "site"), [("dead_zone", 92002, "wrist_2_joint"), ("dented_target", 92036, "target")]
+)
+def test_a_sparse_shape_that_explains_more_than_a_form_is_the_unknown(kind: str, seed: int, site: str) -> None:
+    world = make(find_robot("ur5"), kind, seed=seed, ranges=Ranges(poses=(30, 45), points=(5, 7)))
+    found = examine(world.dataset, seed=1)
+    assert all(one.probability < 0.9 for one in found.findings)
+    assert ([one.name for one in found.classes], found.where[0].site) == (["unknown"], site)
 
 
 def test_a_joint_that_slipped_is_no_bumped_base() -> None:

@@ -1,9 +1,11 @@
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
 
+from robolaser.data.board import Board
 from robolaser.data.dataset import Noise
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
@@ -11,6 +13,7 @@ from robolaser.model.noise.covariance import NoiseLikelihood
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.two_units import size_of_errors
+from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
 
@@ -122,6 +125,23 @@ class TestOnABoard:
             self.cell.dataset, placed=True, parameters=parameters, points=replace(self.cell.dataset.points, xyz=known)
         )
         np.testing.assert_allclose(self.effect(Cell(placed)), self.effect(self.cell), rtol=1e-6, atol=1e-12)
+
+    def test_corners_that_err_shift_the_rows_of_their_image_together(self):
+        board, rng, size, trials = Board(7, 5, 0.01), np.random.default_rng(3), 2e-5, 3000
+        at = np.array([[0.005, 0.01], [0.02, 0.015], [0.04, 0.018], [0.055, 0.03]])
+        xyz = np.pad(at, ((0, 0), (0, 1)))
+        points = replace(self.cell.dataset.points.take(np.arange(4)), pose=np.zeros(4, int), xyz=xyz)
+        source = board_errors(board, points, np.eye(4))
+        grid = board.square_m * np.stack(np.meshgrid(range(board.columns), range(board.rows)), axis=-1).reshape(-1, 2)
+        shifts = np.empty((trials, *at.shape))
+        for i in range(trials):
+            H, _ = cv2.findHomography(grid, grid + rng.normal(0.0, size, grid.shape))
+            shifts[i] = cv2.perspectiveTransform(at[None], H)[0] - at
+        assert np.all(source.effect[:, 2] == 0.0)
+        effect = source.effect[:, :2].reshape(-1, 8)
+        expected, found = size**2 * effect @ effect.T, np.cov(shifts.reshape(trials, -1).T)
+        np.testing.assert_allclose(found, expected, atol=0.1 * expected.max())
+        assert np.all(source.group == 0)
 
 
 def test_pixel_noise_is_read_from_repeats_whatever_the_targets_do():

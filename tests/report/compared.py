@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.benchmark.convergence import ConvergenceTrace
+from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun

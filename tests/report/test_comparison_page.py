@@ -25,6 +25,7 @@ from rich.console import Console
 
 from robolaser.report.comparison import page, print_comparison
 from robolaser.report.comparison.excess import rms_excess, rms_target
+from robolaser.report.comparison.grouped import all_results, group_table
 from robolaser.report.comparison.page import unbroken
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext
@@ -125,6 +126,21 @@ def test_the_answer_comes_first_then_standings_then_problems_then_how(pages, sta
     parts = ("Calibration problems", "1. paper", "Problems", "Runs that failed", "What could not be run",
              "How it was measured", "To repeat this")  # fmt: skip
     assert [heading for heading in headings if heading in parts] == list(parts)
+
+
+def test_many_problems_are_told_by_their_names_without_settings():
+    names = [f"bbob:{function}-10:instance={i}" for function in range(1, 8) for i in range(1, 6)]
+    problems = [replace(PROBLEMS[2], name=name) for name in names]
+    found = made(names=("rcga", "ga"), problems=problems, seeds=2, failing="", unfinished="")
+    text, ranked = page(found, judged(found)), judged(found)[0]
+    context = PlotContext(found, ranked)
+    assert "35 problems" in re.findall(r"<h2>(.*?)</h2>", text)
+    assert len(re.findall(r"<h2>", text)) < 12
+    groups = by_column(group_table(context))
+    assert [row["Problems"].text for row in groups] == [f"bbob:{function}-10" for function in range(1, 8)]
+    assert sum(row[name].order for row in groups for name in ("rcga", "ga")) >= len(names)
+    assert len(all_results(context).rows) == 2 * len(names)
+    is_small(text)
 
 
 def test_every_answer_is_on_the_page(text, name, standings):

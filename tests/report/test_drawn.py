@@ -103,6 +103,8 @@ def test_a_browser_draws_every_chart_without_a_complaint_and_within_a_phones_wid
     assert all(is_drawn(canvas) for canvas in tab.query_selector_all("canvas"))
     for plot in tab.query_selector_all(".plot"):
         assert plot.query_selector_all(MARKS)
+    widths = tab.eval_on_selector_all(".stacked tbody th", "heads => heads.map(head => head.offsetWidth)")
+    assert all(width == 0 or width > 130 for width in widths)  # names are not squeezed by long values
 
 
 def is_drawn(canvas):
@@ -159,7 +161,16 @@ def test_a_click_on_a_mark_shows_its_pose_and_its_image_in_the_scene(browser, sh
     assert tab.locator("figure.scene select").input_value() == "pose p3"
     assert tab.locator(".photo img").get_attribute("alt") == "Image of pose p3"
     assert tab.locator(".photo img").evaluate("image => image.decode().then(() => image.naturalWidth)") > 100
-    assert tab.locator(".photo circle").count() == (dataset.points.pose == 3).sum()
+    assert (
+        tab.locator(".photo circle").count() == tab.locator(".photo line").count() == (dataset.points.pose == 3).sum()
+    )
+    line = tab.locator(".photo line").first
+    ends = []
+    for step in ("-1", "0", "1"):
+        tab.locator(".controls input[type=range]").fill(step)
+        ends.append(line.evaluate("one => Math.hypot(one.x2.baseVal.value - one.x1.baseVal.value,"
+                                  " one.y2.baseVal.value - one.y1.baseVal.value)"))  # fmt: skip
+    assert ends == pytest.approx([ends[1] / 10, ends[1], ends[1] * 10], rel=1e-3)
     assert not complaints
 
 

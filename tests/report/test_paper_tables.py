@@ -3,8 +3,8 @@ import re
 import pytest
 from compared import LONG, all_fail, large, nothing
 
-from robolaser.benchmark.labels import labelled, labels_of
 from robolaser.benchmark.standings import standings
+from robolaser.commands.compare import labels_of
 from robolaser.errors import UsageError
 from robolaser.report.comparison.paper_tables import latex, markdown, paper_tables
 
@@ -29,7 +29,7 @@ def test_signs_of_the_language_are_escaped():
 def test_a_label_stands_wherever_a_name_stood():
     result = large()
     labels = labels_of(["rcga=Ours", f"{LONG}=GA = both"], list(result.solvers))
-    text = written(labelled(result, labels), "markdown")
+    text = written(result.labelled(labels), "markdown")
     assert "Ours" in text
     assert "GA = both" in text
     assert "rcga" not in text

@@ -11,7 +11,7 @@ import robolaser
 from robolaser.benchmark.plan import RunPlan
 from robolaser.data.saved_result import SavedResult
 from robolaser.errors import OutputError, UsageError
-from robolaser.results import Result
+from robolaser.results import VEGA_LITE, Result
 from robolaser.simulation import simulate
 
 SCHEMAS = Path(robolaser.__file__).parent / "schemas"
@@ -46,7 +46,13 @@ def draws_its_charts(result: Result) -> None:
     """All of them, or those of a title, in colours that need no style sheet."""
     every = result.plot()
     assert every.html.count("<svg") == len(every.titles) > 1
-    assert "var(" not in every._repr_html_()
+    shown = every._repr_mimebundle_()
+    assert "var(" not in every._repr_html_() == shown["text/html"]
+    assert [one["title"]["text"] for one in shown[VEGA_LITE]["vconcat"]] == list(every.titles)
+    vega = pytest.importorskip("vl_convert")
+    drawn = vega.vegalite_to_svg(shown[VEGA_LITE], vl_version="5.20")
+    assert drawn.count("<path") > 10
+    assert not re.search(r"NaN|var\(", drawn)
     assert result.plot(every.titles[-1].upper()).titles == every.titles[-1:]
     with pytest.raises(UsageError, match=f"There are: {re.escape(every.titles[0])}"):
         result.plot("nothere")

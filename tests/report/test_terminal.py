@@ -39,3 +39,9 @@ def test_what_cannot_be_separated_is_said_once():
     text = printed(replace(made, unidentifiable=groups))
     assert text.count("cannot separate") == 1
     assert "These data cannot separate: f, s_u; b, theta" in text
+
+
+def test_no_line_is_wider_than_the_columns_that_were_stated(calibration, monkeypatch):
+    wide = max(map(len, printed(calibration).splitlines()))
+    monkeypatch.setenv("COLUMNS", "60")
+    assert max(map(len, printed(calibration).splitlines())) <= 60 < wide

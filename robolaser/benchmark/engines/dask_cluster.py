@@ -1,20 +1,20 @@
 """Runs on a Dask cluster."""
 
 import asyncio
+import hashlib
 import logging
 import threading
 import time
+import uuid
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, TypeVar, final
 
-from robolaser.benchmark.engines.engine import Engine, EngineLost, Payload, digest
-from robolaser.benchmark.engines.job import B, Job, P, R
-from robolaser.benchmark.engines.worker_pool import WorkerPool
-from robolaser.benchmark.engines.worker_process import ClientProcess
+from robolaser.benchmark.engines.engine import Engine, EngineLost, Job
+from robolaser.benchmark.engines.this_machine import WorkerPool
+from robolaser.benchmark.engines.worker_process import import_paths
 from robolaser.errors import BenchmarkError, DependencyMissing
 
 ANSWER_S = 3.0
@@ -31,15 +31,6 @@ PACKAGES = ("robolaser", "numpy", "numba", "pymoo", "scipy")
 T = TypeVar("T")
 Versions = Mapping[str, str | None]
 """Versions of Python, without the last number, and of packages; None if one is missing."""
-
-
-@final
-@dataclass(frozen=True)
-class _Foreign:
-    """A Dask worker that has other versions."""
-
-    who: str
-    versions: Versions
 
 
 @final
@@ -63,7 +54,7 @@ class DaskCluster(Engine):
         except ImportError:
             raise DependencyMissing("Dask's `distributed` is not installed: pip install 'robolaser[dask]'.") from None
         self.label = address
-        self._program = ClientProcess.here()
+        self._name, self._paths = uuid.uuid4().hex, import_paths()  # of the pools of this program
         self._versions = _compared(address, (*DASK, *packages))
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # our errors say it
         try:
@@ -84,22 +75,21 @@ class DaskCluster(Engine):
         """Whether there are no Dask workers yet: runs wait for the first."""
         return self._count() == 0
 
-    def share(self, payload: bytes) -> Payload:
+    def share(self, payload: bytes) -> tuple[str, Any]:
         """Give it to the scheduler as a task: scattered data would be lost with the worker that has it."""
-        name = digest(payload)
+        digest = hashlib.sha256(payload).hexdigest()
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph", UserWarning)
-            content = self._client.submit(_identity, payload, key=f"problem-{name}-{self._program.name}")
-        return Payload(name, content)
+            return digest, self._client.submit(bytes, payload, key=f"problem-{digest}-{self._name}")
 
-    def submit(self, job: Job[R, P, B], payload: Payload) -> Future[R]:
+    def submit(self, job: Job, shared: tuple[str, Any]) -> Future[Any]:
         """Have a job done."""
-        outer: Future[R] = Future()
+        outer: Future[Any] = Future()
         outer.set_running_or_notify_cancel()
         if self._client.status != "running":  # a lost scheduler would never answer
             outer.set_exception(_lost(self.label))
             return outer
-        inner = self._executor.submit(_on_worker, job, payload.digest, payload.content, self._program, self._versions)
+        inner = self._executor.submit(_on_worker, job, *shared, self._name, self._paths, self.label, self._versions)
         inner.add_done_callback(lambda inner: self._completed(job, inner, outer))
         return outer
 
@@ -110,26 +100,24 @@ class DaskCluster(Engine):
         self._closed = True
         self._executor.shutdown(wait=False)
         with suppress(Exception):  # nor may it fail because a worker does
-            _in_thread(lambda: self._client.run(_close_pool, self._program, on_error="ignore")).result(CLOSE_S)
+            _in_thread(lambda: self._client.run(_close_pool, self._name, on_error="ignore")).result(CLOSE_S)
         with suppress(RuntimeError):  # distributed may reschedule a timeout that a lost scheduler has let expire
             self._client.close(timeout=CLOSE_S)
 
-    def _completed(self, job: Job[R, P, B], inner: Future[R | _Foreign], outer: Future[R]) -> None:
+    def _completed(self, job: Job, inner: Future[Any], outer: Future[Any]) -> None:
         from distributed import KilledWorker  # noqa: PLC0415
 
         error = CancelledError() if inner.cancelled() else inner.exception()
         if error is None:
-            made = inner.result()
-            if isinstance(made, _Foreign):
-                outer.set_exception(_different(self.label, self._versions, {made.who: made.versions}))
-            else:
-                outer.set_result(made)
+            outer.set_result(inner.result())
         elif self._closed:
             outer.set_exception(CancelledError())
         elif isinstance(error, KilledWorker):
             outer.set_result(job.failed(f"{error.allowed_failures + 1} workers died while they had it"))
         elif isinstance(error, CancelledError):
             outer.set_exception(_lost(self.label))
+        elif isinstance(error, BenchmarkError):
+            outer.set_exception(error)
         else:  # robolaser or the problem is broken there
             outer.set_result(job.failed(f"its worker could not begin it ({type(error).__name__}: {error})"))
 
@@ -144,13 +132,7 @@ class DaskCluster(Engine):
 
 
 def _compared(address: str, packages: Sequence[str]) -> Versions:
-    """Our versions, which are the scheduler's and all workers' too.
-
-    Raises:
-        BenchmarkError: As `DaskCluster` does.
-    """
-    from distributed.versions import get_versions  # noqa: PLC0415
-
+    """Our versions, which are the scheduler's and all workers' too; else a BenchmarkError."""
     try:
         others = _in_thread(lambda: asyncio.run(_fetch_versions(address, packages))).result(2 * ANSWER_S)
     except TimeoutError:
@@ -162,15 +144,11 @@ def _compared(address: str, packages: Sequence[str]) -> Versions:
     except Exception as error:  # whatever the answer of another program breaks
         why = f"it is not a Dask scheduler, or one of another version ({type(error).__name__}: {error})"
         raise _unreachable(address, why) from error
-    ours = _versions(get_versions(packages=packages), packages)
-    different = {who: theirs for who, theirs in others.items() if theirs != ours}
-    if different:
-        raise _different(address, ours, different)
-    return ours
+    return _equal(address, _versions(packages), others)
 
 
 async def _fetch_versions(address: str, packages: Sequence[str]) -> Mapping[str, Versions]:
-    """Versions of the scheduler and of all workers."""
+    """Versions of the scheduler and of all workers: a Client waits far longer for what is no scheduler."""
     from distributed import Security  # noqa: PLC0415
     from distributed.core import rpc  # noqa: PLC0415
 
@@ -183,38 +161,50 @@ async def _fetch_versions(address: str, packages: Sequence[str]) -> Mapping[str,
     finally:
         await scheduler.close_rpc()
     found |= {f"worker {worker}": what for worker, what in of_workers.items() if what}
-    return {who: _versions(what, packages) for who, what in found.items()}
+    return {who: _versions(packages, what) for who, what in found.items()}
 
 
-def _versions(info: Mapping[str, Any], packages: Iterable[str]) -> Versions:
-    found = info["packages"]
-    return {"python": ".".join(found["python"].split(".")[:2])} | {package: found.get(package) for package in packages}
-
-
-def _on_worker(job: Job[R, P, B], name: str, payload: bytes, program: ClientProcess, wanted: Versions) -> R | _Foreign:
-    """Do a job, unless this Dask worker, which may have joined later, has other versions."""
-    from distributed import get_worker  # noqa: PLC0415
+def _versions(packages: Sequence[str], info: Mapping[str, Any] | None = None) -> Versions:
+    """Versions as Dask states them, by default of this process."""
     from distributed.versions import get_versions  # noqa: PLC0415
 
+    found = (get_versions(packages=packages) if info is None else info)["packages"]
+    python = ".".join(found["python"].split(".")[:2])
+    return {package: found.get(package) for package in packages} | {"python": python}
+
+
+def _equal(address: str, ours: Versions, others: Mapping[str, Versions]) -> Versions:
+    """Our versions, if all others are the same; else a BenchmarkError names each that differs, and on whom."""
+    owners: dict[str, list[str]] = {}
+    for who, theirs in others.items():
+        for package, version in theirs.items():
+            if version != ours[package]:
+                difference = f"{package} {ours[package] or 'missing'} here, {version or 'missing'} on"
+                owners.setdefault(difference, []).append(who)
+    if not owners:
+        return ours
+    found = [f"{what} {who[0]}" + (f" and {len(who) - 1} more" if who[1:] else "") for what, who in owners.items()]
+    raise BenchmarkError(
+        f"The Dask cluster at {address} has other versions than this machine, so its results would differ:"
+        f" {'; '.join(found)}. Install the same versions everywhere."
+    )
+
+
+def _on_worker(
+    job: Job, digest: str, payload: bytes, name: str, paths: tuple[str, ...], address: str, wanted: Versions
+) -> Any:
+    """Do a job, unless this Dask worker, which may have joined later, has other versions."""
+    from distributed import get_worker  # noqa: PLC0415
+
+    worker = get_worker()
     packages = [package for package in wanted if package != "python"]
-    worker, ours = get_worker(), _versions(get_versions(packages=packages), packages)
-    if ours != wanted:
-        return _Foreign(f"worker {worker.address}", ours)
-    return _pool(worker, program).do(job, name, lambda: payload)
+    _equal(address, wanted, {f"worker {worker.address}": _versions(packages)})
+    pool: WorkerPool = vars(worker).setdefault(f"robolaser-{name}", WorkerPool(paths))  # kept between runs
+    return pool.do(job, digest, lambda: payload)
 
 
-def _pool(worker: Any, program: ClientProcess) -> WorkerPool:
-    """The worker processes of a program on a Dask worker, which keeps them between runs."""
-    pool: WorkerPool = vars(worker).setdefault(f"robolaser-{program.name}", WorkerPool(program))
-    return pool
-
-
-def _close_pool(program: ClientProcess, dask_worker: Any) -> None:
-    _pool(dask_worker, program).close()
-
-
-def _identity(payload: bytes) -> bytes:
-    return payload
+def _close_pool(name: str, dask_worker: Any) -> None:
+    vars(dask_worker).setdefault(f"robolaser-{name}", WorkerPool()).close()
 
 
 def _in_thread(do: Callable[[], T]) -> Future[T]:
@@ -240,21 +230,3 @@ def _unreachable(address: str, reason: str) -> BenchmarkError:
 
 def _lost(address: str) -> EngineLost:
     return EngineLost(f"The Dask scheduler at {address} no longer answers.")
-
-
-def _different(address: str, ours: Versions, theirs: Mapping[str, Versions]) -> BenchmarkError:
-    """Name each package whose version differs, and on whom."""
-    owners: dict[str, list[str]] = {}
-    for who, versions in theirs.items():
-        for package, version in versions.items():
-            if version != ours[package]:
-                difference = f"{package} {ours[package] or 'missing'} here, {version or 'missing'} on"
-                owners.setdefault(difference, []).append(who)
-    found = [
-        f"{difference} {who[0]}" + (f" and {len(who) - 1} more" if who[1:] else "")
-        for difference, who in owners.items()
-    ]
-    return BenchmarkError(
-        f"The Dask cluster at {address} has other versions than this machine, so its results would differ:"
-        f" {'; '.join(found)}. Install the same versions everywhere."
-    )

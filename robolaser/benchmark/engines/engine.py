@@ -1,23 +1,43 @@
-"""The abstract engine, which has jobs done."""
+"""The abstract engine, which has jobs done, and the abstract job: work for a process that is watched from outside."""
 
-import hashlib
 from abc import ABC, abstractmethod
 from concurrent.futures import Future
-from dataclasses import dataclass
-from types import TracebackType
-from typing import Any, Self, final
+from typing import Any, Self
 
-from robolaser.benchmark.engines.job import B, Job, P, R
 from robolaser.errors import BenchmarkError
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Payload:
-    """What jobs have in common, pickled, already where they are done: a problem's spec."""
+class Job(ABC):
+    """Work with a payload, which a process prepares once and keeps.
 
-    digest: str  # identifies it
-    content: Any  # the engine's own business
+    Attributes:
+        time_limit_s: Wall time it may take [s].
+        memory_limit_b: Memory it may take beyond what its process needs anyway [B].
+    """
+
+    time_limit_s: float
+    memory_limit_b: int
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """Jobs of one kind warm up alike: the second of them in a process need not."""
+
+    @abstractmethod
+    def prepared(self, payload: Any) -> Any:
+        """Make of the payload what all jobs with it need."""
+
+    def warm_up(self, prepared: Any) -> None:
+        """Import and compile what the work needs, before the clock runs."""
+        return
+
+    @abstractmethod
+    def done(self, prepared: Any) -> Any:
+        """Do the work."""
+
+    @abstractmethod
+    def failed(self, reason: str, *, seconds: float = 0.0) -> Any:
+        """The result of work that failed, after so many seconds."""
 
 
 class EngineLost(BenchmarkError):
@@ -44,12 +64,16 @@ class Engine(ABC):
         return False
 
     @abstractmethod
-    def share(self, payload: bytes) -> Payload:
-        """Bring what jobs have in common to where they are done, once for all of them."""
+    def share(self, payload: bytes) -> Any:
+        """Bring what jobs have in common, pickled, to where they are done, once for all of them."""
 
     @abstractmethod
-    def submit(self, job: Job[R, P, B], payload: Payload) -> Future[R]:
+    def submit(self, job: Job, shared: Any) -> Future[Any]:
         """Have a job done. Work that fails in whatever way gives the job's result of a failure, not an exception.
+
+        Args:
+            job: The job.
+            shared: What `share` made of its payload.
 
         Returns:
             The result to come; cancelled if the engine is closed before, `EngineLost` if the engine fails.
@@ -62,12 +86,5 @@ class Engine(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
-
-
-def digest(payload: bytes) -> str:
-    """What identifies a payload."""
-    return hashlib.sha256(payload).hexdigest()

@@ -11,7 +11,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, final
 
-from robolaser.benchmark.engines.job import AnyJob
+from robolaser.benchmark.engines.engine import Job
 
 try:
     import resource
@@ -35,7 +35,7 @@ class Runner:
         self._prepared: dict[str, Any] = {}
         self._warm: set[tuple[str, str]] = set()
 
-    def answer(self, job: AnyJob, digest: str, *, warm_up: bool) -> tuple[Any, bool]:
+    def answer(self, job: Job, digest: str, *, warm_up: bool) -> tuple[Any, bool]:
         """Do a job; also return whether this process is fit for another."""
         try:
             if digest not in self._prepared:

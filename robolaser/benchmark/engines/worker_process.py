@@ -7,14 +7,12 @@ import socket
 import subprocess
 import sys
 import time
-import uuid
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, final
 
-from robolaser.benchmark.engines.job import AnyJob
+from robolaser.benchmark.engines.engine import Job
 from robolaser.benchmark.engines.worker import BEGUN, NEEDED, READY
 
 GRACE_S = 5.0
@@ -30,20 +28,6 @@ _ENVIRONMENT = {
     "VECLIB_MAXIMUM_THREADS": "1",
     "PYTHONHASHSEED": "0",  # the order of sets is the same everywhere
 }
-
-
-@final
-@dataclass(frozen=True)
-class ClientProcess:
-    """The program that wants the runs."""
-
-    name: str  # unique
-    paths: tuple[str, ...]  # its import paths; workers look for modules there too, last
-
-    @classmethod
-    def here(cls) -> "ClientProcess":
-        """This process, now."""
-        return cls(uuid.uuid4().hex, _paths())
 
 
 class WorkerTimeout(Exception):
@@ -76,7 +60,7 @@ class WorkerProcess:
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 start_new_session=True,  # a group that can be killed as a whole, and that Ctrl-C does not reach
-                env=os.environ | _ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(_paths())},
+                env=os.environ | _ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(import_paths())},
             )
         self._connection, self._lifeline = Connection(ours.detach()), Connection(our_end, readable=False)
         os.close(their_end)
@@ -94,16 +78,16 @@ class WorkerProcess:
         return self._process.poll() is None
 
     def do(
-        self, job: AnyJob, digest: str, payload: Callable[[], bytes], program: ClientProcess, *, warm_up: bool
+        self, job: Job, digest: str, payload: Callable[[], bytes], paths: tuple[str, ...], *, warm_up: bool
     ) -> tuple[Any, bool]:
-        """Have it do a job; also return whether it is fit for another.
+        """Have it do a job for a program with these import paths; also return whether it is fit for another.
 
         Raises:
             WorkerTimeout: It did not answer in time.
             EOFError, OSError: It died.
         """
         self.began, self.heard = None, False
-        self._connection.send((digest, program.paths, warm_up, pickle.dumps(job)))
+        self._connection.send((digest, paths, warm_up, pickle.dumps(job)))
         allowed_s = STARTUP_S
         while self._connection.poll(min(allowed_s, _LONGEST_S)):
             message = self._connection.recv()
@@ -143,6 +127,6 @@ class WorkerProcess:
         self._process.wait()
 
 
-def _paths() -> tuple[str, ...]:
+def import_paths() -> tuple[str, ...]:
     """Import paths of this process, and the current directory, last: users' solvers may lie there."""
     return tuple(dict.fromkeys(os.path.abspath(path) for path in (*sys.path, "")))

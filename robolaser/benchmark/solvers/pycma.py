@@ -8,8 +8,7 @@ import numpy as np
 from robolaser.algorithms.settings import Setting, number, switch, whole
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
-from robolaser.benchmark.solvers.bounds import from_unit_box, to_unit_box
-from robolaser.benchmark.solvers.solver import Solver
+from robolaser.benchmark.solvers.solver import Solver, within
 
 SILENT = -9
 """pycma's setting for no output, neither on the terminal nor in files."""
@@ -49,10 +48,11 @@ class Pycma(Solver):
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415
 
         problem, rng = evaluator.problem, np.random.default_rng(seed)
-        starts = iter(to_unit_box(problem.starts, problem) if len(problem.starts) else ())
+        width = problem.upper - problem.lower
+        starts = iter((problem.starts - problem.lower) / np.where(width > 0, width, 1.0) if len(problem.starts) else ())
 
         def costs(y: list[Array]) -> list[float]:
-            found: list[float] = evaluator.cost(from_unit_box(np.array(y), problem)).tolist()
+            found: list[float] = evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
             return found
 
         with seeded(seed):

@@ -1,6 +1,7 @@
 """Any pymoo algorithm, restarted whenever it ends."""
 
 from collections.abc import Callable
+from copy import copy
 from typing import Any, final
 
 import numpy as np
@@ -8,8 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.solvers.bounds import within
-from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, Solver
+from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, Solver, within
 from robolaser.errors import AlgorithmError
 
 IDLE_ROUNDS = 1000
@@ -40,7 +40,6 @@ class PymooAlgorithm(Solver):
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
         """Search until the evaluator ends the run; one that goes on without a candidate raises AlgorithmError."""
         from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
-        from robolaser.benchmark.solvers.starting import starting_with  # noqa: PLC0415
         from robolaser.problems.bounded import Bounded  # noqa: PLC0415
 
         problem, rng, idle = evaluator.problem, np.random.default_rng(seed), 0
@@ -50,7 +49,7 @@ class PymooAlgorithm(Solver):
                 costs = _Costs(evaluator)
                 algorithm, bounded = self._make(), Bounded(costs, problem.lower, problem.upper, n_obj=n_obj)
                 if len(starts):  # only the first time: what collapsed there would collapse again
-                    algorithm.initialization.sampling = starting_with(starts, algorithm.initialization.sampling)
+                    algorithm.initialization.sampling = _starting(starts, algorithm.initialization.sampling)
                     starts = starts[:0]
                 algorithm.setup(bounded, termination=("n_eval", evaluator.left), seed=seed, verbose=False)
                 idle += 1  # it may end before it begins
@@ -65,6 +64,21 @@ class PymooAlgorithm(Solver):
 def idle_error(iterations: int) -> AlgorithmError:
     """A search that evaluates nothing would never use up its budget."""
     return AlgorithmError(f"It made {iterations} iterations without evaluating a candidate.")
+
+
+def _starting(starts: Array, sampling: Any) -> Any:
+    """A sampling whose first candidates are given, (k, d); fixed candidates in place of a sampling stay."""
+    if not hasattr(sampling, "_do"):
+        return sampling
+
+    def do(*arguments: Any, **settings: Any) -> Array:
+        x: Array = sampling._do(*arguments, **settings)
+        x[: len(starts)] = starts[: len(x)]
+        return x
+
+    started = copy(sampling)
+    started._do = do
+    return started
 
 
 @final

@@ -8,8 +8,7 @@ import numpy as np
 from robolaser.algorithms.settings import Setting, number, share, switch, whole, word
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
-from robolaser.benchmark.solvers.bounds import within
-from robolaser.benchmark.solvers.solver import Solver
+from robolaser.benchmark.solvers.solver import Solver, within
 
 STRATEGIES = tuple(
     f"{parents}1{crossover}"

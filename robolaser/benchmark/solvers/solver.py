@@ -2,9 +2,14 @@
 
 from abc import ABC, abstractmethod
 
+import numpy as np
+
+from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 
+ROUNDING = 1e-12
+"""Share of the distance between the bounds: a candidate outside by no more was meant to lie on the bound."""
 ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
 
 
@@ -33,3 +38,9 @@ class Solver(ABC):
     def refuses(self, problem: BenchmarkProblem) -> str | None:
         """Why the solver does not apply to a problem; None if it does. By default it takes one objective only."""
         return None if problem.front is None else ONE_OBJECTIVE
+
+
+def within(x: Array, problem: BenchmarkProblem) -> Array:
+    """Candidates (c, d) with those meant to lie on a bound moved onto it; the others stay, even outside."""
+    inside = np.clip(x, problem.lower, problem.upper)
+    return np.where(np.abs(x - inside) <= ROUNDING * (problem.upper - problem.lower), inside, x)

@@ -2,8 +2,12 @@
 
 from collections.abc import Sequence
 
-from robolaser.benchmark.standings import phrases, significance
 from robolaser.benchmark.standings.table import Measure, Pair, Standing
+from robolaser.benchmark.statistics.difference import fewest_runs
+from robolaser.benchmark.statistics.intervals import IntervalEstimate
+
+MANY = 3
+"""Names that a sentence lists before it counts the others."""
 
 
 def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:
@@ -20,20 +24,18 @@ def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, ru
     else:
         sentences = _several(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
     if ranked and left_out:
-        sentences.append(f"Not ranked: {phrases.names(left_out)}.")
+        sentences.append(f"Not ranked: {names(left_out)}.")
     if failed:
-        sentences.append(f"Every run of {phrases.names(failed)} failed.")
+        sentences.append(f"Every run of {names(failed)} failed.")
     return " ".join(sentences)
 
 
 def _alone(standing: Standing, measure: Measure) -> str:
     time = ""
     if (expected := standing.running_time).value is not None:
-        time = (
-            f", with an expected running time of {phrases.figure(expected.value)}{phrases.between(expected)} {measure}"
-        )
+        time = f", with an expected running time of {figure(expected.value)}{between(expected)} {measure}"
     return (
-        f"Only {standing.algorithm} can be ranked: it reached the target in {phrases.share(standing.success)} of its "
+        f"Only {standing.algorithm} can be ranked: it reached the target in {share(standing.success)} of its "
         f"runs{time}."
     )
 
@@ -54,9 +56,9 @@ def _several(measure: Measure, ranked: list[Standing], *, problems: int, runs: i
     else:
         verb = "do" if len(rivals) > 1 else "does"
         sentences.append(
-            f"In {measure}, {first} {_ranks_first(ranked)}{_reaching(ranked[0])}, but {phrases.names(rivals)} {verb} "
+            f"In {measure}, {first} {_ranks_first(ranked)}{_reaching(ranked[0])}, but {names(rivals)} {verb} "
             f"not differ significantly from it with {runs} seeds; it is better than "
-            f"{phrases.names([name for name, _ in beaten])}."
+            f"{names([name for name, _ in beaten])}."
         )
     sentences.append(_by_how_much(measure, ranked[0], *beaten[0], problems=problems, comparisons=comparisons))
     return [*sentences, *_surprise(ranked)]
@@ -67,13 +69,13 @@ def _surprise(ranked: list[Standing]) -> list[str]:
     solved = [standing.algorithm for standing in ranked if standing.solved]
     if not solved or ranked[0].solved:
         return []
-    return [f"Only {phrases.names(solved)} reached the target, but too rarely to rank first: most runs are ranked by "
+    return [f"Only {names(solved)} reached the target, but too rarely to rank first: most runs are ranked by "
             "how close they came."]  # fmt: skip
 
 
 def _ranks_first(ranked: list[Standing]) -> str:
     level = [standing.algorithm for standing in ranked[1:] if standing.rank == ranked[0].rank]
-    return f"ties for first place with {phrases.names(level)}" if level else "ranks first"
+    return f"ties for first place with {names(level)}" if level else "ranks first"
 
 
 def _others(beaten: list[tuple[str, Pair]]) -> str:
@@ -83,7 +85,7 @@ def _others(beaten: list[tuple[str, Pair]]) -> str:
 
 
 def _reaching(standing: Standing) -> str:
-    return f", reaching the target in {phrases.share(standing.success)} of its runs" if standing.solved else ""
+    return f", reaching the target in {share(standing.success)} of its runs" if standing.solved else ""
 
 
 def _by_how_much(measure: Measure, first: Standing, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
@@ -98,14 +100,14 @@ def _by_how_much(measure: Measure, first: Standing, next_: str, pair: Pair, *, p
 def _needs(measure: Measure, pair: Pair, problems: int) -> str:
     solved = len(pair.ratio_problems)
     where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
-    return f"{phrases.times_as(measure, pair.ratio)} to the target{where}"
+    return f"{times_as(measure, pair.ratio)} to the target{where}"
 
 
 def _how_sure(first: str, other: str, pair: Pair, comparisons: int) -> str:
     corrected = f" after correction for {comparisons} comparisons" if comparisons > 1 else ""
     return (
-        f"a run of {first} does better than one of {other} in {phrases.share(pair.superiority)} of cases, "
-        f"{phrases.chance(pair.p_adjusted or 0.0)}{corrected}"
+        f"a run of {first} does better than one of {other} in {share(pair.superiority)} of cases, "
+        f"{chance(pair.p_adjusted or 0.0)}{corrected}"
     )
 
 
@@ -113,7 +115,7 @@ def _nothing_significant(
     measure: Measure, ranked: list[Standing], *, problems: int, runs: int, comparisons: int
 ) -> list[str]:
     first, second = ranked[0], ranked[1]
-    needed = significance.fewest_runs(problems, comparisons)
+    needed = fewest_runs(problems, comparisons)
     if needed is not None and runs < needed:
         return [
             f"In {measure}, {first.algorithm} {_ranks_first(ranked)}, but with {runs} "
@@ -128,3 +130,46 @@ def _nothing_significant(
         f"In {measure}, no algorithm differs significantly from {first.algorithm}, which {_ranks_first(ranked)}: "
         f"{second.algorithm} {comes}{_how_sure(first.algorithm, second.algorithm, pair, comparisons)}."
     ]
+
+
+def figure(number: float) -> str:
+    """Two digits: 1,200, 3.1, 0.045."""
+    rounded = float(f"{number:.2g}")
+    return f"{rounded:,.0f}" if rounded >= 10 else f"{rounded:g}"
+
+
+def chance(p: float) -> str:
+    """A probability, as `p = 0.013`."""
+    return "p < 0.001" if p < 1e-3 else f"p = {p:.2g}"
+
+
+def share(estimate: IntervalEstimate) -> str:
+    """A share with its interval, as `80 % (49 to 94 %)`."""
+    if estimate.value is None:
+        return "an unknown share"
+    if estimate.lower is None or estimate.upper is None:
+        return f"{estimate.value:.0%}".replace("%", " %")
+    return f"{100 * estimate.value:.0f} % ({100 * estimate.lower:.0f} to {100 * estimate.upper:.0f} %)"
+
+
+def between(estimate: IntervalEstimate) -> str:
+    """An interval in brackets, as ` (1.8 to 3.1)`; open ends are stated."""
+    if estimate.lower is None:
+        return " (too few seeds for an interval)"
+    if estimate.upper is None:
+        return f" (at least {figure(estimate.lower)})"
+    return f" ({figure(estimate.lower)} to {figure(estimate.upper)})"
+
+
+def names(of: Sequence[str]) -> str:
+    """A list, as `a, b and c`, or `a, b, c and 4 others`."""
+    if len(of) == 1:
+        return of[0]
+    shown, more = (of, 0) if len(of) <= MANY + 1 else (of[:MANY], len(of) - MANY)
+    return f"{', '.join(shown)} and {more} others" if more else f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+def times_as(measure: Measure, ratio: IntervalEstimate) -> str:
+    """A ratio of running times, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
+    number = f"{figure(ratio.value or 0.0)}{between(ratio)} times as"
+    return f"needs {number} many evaluations" if measure == "evaluations" else f"takes {number} long"

@@ -1,7 +1,6 @@
 """Standings of solvers, computed from their runs: on one problem, and on all of a family."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import final
 
@@ -11,11 +10,10 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
-from robolaser.benchmark.standings import significance
 from robolaser.benchmark.standings.answer import answer
 from robolaser.benchmark.standings.effects import effects
 from robolaser.benchmark.standings.table import (
-    FinalCosts,
+    FINAL,
     Measure,
     OnProblem,
     Order,
@@ -25,12 +23,16 @@ from robolaser.benchmark.standings.table import (
     Standing,
     Standings,
 )
-from robolaser.benchmark.statistics import difference, ecdf, mean_ranks, running_time, superiority
-from robolaser.benchmark.statistics.intervals import IntervalEstimate, Intervals, finite
-from robolaser.benchmark.statistics.outcome import outcomes
-from robolaser.benchmark.statistics.quantiles import quantiles
-from robolaser.benchmark.statistics.success import wilson
+from robolaser.benchmark.statistics import difference, profiles, ranks, running_time, superiority
+from robolaser.benchmark.statistics.intervals import IntervalEstimate, Intervals, finite, quantiles, wilson
 
+ENOUGH = 0.5
+"""A solver is ranked if it has this share of the largest number of runs on each problem: a block (problem, seed) that
+one solver lacks is lost for all."""
+SCOPE = (
+    "Intervals and tests say what new seeds would change on these very problems, with this budget and on this machine. "
+    "They do not say how algorithms do on other problems: for that, compare them on more problems."
+)
 UNKNOWN = IntervalEstimate(None)
 Reasons = Mapping[tuple[str, str], str]
 """Why a solver has no runs on a problem, or not all, by (problem, solver)."""
@@ -49,77 +51,63 @@ def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standin
 def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: int = 1) -> Standings:
     """Rank the solvers, given their runs as arrays."""
     drawn = running_time.draws(len(arrays.problems), len(arrays.seeds), np.random.default_rng(seed))
-    evaluations, seconds = (_Measured.of(arrays, measure, drawn) for measure in ("evaluations", "seconds"))
-    everywhere, headline = range(len(arrays.problems)), arrays.target(HEADLINE)
+    by = evaluations, seconds = _Measured(arrays, "evaluations", drawn), _Measured(arrays, "seconds", drawn)
+    overall = [one.order(range(len(arrays.problems)), refused) for one in by]
     return Standings(
         family=family,
         tolerance=HEADLINE,
         seeds=len(arrays.seeds),
-        evaluations=evaluations.order(everywhere, refused),
-        seconds=seconds.order(everywhere, refused),
+        evaluations=overall[0],
+        seconds=overall[1],
         by_problem=tuple(
             OnProblem(
-                problem=name,
-                evaluations=evaluations.order([p], refused),
-                seconds=seconds.order([p], refused),
-                results=tuple(
+                name,
+                evaluations.order([p], refused),
+                seconds.order([p], refused),
+                tuple(
                     _result(arrays, evaluations.expected, seconds.expected, p, a) for a in range(len(arrays.algorithms))
                 ),
             )
             for p, name in enumerate(arrays.problems)
         ),
         effects=effects(
-            arrays.algorithms, evaluations.places, evaluations.expected.value[..., headline], evaluations.samples
+            arrays.algorithms,
+            evaluations.places,
+            evaluations.expected.value[..., arrays.target(HEADLINE)],
+            evaluations.samples,
         ),
-        scope=significance.SCOPE,
+        scope=SCOPE,
     )
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class _Measured:
     """A family's runs in one measure: problems p, algorithms a, seeds s, targets t, bootstrap samples b."""
 
-    arrays: ResultArrays
-    measure: Measure
-    times: Array  # to each target, (p, a, s, t)
-    totals: Array  # of whole runs, (p, a, s)
-    places: Array  # of runs on their problem, (p, a, s)
-    expected: Intervals  # running times to each target, (p, a, t)
-    samples: Array  # the same to the headline target in bootstrap samples, (p, a, b)
-    p_adjusted: Array  # for all pairs on all problems, (p, a, a)
-
-    @classmethod
-    def of(cls, arrays: ResultArrays, measure: Measure, drawn: Ints) -> "_Measured":
-        times, totals = arrays.measured(measure)
-        headline = arrays.target(HEADLINE)
-        places = outcomes(times[..., headline], arrays.final)
-        expected, samples = running_time.expected(times, totals), running_time.resampled(times, totals, drawn)
+    def __init__(self, arrays: ResultArrays, measure: Measure, drawn: Ints) -> None:
+        self.arrays, self.measure, self.headline = arrays, measure, arrays.target(HEADLINE)
+        self.times, self.totals = arrays.measured(measure)  # to each target, (p, a, s, t), and of whole runs
+        self.places = ranks.outcomes(self.times[..., self.headline], arrays.final)  # of runs on their problem
+        expected = running_time.expected(self.times, self.totals)
+        samples = running_time.resampled(self.times, self.totals, drawn)
         runs = np.broadcast_to(arrays.there.sum(axis=2)[..., None], expected.shape)
-        return cls(
-            arrays,
-            measure,
-            times,
-            totals,
-            places,
-            running_time.bounds(expected, samples, runs),
-            samples[:, :, headline],
-            difference.holm_pairs(difference.rank_sum(places)),
-        )
+        self.expected = running_time.bounds(expected, samples, runs)  # to each target, (p, a, t)
+        self.samples = samples[:, :, self.headline]  # to the headline target, (p, a, b)
+        self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
     def order(self, problems: Sequence[int], refused: Reasons) -> Order:
         """Rank the solvers on some of the problems."""
         arrays, at = self.arrays, list(problems)
-        names, headline = arrays.algorithms, arrays.target(HEADLINE)
+        names = arrays.algorithms
         runs = arrays.there[at].sum(axis=2)
-        reached = np.isfinite(self.times[at][..., headline]).sum(axis=2)
+        reached = np.isfinite(self.times[at][..., self.headline]).sum(axis=2)
         unranked = _unranked(arrays, at, runs, refused)
         ranked = [a for a, name in enumerate(names) if name not in unranked]
-        blocks = mean_ranks.complete(self.places[at][:, ranked])
+        blocks = ranks.complete(self.places[at][:, ranked])
         if not len(blocks):
             unranked |= {names[a]: "no seed has a run of every algorithm" for a in ranked}
             ranked = []
-        mean = {a: float(rank) for a, rank in zip(ranked, mean_ranks.mean_ranks(blocks), strict=bool(ranked))}
+        mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean_ranks(blocks), strict=bool(ranked))}
         ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
         pairs = self._pairs(at, ordered, runs, reached > 0)
         areas = self._areas(at)
@@ -131,7 +119,7 @@ class _Measured:
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
                 success=wilson(reached[:, a].sum(), runs[:, a].sum()).at(),
-                running_time=self.expected.at(at[0], a, headline) if len(at) == 1 else UNKNOWN,
+                running_time=self.expected.at(at[0], a, self.headline) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
                 area=finite(areas[a]),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
@@ -147,28 +135,22 @@ class _Measured:
         order = [a for a in ordered if a in mean]
         differ = {(one, other) for (one, other), pair in pairs.items() if pair.significant}
         alike = np.array([[not {(a, b), (b, a)} & differ for b in order] for a in order], bool)
+        fewest = int(runs[:, ranked].min()) if ranked else 0
         return Order(
             measure=self.measure,
             problems=tuple(arrays.problems[p] for p in at),
             places=places,
             pairs=tuple(pairs.values()),
             blocks=len(blocks),
-            groups=tuple(tuple(names[order[i]] for i in group) for group in mean_ranks.groups(alike)),
-            answer=answer(
-                self.measure,
-                places,
-                problems=len(at),
-                runs=int(runs[:, ranked].min()) if ranked else 0,
-                comparisons=comparisons,
-            ),
+            groups=tuple(tuple(names[order[i]] for i in group) for group in ranks.groups(alike)),
+            answer=answer(self.measure, places, problems=len(at), runs=fewest, comparisons=comparisons),
         )
 
     def _pairs(self, at: list[int], ordered: list[int], runs: Ints, solved: Bools) -> dict[tuple[int, int], Pair]:
         """Each with each, the one that stands before first."""
         names, places = self.arrays.algorithms, self.places[at]
-        expected = self.expected.value[at][..., self.arrays.target(HEADLINE)]
         better = superiority.mean_superiority(superiority.superiority(places))
-        ratios = running_time.mean_ratios(self.samples[at], expected, runs)
+        ratios = running_time.mean_ratios(self.samples[at], self.expected.value[at][..., self.headline], runs)
         p = difference.stratified(places)
         adjusted = self.p_adjusted[at[0]] if len(at) == 1 else difference.holm_pairs(p)
         found = {}
@@ -179,20 +161,20 @@ class _Measured:
                 one=names[one],
                 other=names[other],
                 superiority=superior,
-                effect=None if superior.value is None else significance.effect(superior.value),
+                effect=None if superior.value is None else superiority.effect(superior.value),
                 ratio=ratios.at(one, other) if len(both) else UNKNOWN,
                 ratio_problems=tuple(self.arrays.problems[at[i]] for i in both),
                 p=finite(p[one, other]),
                 p_adjusted=finite(adjusted[one, other]),
-                significant=significance.is_significant(float(adjusted[one, other])),
+                significant=bool(adjusted[one, other] < difference.LEVEL),
             )
         return found
 
     def _areas(self, at: list[int]) -> Array:
-        budgets = ecdf.budgets(self.times[at], self.totals[at], points=2)
+        budgets = profiles.budgets(self.times[at], self.totals[at], points=2)
         if not len(budgets) or budgets[-1] <= budgets[0]:
             return np.full(self.times.shape[1], np.nan)
-        return ecdf.areas(self.times[at], float(budgets[0]), float(budgets[-1]))
+        return profiles.areas(self.times[at], float(budgets[0]), float(budgets[-1]))
 
 
 def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons) -> dict[str, str]:
@@ -202,7 +184,7 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
         problem, most = arrays.problems[p], int(runs[i].max(initial=0))
         for name, there in zip(arrays.algorithms, runs[i].tolist(), strict=True):
             reason = refused.get((problem, name))
-            if reason or there < significance.ENOUGH * most or not most:
+            if reason or there < ENOUGH * most or not most:
                 found.setdefault(name, reason or f"it has {there} of {len(arrays.seeds)} runs on {problem}")
     return found
 
@@ -212,13 +194,13 @@ def _result(arrays: ResultArrays, evaluations: Intervals, seconds: Intervals, p:
     reached = np.isfinite(arrays.evaluations[p, a]).sum(axis=0)
     shares = wilson(reached, np.full(reached.shape, runs))
     infeasible = final[(final >= INFEASIBLE) & np.isfinite(final)]
-    ends = quantiles(np.where(final >= INFEASIBLE, np.inf, final), np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+    ends = quantiles(np.where(final >= INFEASIBLE, np.inf, final), np.linspace(0.0, 1.0, len(FINAL)))
     return Result(
         problem=arrays.problems[p],
         algorithm=arrays.algorithms[a],
         runs=runs,
         failed=int(arrays.failed[p, a].sum()),
-        final=FinalCosts(*map(finite, ends)) if runs else None,
+        final=dict(zip(FINAL, map(finite, ends), strict=True)) if runs else None,
         violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
         targets=tuple(
             Reached(float(tolerance), int(reached[t]), shares.at(t), evaluations.at(p, a, t), seconds.at(p, a, t))

@@ -3,6 +3,7 @@
 Plain values throughout, ready for JSON: None stands for a number that there is none of, never NaN or infinity.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, final
 
@@ -10,6 +11,8 @@ from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
 Measure = Literal["evaluations", "seconds"]
 """What counts: evaluations or wall time."""
+FINAL = ("best", "lower_quartile", "median", "upper_quartile", "worst")
+"""Of what runs ended with, in units of the problem's scale; None is infinite."""
 
 
 @final
@@ -26,18 +29,6 @@ class Reached:
 
 @final
 @dataclass(frozen=True)
-class FinalCosts:
-    """What runs ended with: lowest costs over the best known, in units of the problem's scale; None is infinite."""
-
-    best: float | None
-    lower_quartile: float | None
-    median: float | None
-    upper_quartile: float | None
-    worst: float | None
-
-
-@final
-@dataclass(frozen=True)
 class Result:
     """One solver on one problem."""
 
@@ -45,7 +36,7 @@ class Result:
     algorithm: str
     runs: int
     failed: int
-    final: FinalCosts | None  # None without runs
+    final: Mapping[str, float | None] | None  # `FINAL` of the lowest costs, over the best known; None without runs
     violation: float | None  # median of the lowest violations of runs that found no feasible candidate
     targets: tuple[Reached, ...]  # tolerances falling
 

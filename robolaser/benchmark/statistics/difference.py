@@ -13,6 +13,12 @@ from scipy.stats import mannwhitneyu, norm
 
 from robolaser.arrays import Array
 
+LEVEL = 0.05
+"""Adjusted p below which two solvers differ significantly. In at most one of twenty benchmarks of equal solvers a pair
+is called different over a whole family in one measure; the same holds for all pairs on its single problems."""
+MOST_SEEDS = 100
+"""More than anybody needs: what is not significant then is not a matter of seeds."""
+
 
 def rank_sum(outcomes: Array) -> Array:
     """Two-sided p of Mann & Whitney's test of each pair on each problem, (p, a, s) -> (p, a, a).
@@ -58,6 +64,15 @@ def stratified(outcomes: Array) -> Array:
 def smallest(runs: int, problems: int) -> float:
     """P of two algorithms with so many runs each on each problem, all runs of the one better than all of the other."""
     return float(stratified(np.tile(np.arange(2.0 * runs).reshape(2, runs), (problems, 1, 1)))[0, 1])
+
+
+def fewest_runs(problems: int, comparisons: int) -> int | None:
+    """Runs of each on each problem with which the largest possible difference is significant after Holm's correction.
+
+    None if `MOST_SEEDS` are too few.
+    """
+    enough = (n for n in range(1, MOST_SEEDS + 1) if comparisons * smallest(n, problems) < LEVEL)
+    return next(enough, None)
 
 
 def holm(p: Array) -> Array:

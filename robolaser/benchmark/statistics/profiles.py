@@ -1,9 +1,55 @@
-"""Shares of problems that are solved with so much, whatever makes some problems dearer than others taken out."""
+"""What runs reached by when: shares of targets within a budget, and costs after so many evaluations.
+
+Budgets of the ECDF are plain evaluations or seconds, not per dimension: these problems are no one function scaled to
+more variables, and who calibrates pays for evaluations. Hansen, Auger, Brockhoff & Tusar 2022, "Anytime performance
+assessment in blackbox optimization benchmarking".
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.benchmark.statistics.ecdf import shares
+from robolaser.benchmark.evaluator import ConvergenceTrace
+from robolaser.benchmark.statistics.intervals import quantiles
+
+BAND = np.array([0.1, 0.5, 0.9])
+"""Quantiles over seeds: the median, and what one run in ten does better or worse than."""
+
+
+def budgets(running_times: Array, totals: Array, points: int = 200) -> Array:
+    """Budgets (points,) from the first target that any run reached to the end of the longest, evenly in logarithms.
+
+    Empty if no run reached any.
+    """
+    reached = running_times[np.isfinite(running_times) & (running_times > 0)]
+    if not len(reached):
+        return np.empty(0)
+    return np.geomspace(reached.min(), max(np.nanmax(totals), reached.max()), points)
+
+
+def shares(running_times: Array, budgets: Array) -> Array:
+    """Shares of (problem, seed, target) reached within budgets, (p, a, s, t) and (g,) -> (a, g); NaN without runs."""
+    found = np.full((running_times.shape[1], len(budgets)), np.nan)
+    for a, row in enumerate(found):
+        there = np.sort(running_times[:, a][~np.isnan(running_times[:, a])])
+        if len(there):
+            row[:] = np.searchsorted(there, budgets, side="right") / len(there)
+    return found
+
+
+def areas(running_times: Array, first: float, last: float) -> Array:
+    """Area under the ECDF on a logarithmic axis of budgets, (p, a, s, t) -> (a,), 0 to 1; NaN without runs.
+
+    That is, the mean over (problem, seed, target) of the share of the axis that was left when it was reached. Lopez-
+    Ibanez, Vermetten, Dreo & Doerr 2024, "Using the empirical attainment function for analyzing single-objective black-
+    box optimization algorithms".
+    """
+    left = np.log(last / np.clip(running_times, first, last)) / np.log(last / first)
+    there = ~np.isnan(running_times)
+    total, count = np.where(there, left, 0.0).sum(axis=(0, 2, 3)), there.sum(axis=(0, 2, 3))
+    area: Array = total / np.where(count > 0, count, np.nan)
+    return area
 
 
 def data_profile(running_times: Array, dimensions: Ints, budgets: Array) -> Array:
@@ -35,3 +81,14 @@ def performance_profile(expected: Array, factors: Array) -> Array:
     who is second.
     """
     return shares(performance_ratios(expected)[:, :, None], factors)
+
+
+def after_evaluations(traces: Sequence[ConvergenceTrace], at: Array) -> Array:
+    """Lowest cost of each run after so many evaluations (g,) -> (s, g)."""
+    return np.array([trace.best_after(at) for trace in traces]).reshape(-1, len(at))
+
+
+def bands(costs: Array, best: float, scale: float, levels: Array = BAND) -> Array:
+    """Quantiles over runs of how far costs (s, g) are above the best, in units of a scale, (q, g); NaN without runs."""
+    excess = (costs - best) / scale
+    return quantiles(excess.T, levels).T if len(costs) else np.full((len(levels), costs.shape[1]), np.nan)

@@ -27,8 +27,7 @@ def expected(running_times: Array, totals: Array) -> Array:
 
     Infinite where no run reached the target, NaN where there are no runs.
     """
-    paid, reached = _paid(running_times, totals), np.isfinite(running_times)
-    return _over(paid.sum(axis=-2), reached.sum(axis=-2))
+    return _over(_paid(running_times, totals).sum(axis=-2), np.isfinite(running_times).sum(axis=-2))
 
 
 def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SAMPLES) -> Ints:
@@ -74,15 +73,15 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
     freedoms = np.where(both, fewer - 1, 0).sum(axis=0)
     fewest = np.where(both, fewer, np.iinfo(np.int64).max).min(axis=0, initial=np.iinfo(np.int64).max)
 
-    def mean(of_problems: Array, counted: Bools) -> Array:
+    def mean(other: Array, one: Array, counted: Bools) -> Array:
         with np.errstate(invalid="ignore", divide="ignore"):
-            logs = np.where(counted, np.log(of_problems), 0.0).sum(axis=0)
+            logs = np.where(counted, np.log(other / one), 0.0).sum(axis=0)
             averaged: Array = np.exp(logs / np.where(counted.any(axis=0), counted.sum(axis=0), np.nan))
         return averaged
 
     return _bounds(
-        mean(_ratio(value[:, None, :], value[:, :, None]), both),
-        mean(_ratio(samples[:, None, :, :], samples[:, :, None, :]), both[..., None]),
+        mean(value[:, None, :], value[:, :, None], both),
+        mean(samples[:, None, :, :], samples[:, :, None, :], both[..., None]),
         np.where(count > 0, fewest, 0),
         freedoms,
     )
@@ -97,12 +96,6 @@ def _over(paid: Array, reached: Array | Ints) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         expected: Array = np.where((reached == 0) & (paid > 0), np.inf, paid / reached)
     return expected
-
-
-def _ratio(other: Array, one: Array) -> Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio: Array = other / one
-    return ratio
 
 
 def _bounds(value: Array, samples: Array, runs: Ints, freedoms: Ints) -> Intervals:

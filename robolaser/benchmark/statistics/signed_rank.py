@@ -12,7 +12,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
-from robolaser.benchmark.statistics.outcome import outcomes
+from robolaser.benchmark.statistics.ranks import outcomes
 from robolaser.benchmark.statistics.superiority import superiority
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ class SensorLacks(str):
     __slots__ = ()
 
     def __new__(cls, dataset: Dataset, part: str) -> "SensorLacks":
-        """Say which part sensors of the data's kind do not have."""
-        return super().__new__(cls, f"a sensor of kind '{dataset.kind}' has no {part}")
+        """Say which part the data's sensor does not have."""
+        return super().__new__(cls, f"a {dataset.format.title} has no {part}")
 
 
 @final

@@ -19,7 +19,7 @@ JOINT_STEP = 1e-5  # [rad or m]
 def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
     """The sources of error of a model's residuals at x (d,).
 
-    - What the sensor says of its rows: `pixel`, `target`, `point`, `angle`, `seat`.
+    - What the sensor says of its rows: `pixel`, `target`, `board`, `point`, `angle`, `seat`.
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
       shared by the pose's rows. A linear axis counts in metres with the same number: at arm's length alike.
     - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where the sensor may err by a motion of the whole

@@ -145,10 +145,14 @@ class Several(Composite):
         m = len(self.dataset.points)
         effect = np.zeros((m, self.format.numbers, source.effect.shape[2]))
         effect[part.rows, : part.numbers] = part.scale * source.effect
-        group = np.arange(m)
-        _, group[part.rows] = np.unique(source.group, return_inverse=True)
-        others = np.setdiff1d(np.arange(m), part.rows)
-        group[others] = len(part.rows) + np.arange(len(others))
+        of_pose = self.dataset.points.pose
+        if np.array_equal(source.group, of_pose[part.rows]):
+            group = of_pose
+        else:
+            group = np.arange(m)
+            _, group[part.rows] = np.unique(source.group, return_inverse=True)
+            others = np.setdiff1d(np.arange(m), part.rows)
+            group[others] = len(part.rows) + np.arange(len(others))
         return replace(source, name=f"{part.name}.{source.name}", effect=effect, group=group)
 
     def own_rows(self, residuals: Array, kind: str) -> Array:

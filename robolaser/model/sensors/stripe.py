@@ -13,6 +13,7 @@ from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
+from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
 from robolaser.model.sensors.pixel_moves import pixel_moves
@@ -189,11 +190,11 @@ class Stripe(Sensor):
         return np.asarray(np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1))
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
-        """`pixel` [px], each row's own, and `target` [m], isotropic, shared by the repeats of a point."""
+        """`pixel` [px], each row's own, and `target` [m], isotropic, shared by a point's repeats; `board_errors`."""
         points, noise = self.dataset.points, self.dataset.noise
         moves = pixel_moves(self, values, T_base_flange, perturb)
         rows = np.arange(len(points))
-        return [
+        sources = [
             ErrorSource("pixel", moves, rows, unit="px", stated=noise.pixel_px),
             ErrorSource(
                 "target",
@@ -204,6 +205,9 @@ class Stripe(Sensor):
                 least=LEAST_TARGET_M,
             ),
         ]
+        if self.dataset.board and not self.dataset.placed:
+            sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0]))
+        return sources
 
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Shifts and turns in the base frame."""

@@ -146,12 +146,20 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     make("img", photo, { src: found.source, alt: `Image of pose ${name}` });
     const over = photo.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "svg"));
     over.setAttribute("viewBox", `-0.5 -0.5 ${found.size[0]} ${found.size[1]}`);
+    const mark = (name, values) => {
+      const one = over.appendChild(document.createElementNS("http://www.w3.org/2000/svg", name));
+      for (const [key, value] of Object.entries(values)) one.setAttribute(key, value);
+      return one;
+    };
     found.points.forEach(([u, v], i) => {
       if (u == null) return;
-      const dot = over.appendChild(document.createElementNS("http://www.w3.org/2000/svg", "circle"));
-      for (const [key, value] of [["cx", u], ["cy", v], ["r", (found.size[0] / 300) * (1 + 2 * found.shares[i])]]) dot.setAttribute(key, value);
-      dot.addEventListener("pointermove", (event) => report.tell(event, found.names[i].split("\n")));
-      dot.addEventListener("pointerleave", (event) => report.tell(event, []));
+      const [du, dv] = found.misses[i].map((miss) => (miss ?? NaN) * scene.inPhotos * magnification / scene.magnification);
+      const shown = [mark("circle", { cx: u, cy: v, r: found.size[0] / 160 })];
+      if (!Number.isNaN(du)) shown.push(mark("line", { x1: u, y1: v, x2: u + du, y2: v + dv }));
+      for (const one of shown) {
+        one.addEventListener("pointermove", (event) => report.tell(event, found.names[i].split("\n")));
+        one.addEventListener("pointerleave", (event) => report.tell(event, []));
+      }
     });
   }
   function to(number) {
@@ -185,7 +193,9 @@ for (const figure of document.querySelectorAll("figure.scene")) {
       type: "range", min: -1.5, max: 1.5, step: 0.05, value: 0 });
     slider.oninput = () => {
       magnification = scene.magnification * 10 ** slider.value;
-      said.textContent = `errors × ${Number(magnification.toPrecision(2)).toLocaleString("en")} `;
+      const times = (factor) => `× ${Number(factor.toPrecision(2)).toLocaleString("en")}`;
+      said.textContent = `errors ${times(magnification)}${photo ? `, in the image ${times(scene.inPhotos * 10 ** slider.value)}` : ""} `;
+      showPhoto();
       draw();
     };
     slider.oninput();
@@ -225,6 +235,6 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     draw();
   });
   new ResizeObserver(draw).observe(canvas);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  for (const look of ["(prefers-color-scheme: dark)", "print"]) matchMedia(look).addEventListener("change", draw);
   if (scene.frames.length) to(frame); else draw();
 }

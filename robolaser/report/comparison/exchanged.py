@@ -1,7 +1,7 @@
 """The table of what each exchanged part does."""
 
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.standings.phrases import between, chance, figure, share
+from robolaser.benchmark.standings.answer import between, chance, figure, share
 from robolaser.report.document import Cell, Column, Table
 
 

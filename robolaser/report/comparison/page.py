@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.standings.phrases import names
+from robolaser.benchmark.standings.answer import names
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.budgets import budget_table
 from robolaser.report.comparison.charts.anytime import anytime
@@ -19,6 +19,7 @@ from robolaser.report.comparison.charts.ranks import mean_ranks
 from robolaser.report.comparison.charts.solved import TITLES, solved
 from robolaser.report.comparison.charts.targets import targets
 from robolaser.report.comparison.exchanged import effect_table
+from robolaser.report.comparison.grouped import all_results, group_table
 from robolaser.report.comparison.pairwise import pairwise_matrix
 from robolaser.report.comparison.plot_context import PlotContext, target
 from robolaser.report.comparison.probable import probable_table
@@ -32,7 +33,7 @@ LONG = 140
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
 MOST_DRAWN = 30
-"""Problems with charts of their own."""
+"""Problems with a section each; of more there are tables."""
 NOTHING = "No run has finished yet."
 
 
@@ -154,20 +155,18 @@ def _evidence(comparison: BenchmarkResult, contexts: Sequence[PlotContext]) -> l
 
 
 def _problems(context: PlotContext) -> list[Section]:
+    if len(context.problems) > MOST_DRAWN:
+        return [Section(f"{len(context.problems)} problems", [group_table(context), all_results(context)])]
     sections = []
     for on in context.standings.by_problem:
         problem = context.contested(on.problem)
         number = context.number(problem.name)
-        if len(context.problems) > MOST_DRAWN:
-            blocks: list[Block] = [Text(problem.title, "quiet"), result_table(context, on)]
-            sections.append(Section(f"{number}. {problem.name}", blocks))
-            continue
         made = [
             anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
             attained(context, problem, f"Half of the runs attain this on {problem.name} (problem {number})"),
             targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
         ]
-        blocks = [Text(problem.title, "quiet")]
+        blocks: list[Block] = [Text(problem.title, "quiet")]
         if len(context.problems) > 1 and on.evaluations.answer:
             blocks.append(Text(unbroken(on.evaluations.answer)))
         blocks += [

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from robolaser.benchmark.standings.phrases import chance
+from robolaser.benchmark.standings.answer import chance
 from robolaser.benchmark.standings.table import Order, Pair
 from robolaser.report.document import Cell, Column, Table
 

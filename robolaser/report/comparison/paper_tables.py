@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from robolaser.benchmark.fixed import fixed_budget, fixed_target
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.standings.phrases import figure
+from robolaser.benchmark.standings.answer import figure
 from robolaser.benchmark.standings.table import Standing
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 from robolaser.benchmark.statistics.signed_rank import ROPE, signed_rank

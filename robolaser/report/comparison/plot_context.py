@@ -14,8 +14,8 @@ from robolaser.benchmark.problem import CALIBRATION, ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.statistics.anytime import after_evaluations, bands
-from robolaser.benchmark.statistics.quantiles import quantiles
+from robolaser.benchmark.statistics.intervals import quantiles
+from robolaser.benchmark.statistics.profiles import after_evaluations, bands
 from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Channel, colours, records
 from robolaser.report.comparison.excess import cost_excess, number, rms_excess, rms_target
 

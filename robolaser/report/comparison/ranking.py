@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import SHOWN
-from robolaser.benchmark.standings.phrases import chance
+from robolaser.benchmark.standings.answer import chance
 from robolaser.benchmark.standings.table import OnProblem, Pair, Reached, Result, Standing
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 from robolaser.report.comparison.excess import number
@@ -187,12 +187,12 @@ def _quality(context: PlotContext, problem: ProblemSummary, result: Result) -> C
     quality = result.final
     if quality is None:
         return Cell("")
-    if quality.median is None and result.violation is not None:
+    if quality["median"] is None and result.violation is not None:
         return Cell("nothing feasible", (f"violation {number(result.violation)}",))
     return quartile_cell(
         context,
         problem,
-        *(math.inf if one is None else one for one in (quality.lower_quartile, quality.median, quality.upper_quartile)),
+        *(math.inf if (one := quality[end]) is None else one for end in ("lower_quartile", "median", "upper_quartile")),
     )
 
 

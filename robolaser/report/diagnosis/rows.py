@@ -159,7 +159,7 @@ def limit_table(diagnosis: Diagnosis) -> Table:
         "Detection limit: larger effects would have been found in nine cases out of ten; then what one of that size"
         " costs at the tool, and from which size on it is told from what looks most like it."
     )
-    return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=FEW)
+    return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=0)
 
 
 def untestable_table(diagnosis: Diagnosis) -> Table:

@@ -67,9 +67,15 @@ class CellModel:
 
     @cached_property
     def points(self) -> Array:
-        """The measured points, (m, 3) [m]; NaN where their rays miss the laser plane."""
+        """The stripe's points, (m, 3) [m]; NaN where rays miss the laser plane, and for what other sensors saw."""
         points = self.dataset.points
-        return np.empty((0, 3)) if self.scanner is None or not len(points) else self.scanner.in_base(points)
+        if self.scanner is None or not len(points):
+            return np.empty((0, 3))
+        seen = self.scanner.in_base(points)
+        if points.sensor is not None:  # what other sensors saw does not lie on the laser plane
+            lit = [i for i, part in enumerate(self.dataset.parts) if sensor_class(part.kind).has_laser_plane()]
+            seen[~np.isin(points.sensor, lit)] = np.nan
+        return seen
 
     @cached_property
     def target(self) -> Array:

@@ -230,7 +230,7 @@ def _rms_note(models: Iterable[CellModel]) -> str:
     parts = []
     for model in models:
         if model.scanner is None:
-            return f"Only the arm is drawn: a sensor of kind {model.dataset.kind} has neither camera nor light."
+            return f"Only the arm is drawn: a {model.dataset.format.title} has neither camera nor light."
         apart = np.linalg.norm(model.points - model.target, axis=-1) if len(model.target) else np.empty(0)
         apart = apart[np.isfinite(apart)]
         if len(apart):

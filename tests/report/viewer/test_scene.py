@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scanned import calibrated as made
 from scanned import dataset, written
+from several import together
 
 from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Box, Limits
@@ -20,6 +21,7 @@ from robolaser.report.viewer.scene import MODEL_COLOURS, fixed_shapes, moving_sh
 from robolaser.report.viewer.shapes import Dots, Lines, Mesh, axes, box, merged, sphere, tube
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
+from robolaser.scan.scanner_model import ScannerModel
 
 NUMBERS = {"joint_offset.joint_2.offset": 0.02, "laser_drift.laser.angle": 0.01}
 
@@ -89,6 +91,15 @@ def test_the_stripe_of_a_pose_is_its_measured_points(model):
     own = model.points[model.dataset.points.pose == 4]
     stripe = model.at_pose(4).stripe
     assert {tuple(row) for row in np.round(stripe, 9)} == {tuple(row) for row in np.round(own, 9)}
+
+
+def test_what_a_camera_saw_beside_the_stripe_is_not_put_on_the_laser_plane(data):
+    alone = nominal(data)
+    camera = replace(data, kind="camera")
+    both = together(data, {"stripe": (data, data.points), "camera": (camera, data.points)})
+    points = replace(alone, dataset=both, scanner=ScannerModel(both, alone.scanner.values)).points
+    np.testing.assert_allclose(points[both.points.sensor == 0], alone.points)
+    assert np.isnan(points[both.points.sensor == 1]).all()
 
 
 def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(models):

@@ -8,6 +8,7 @@ from robolaser.arrays import Array
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
 from robolaser.report.error_analysis import ErrorAnalysis, some_rows
 from robolaser.report.magnification import magnification
+from robolaser.report.model_scene import CellPoses
 
 MOST = 600  # points that a chart carries
 DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
@@ -16,16 +17,17 @@ DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")
 
 def image(analysis: ErrorAnalysis) -> Chart | None:
     """Errors over the pixel plane: lines across the view, colour along it where a row places a point in space."""
-    dataset = analysis.calibration.model.dataset
-    mount = analysis.calibration.model.sensor.mount(analysis.values, analysis.perturb)
-    pixel = dataset.points.pixel
-    if mount is None or pixel is None or dataset.image_px is None:
+    calibration = analysis.calibration
+    dataset, pixel = calibration.model.dataset, calibration.model.dataset.points.pixel
+    cell = CellPoses(calibration.model, calibration.x, np.arange(len(dataset.poses)))
+    misses = cell.misses(analysis.fitted_m)
+    if misses is None or pixel is None or dataset.image_px is None:
         return None
     width, height = dataset.image_px
-    across_mm, depth_mm = _in_view(analysis, mount)
+    depth_mm = _along_view(analysis, cell)
     rows = some_rows(analysis.fitted_mm, MOST)
-    factor = magnification(float(np.percentile(np.linalg.norm(across_mm, axis=-1), 95)), float(width))
-    end = pixel + factor * across_mm
+    factor = magnification(float(np.percentile(np.linalg.norm(misses, axis=-1), 95)), float(width))
+    end = pixel + factor * misses
     data = analysis.named(
         rows, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1], error=analysis.fitted_mm[rows],
         **({} if depth_mm is None else {"depth": depth_mm[rows]}),
@@ -46,7 +48,8 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     of_colour = "its colour is the error along the view (red: estimated too far away), " if in_space else ""
     return chart(
         "Errors over the image",
-        f"Each dot is a pixel of {seen}: {of_colour}its line is the error across the view ({factor:.3g} px per mm)."
+        f"Each dot is a pixel of {seen}: {of_colour}its line leads to where the model predicts it, {factor:.3g} times"
+        " as long."
         f" {'Colours or lines' if in_space else 'Lines'} that change slowly over the image indicate the lens"
         f"{' or the laser plane' if in_space else ''}; a random mixture is noise.",
         f"The image of {width} × {height} pixels with dots where {seen} was seen.",
@@ -70,16 +73,12 @@ def _colour(depth_mm: Array) -> dict[str, Any]:
     }
 
 
-def _in_view(analysis: ErrorAnalysis, mount: Array) -> tuple[Array, Array | None]:
-    """Errors of estimates across the view, along image u and v, (m, 2), and along it, (m,) [mm].
-
-    The second is None where a row is seen in the image alone, as a camera's.
-    """
-    model, values, perturb = analysis.calibration.model, analysis.values, analysis.perturb
-    errors = -1e3 * analysis.fitted_m
-    if errors.shape[1] == 2:
-        return errors, None
-    R = (model.flange(values, perturb) @ mount)[0, :, :3, :3]
-    x, y, z = (np.einsum("mj,mj->m", R[:, :, axis][model.dataset.points.pose], errors) for axis in range(3))
-    u, v = (-y, x) if model.dataset.stripe_axis == "u" else (x, y)
-    return np.stack([u, v], axis=-1), z
+def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:
+    """Errors of estimates along the view, (m,) [mm]; 0 for rows that say nothing of it, None if all are such."""
+    across = cell.across_view(analysis.fitted_m)
+    if cell.cameras is None or across.all():
+        return None
+    along = np.einsum(
+        "mj,mj->m", cell.cameras[analysis.calibration.model.dataset.points.pose, :3, 2], analysis.fitted_m
+    )
+    return np.where(across, 0.0, -1e3 * along)

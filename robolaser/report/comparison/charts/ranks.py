@@ -3,7 +3,7 @@
 from string import ascii_letters
 
 from robolaser.benchmark.standings.table import Order
-from robolaser.report.chart import INK, Chart, chart, hover, layer, quantity, records
+from robolaser.report.chart import Chart, chart, hover, layer, named_rows, quantity, records
 from robolaser.report.comparison.plot_context import PlotContext
 
 ROW_PX, AROUND_PX = 26, 60
@@ -25,8 +25,7 @@ def mean_ranks(context: PlotContext, order: Order, title: str) -> Chart | None:
         ],
     )
     x = quantity("mean", "mean rank")
-    y = {"field": "name", "type": "nominal", "sort": None, "title": None,
-         "axis": {"labelColor": INK, "domain": False}}  # fmt: skip
+    y = named_rows("name")
     colour = context.by_algorithm(names, shows_legend=False)
     said = hover("name", "letters", mean="mean rank")
     letter = {"type": "text", "align": "left", "dx": 10}

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.standings.table import Measure
-from robolaser.benchmark.statistics.ecdf import budgets, shares
+from robolaser.benchmark.statistics.profiles import budgets, shares
 from robolaser.report.chart import Chart, chart, hover, layer, line, quantity
 from robolaser.report.comparison.plot_context import PlotContext
 

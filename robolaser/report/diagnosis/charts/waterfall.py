@@ -16,6 +16,7 @@ from robolaser.report.chart import (
     colours,
     hover,
     layer,
+    named_rows,
     quantity,
     records,
     rule,
@@ -80,8 +81,8 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         said=["< 1 nm" if row.after == LEAST else millimetres(row.after / 1e3) for row in rows],
     )
     x = quantity("after", "error on new poses, RMS [mm]", log=logarithmic, domain=(start, end))
-    y = {"field": "step", "type": "nominal", "sort": None, "title": None,
-         "axis": {"labelColor": INK, "domain": False}}  # fmt: skip
+    x["axis"] |= {"titleAnchor": "end"}  # beside long names there is little room
+    y = named_rows("step")
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
     tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
     interval = records(step=LEFT, low=ci[0], high=ci[1])

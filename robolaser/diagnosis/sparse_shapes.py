@@ -1,0 +1,104 @@
+"""Shapes with corners and few numbers, which no library has: ramps, hysteresis, dents.
+
+A dead zone, a step or a corner of a function is a ramp between two knots; what friction holds back follows its cause
+with play; what is local on a target is a bell. Each costs as little as an effect does, so that one that explains more
+than an effect in its place is no small departure from that effect's form.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM
+from robolaser.diagnosis.local_unknown import TARGET
+from robolaser.diagnosis.score_tests import normal_equations
+from robolaser.diagnosis.stage_derivatives import stage_derivatives
+from robolaser.model.effects.joints import moving_joints
+from robolaser.model.stages import Stage
+
+KNOTS: Final = 50
+"""Places of a ramp's ends over its coordinate's range."""
+WIDTHS: Final = 12
+"""Widths of play, up to its coordinate's range."""
+DENT_WIDTHS: Final = (0.06, 0.08, 0.1, 0.13, 0.18, 0.25)
+"""Standard deviations of dents' bells, over a target's larger side; they lie half of it apart."""
+SEEN: Final = 1e-6
+"""Share of a shape's squared columns, below which the fitted parameters imitate it."""
+
+
+def sparse_shape_chi2(fit: Fit, site: str) -> float:
+    """Chi-squared that one of the shapes at a joint or in the target explains, beyond the cost of choosing it.
+
+    Twice the logarithm of the marginal likelihood over a family's shapes, all alike probable, the amplitude of each
+    normal with the variance that has the largest likelihood; of the best family.
+    """
+    derivatives, dataset = stage_derivatives(fit), fit.model.dataset
+    if site in moving_joints(dataset.robot):
+        sums = normal_equations(fit, derivatives.joint(site)[:, 0], fit.pose_of_number, len(dataset.poses))
+        return max(_ratio(shapes, *sums) for shapes in _of_joint(fit, site))
+    xyz = dataset.points.xyz
+    if site != TARGET or xyz is None or not fit.has_optics or derivatives.passing(Stage.TARGET) is None:
+        return 0.0
+    plane = fit.model.run.target
+    height = derivatives.target() @ plane.axes[:, 2]
+    sums = normal_equations(fit, height, fit.problem.row_of_number, len(xyz))
+    return _ratio(dents((xyz - plane.centre) @ plane.axes[:, :2]), *sums)
+
+
+def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
+    """Families of shapes (s, n) of the joint's angle, of its gravity torque, of time."""
+    robot, q = fit.model.dataset.arm
+    column, run, time = robot.joints.index(joint), fit.model.run, fit.model.dataset.poses.time_s
+    coordinates = [q[:, column]]
+    if robot.has_masses and np.ptp(torque := run.gravity_torques[:, column]) > LEAST_TORQUE_NM:
+        coordinates.append(torque)
+    yield from map(ramps, coordinates)
+    if time is not None and np.ptp(run.progress) > 0:
+        yield ramps(run.progress)
+        yield from (plays(coordinate, np.argsort(time, kind="stable")) for coordinate in coordinates)
+
+
+def ramps(coordinate: Array) -> Array:
+    """Functions of a coordinate (n,) that rise by 1 between two knots and are level beyond them, (s, n)."""
+    knots = np.linspace(coordinate.min(), coordinate.max(), KNOTS)
+    first, last = (knots[some][:, None] for some in np.triu_indices(KNOTS, 1))
+    return np.asarray(np.clip((coordinate - first) / np.maximum(last - first, 1e-300), 0.0, 1.0) - 0.5)
+
+
+def plays(coordinate: Array, order: Ints) -> Array:
+    """What follows a coordinate (n,) with play of several widths, and what it lags behind by, (s, n).
+
+    Args:
+        coordinate: At each pose.
+        order: Of the poses, in time.
+    """
+    half = np.linspace(0.0, 0.5, WIDTHS + 1)[1:] * np.ptp(coordinate)
+    followed, at = np.empty((WIDTHS, len(coordinate))), np.full(WIDTHS, coordinate[order[0]])
+    for pose in order:
+        at = np.clip(at, coordinate[pose] - half, coordinate[pose] + half)
+        followed[:, pose] = at
+    return np.vstack([followed - coordinate.mean(), coordinate - followed])
+
+
+def dents(places: Array) -> Array:
+    """Bells of several widths around places on a plane (n, 2), (s, n)."""
+    low, sides = places.min(axis=0), np.ptp(places, axis=0)
+    families = []
+    for width in max(float(sides.max()), 1e-300) * np.array(DENT_WIDTHS):
+        steps = [np.arange(0.0, side + 0.5 * width, 0.5 * width) for side in sides]
+        x, y = (np.exp(-0.5 * ((places[:, i] - low[i] - steps[i][:, None]) / width) ** 2) for i in range(2))
+        families.append((x[:, None] * y).reshape(-1, len(places)))
+    return np.vstack(families)
+
+
+def _ratio(shapes: Array, gradient: Array, own: Array, shared: Array) -> float:
+    """Twice the logarithm of the mean likelihood ratio of shapes (s, n), by normal equations of the group's motions."""
+    full = shapes**2 @ own
+    squares = full - ((shapes @ shared) ** 2).sum(axis=1)
+    z2 = np.maximum((shapes @ gradient) ** 2 / np.maximum(squares, SEEN * full), 1.0)
+    ratios = z2 - 1.0 - np.log(z2)
+    best = float(ratios.max())
+    return max(0.0, best + 2.0 * float(np.log(np.exp(0.5 * (ratios - best)).mean())))
