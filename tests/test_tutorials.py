@@ -37,7 +37,7 @@ def test_a_notebook_shows_what_it_showed_when_it_was_written(notebook: Path, tmp
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     written = nbformat.read(notebook, as_version=4)
     again = nbformat.read(notebook, as_version=4)
-    NotebookClient(again, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    NotebookClient(again, timeout=300, startup_timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
     for before, after in zip(written.cells, again.cells, strict=True):
         if before.cell_type == "code":
             assert same(text_of(before), text_of(after)), f"{text_of(before)}\nis now\n{text_of(after)}"

@@ -107,11 +107,12 @@ class SerialLine:
                 return text, found
             if len(self._heard) > MOST:
                 raise self._flooded(len(self._heard))
+            looked = self.clock.now()  # of a program that was held up: what came meanwhile is heard first
             new = self._look(wait=1)
             self._heard += new
             if new:
                 last = self.clock.now()
-            if self.clock.now() > min(last + quiet_s, began + LONGEST_S):
+            if looked > min(last + quiet_s, began + LONGEST_S):
                 text, self._heard = self._heard, ""
                 return text, None
 

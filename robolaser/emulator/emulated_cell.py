@@ -121,6 +121,8 @@ class EmulatedCell:
             time.sleep(TICK_S)
         if self._stream is not None:
             self._stream.tell(self._snapshot(now_s))
+        if not self._pending:
+            self._told_s = now_s
         said = self._controller.receive(self._line.take(), now_s) + self._controller.poll(now_s)
         self._pending = (self._pending + said)[:MOST_PENDING]
         self._tell(now_s)
@@ -142,9 +144,8 @@ class EmulatedCell:
     def _tell(self, now_s: float) -> None:
         """Send what the line carries in the time since it last carried something."""
         fits = int((now_s - self._told_s) * self._bytes_a_s)
-        if not self._pending or fits:
-            self._told_s = now_s
         if self._pending and fits:
+            self._told_s = now_s
             self._pending = self._pending[self._line.give(self._pending[:fits]) :]
 
 

@@ -15,7 +15,7 @@ from typing import Self, final
 
 from robolaser.errors import ArmError
 
-STARTING_S = 60.0
+STARTING_S = 120.0
 """Longest that an emulator may take to come up: numba may compile first."""
 ENDING_S = 5.0
 
@@ -86,7 +86,7 @@ class EmulatorProcess:
         """Start it and wait until it serves.
 
         Raises:
-            ArmError: It said no, or nothing for a minute.
+            ArmError: It said no, or nothing for two minutes.
         """
         self._process = subprocess.Popen(
             [sys.executable, "-m", "robolaser", "emulate", *self._asked],

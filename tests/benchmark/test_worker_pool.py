@@ -7,6 +7,7 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -30,7 +31,7 @@ def pool() -> Iterator[WorkerPool]:
 
 @pytest.fixture
 def made(pool: WorkerPool) -> Make:
-    def make(name: str, *, seed: int = 1, time_limit_s: float = 5.0, payload: bytes = PAYLOAD) -> BenchmarkRun:
+    def make(name: str, *, seed: int = 1, time_limit_s: float = 60.0, payload: bytes = PAYLOAD) -> BenchmarkRun:
         task = Task("bowl", f"rogues:{name}", seed, 500, time_limit_s, 400_000_000)
         return pool.do(task, str(hash(payload)), lambda: payload)
 
@@ -49,7 +50,7 @@ def _processes(pool: WorkerPool) -> set[int]:
     return {worker.pid for worker in pool.workers}
 
 
-def _gone(pid: int, within_s: float = 5.0) -> bool:
+def _gone(pid: int, within_s: float = 30.0) -> bool:
     until = time.monotonic() + within_s
     while time.monotonic() < until:
         try:
@@ -116,7 +117,7 @@ def test_a_solver_that_never_ends_is_killed(made: Make, name: str) -> None:
         run = made(name, time_limit_s=0.2)
     assert run.state == FAILED
     assert "killed" in run.reason
-    assert time.monotonic() - began < 10
+    assert time.monotonic() - began < worker_process.WARM_UP_S
     assert made("walks").state == DONE
 
 
@@ -146,22 +147,22 @@ def test_a_run_whose_worker_died_is_tried_once_more(
     assert (tmp_path / "grave").exists()
 
 
-def test_a_run_whose_worker_dies_again_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ROGUES_GRAVE", "/")
+def test_a_run_whose_worker_dies_again_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    amid = tmp_path / "amid"
+    monkeypatch.setenv("ROGUES_AMID", str(amid))
     pool = WorkerPool()
     task = Task("bowl", "rogues:waits", 1, 500, 60.0, 400_000_000)
     runs: list[BenchmarkRun] = []
     thread = threading.Thread(target=lambda: runs.append(pool.do(task, "x", lambda: PAYLOAD)))
     thread.start()
-    killed: set[int] = set()
-    while thread.is_alive():
-        for pid in _processes(pool) - killed:
-            time.sleep(0.3)
-            os.kill(pid, signal.SIGKILL)
-            killed.add(pid)
-        time.sleep(0.02)
+    for _ in range(2):
+        while not amid.exists():
+            time.sleep(0.02)
+        amid.unlink()
+        (pid,) = _processes(pool)
+        os.kill(pid, signal.SIGKILL)
+    thread.join(30)
     pool.close()
-    assert len(killed) == 2
     assert "signal 9" in runs[0].reason
 
 
@@ -205,17 +206,16 @@ def test_closing_a_pool_kills_its_workers_and_fails_what_they_run() -> None:
     while not (pids := _processes(pool)):
         time.sleep(0.02)
     pool.close()
-    thread.join(5)
+    thread.join(30)
     assert runs[0].state == FAILED
     assert all(_gone(pid) for pid in pids)
     assert not pool.workers
     assert pool.do(task, "x", lambda: PAYLOAD).reason == "stopped"
 
 
-def test_runs_at_the_same_time_have_a_worker_each(pool: WorkerPool, made: Make) -> None:
-    threads = [threading.Thread(target=made, args=("dawdles",), kwargs={"seed": seed}) for seed in (1, 2, 3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(_processes(pool)) == 3
+def test_runs_at_the_same_time_have_a_worker_each(pool: WorkerPool, made: Make, tmp_path: Path) -> None:
+    payload = pickle.dumps(spec(title=str(tmp_path)))
+    with ThreadPoolExecutor(3) as threads:
+        runs = list(threads.map(lambda seed: made("meets", seed=seed, payload=payload), (1, 2, 3)))
+    assert [run.state for run in runs] == [DONE] * 3
+    assert {int(file.name) for file in tmp_path.iterdir()} == _processes(pool)

@@ -19,7 +19,7 @@ from robolaser.emulator.serving import EmulatorProcess
 
 ASK = b"LISTPV POSITION\r"
 SPEED_RAD_S = 0.3
-WAY_RAD = 0.8
+WAY_RAD = 1.6  # takes ten seconds
 MOVES = """
 import sys
 import numpy as np
@@ -33,6 +33,15 @@ cell, clock = load_cell(sys.argv[1]), WallClock()
 arm = open_arm(replace(cell, arm=replace(cell.arm, port=sys.argv[2])), clock)
 mover = Mover(arm, cell.robot, float(sys.argv[3]), clock, cell.arm.unattended_s)
 at = mover.resting("before")
+read = arm.read
+
+def reports():
+    q = read()
+    if abs(q - at).max() > 0.02:
+        print("under way", flush=True)
+    return q
+
+arm.read = reports
 print("ready", flush=True)
 sys.stdin.readline()
 mover.move_and_wait(at + np.array([float(sys.argv[4]), 0, 0, 0, 0]), "p", at)
@@ -56,14 +65,15 @@ def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
             assert child.stdin is not None
             child.stdin.write(b"\n")
             child.stdin.flush()
-        time.sleep(0.7)
         for child in children:
+            assert child.stdout is not None
+            assert child.stdout.readline() == b"under way\n"
             child.kill()
         time.sleep(1.0)
         for kind in kinds:
             cell = replace(cells[kind], arm=replace(cells[kind].arm, port=ports[kind]))
             if kind == "acl":  # to open it would stop it
-                with Serial(ports[kind], 9600, timeout=2) as line:
+                with Serial(ports[kind], 9600, timeout=30) as line:
                     line.write(b"XQ\r")  # makes what was left half typed unknown
                     line.read_until(b">")
                     first, second = ((line.write(ASK), line.read_until(b">"), time.sleep(0.3))[1] for _ in range(2))

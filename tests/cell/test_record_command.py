@@ -121,17 +121,22 @@ def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.Captur
 
 def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
     script = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
+    header, first, *rest = acl.poses.read_text().splitlines()
+    name, _, *others = first.split(",")
+    acl.poses.write_text("\n".join([header, ",".join([name, "1.0", *others]), *rest]))  # in a quarter of a minute
     with emulated(acl) as port:
         asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", port, "--move"]
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.01"))
-        process = subprocess.Popen(
-            [sys.executable, "-c", script, *map(str, asked)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        wait_for((acl.out / "poses.csv").exists)
-        time.sleep(0.5)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=20)
+        command = [sys.executable, "-c", script, *map(str, asked)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            try:
+                wait_for((acl.out / "poses.csv").exists)
+                time.sleep(0.5)
+                process.send_signal(signal.SIGINT)
+                _, said = process.communicate(timeout=60)
+            finally:
+                process.kill()
     assert process.returncode == 1
     assert "Stopped by hand." in said
     assert "It stands at joint_1" in said
@@ -140,7 +145,7 @@ def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
 
 
 def wait_for(there: Callable[[], bool]) -> None:
-    for _ in range(400):
+    for _ in range(2400):
         if there():
             return
         time.sleep(0.05)

@@ -21,7 +21,7 @@ def test_the_camera_sees_the_board_the_laser_and_that_the_arm_moved(tmp_path: Pa
     folder = cell_folder(tmp_path)
     with (
         EmulatorProcess(folder, world=world_file(folder), time_scale=20) as emulated,
-        serial.serial_for_url(emulated.arm, 9600, timeout=2) as port,
+        serial.serial_for_url(emulated.arm, 9600, timeout=30) as port,
     ):
         camera = cv2.VideoCapture(emulated.camera, cv2.CAP_FFMPEG)
         try:

@@ -20,7 +20,13 @@ from robolaser.geometry.rigid_motion import (
     to_quaternion,
 )
 
-RNG = np.random.default_rng(11)
+SEED = 11
+RNG = np.random.default_rng(SEED)
+
+
+@pytest.fixture(autouse=True)
+def same_draws_in_any_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "RNG", np.random.default_rng(SEED))
 
 
 def motions(*shape: int) -> np.ndarray:

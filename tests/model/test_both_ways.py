@@ -17,7 +17,8 @@ from robolaser.model.effects import EFFECTS, CandidateEffect, Effect
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 
-RNG = np.random.default_rng(3)
+SEED = 3
+RNG = np.random.default_rng(SEED)
 CELLS = {
     "stripe": {"kind": "stripe"},
     "stripe, unplaced": {"kind": "stripe", "placed": False},
@@ -31,6 +32,11 @@ pytestmark = pytest.mark.skipif(compiles() == "0", reason="there is no compiler"
 @pytest.fixture(autouse=True)
 def compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SWITCH, "1")
+
+
+@pytest.fixture(autouse=True)
+def same_draws_in_any_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "RNG", np.random.default_rng(SEED))
 
 
 @contextmanager

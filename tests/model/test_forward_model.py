@@ -12,7 +12,13 @@ from robolaser.model.forward_model import Model
 from robolaser.parameters import Values
 from robolaser.simulation import Simulated, simulate
 
-RNG = np.random.default_rng(7)
+SEED = 7
+RNG = np.random.default_rng(SEED)
+
+
+@pytest.fixture(autouse=True)
+def same_draws_in_any_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "RNG", np.random.default_rng(SEED))
 
 
 @pytest.fixture(scope="module")

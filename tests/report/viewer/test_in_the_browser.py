@@ -19,7 +19,7 @@ pytest.importorskip("viser")
 playwright = pytest.importorskip("playwright.sync_api")
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-PATIENCE_S = 40.0  # graphics without a card on a busy machine
+PATIENCE_S = 120.0  # graphics without a card on a busy machine
 SIZE = {"width": 640, "height": 420}
 SCENE = {"x": 0, "y": 140, "width": 320, "height": 280}  # beside the panel, below the note on slow graphics
 CHANGED = 0.003  # share of pixels
