@@ -27,11 +27,13 @@ class Plots:
         titles: What each is called.
         html: All of them with their captions, drawn as SVG: it needs neither scripts nor a network.
         spec: All of them in Vega-Lite's language; a notebook that knows it draws them to be zoomed and pointed at.
+        svg: All of them without captions, for a notebook that does not.
     """
 
     titles: tuple[str, ...]
     html: str
     spec: dict[str, Any]
+    svg: str
 
     def __repr__(self) -> str:
         """Their titles, a line each."""
@@ -41,7 +43,7 @@ class Plots:
         return self.html
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
-        return {VEGA_LITE: self.spec, "text/html": self.html, "text/plain": repr(self)}
+        return {VEGA_LITE: self.spec, "image/svg+xml": self.svg, "text/plain": repr(self)}  # HTML would be preferred
 
 
 class Looks(Protocol):

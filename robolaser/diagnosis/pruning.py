@@ -23,7 +23,8 @@ def prune(
 
     First go those without which held-out poses are predicted as well; then those that an unmodelled cause explains
     better; then aliases of larger effects; then those that are not credible. Of several, the worse half goes at a time.
-    Now that others are gone, another effect may be the probable one in a place: then it takes that place.
+    Now that others are gone, another effect may be the probable one in a place: then it takes that place. The effects
+    that explain least are weighed first: they are the likeliest to be exchanged, after which all are weighed again.
 
     Args:
         refits: Fits sets of effects.
@@ -55,19 +56,20 @@ def prune(
         if helpful is not final:
             final = helpful
             continue
-        evidence = []
-        for one in final.effects:
+        evidence: dict[CandidateEffect, EffectEvidence] = {}
+        for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
-            evidence.append(evidence_for(refits, final, one, unmodelled[one], unexplained))
-        better = exchanged(final, evidence, held_out)
-        if better is None:
-            return final, evidence, left
-        final = better
+            evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained)
+            if (better := exchanged(final, evidence[one], held_out)) is not None:
+                final = better
+                break
+        else:
+            return final, [evidence[one] for one in final.effects], left
 
 
-def exchanged(final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut) -> Fit | None:
+def exchanged(final: Fit, evidence: EffectEvidence, held_out: HeldOut) -> Fit | None:
     """With an effect exchanged for one that is more probable than not in its place and predicts new poses as well."""
-    probable = (fit for one in evidence for other, fit in one.alternatives if one.weights[other] > EVEN)
+    probable = (fit for other, fit in evidence.alternatives if evidence.weights[other] > EVEN)
     return next((fit for fit in probable if held_out.gap(fit) <= held_out.gap(final)), None)
 
 

@@ -1,7 +1,7 @@
 """Small motions at the stages: how a row would move if its pose, pixel, laser plane or target were off by a little."""
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import final
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
 from robolaser.finite_differences import central_differences
+from robolaser.geometry.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 
@@ -61,8 +62,10 @@ class StageDerivatives:
         passed[there] = np.stack([value[0] for value in seen])[np.unique(group[there], return_inverse=True)[1], there]
         return passed
 
-    def _by(self, stage: Stage, moves: Callable[[Array], Array], steps: Array, *, left: bool = False) -> Array:
-        """Derivatives by moves, (K, q), which shifts (n, q) make, given their steps (q,)."""
+    def _by(
+        self, stage: Stage, moves: Callable[[Array], Array], steps: Array, *, left: bool = False, first: bool = False
+    ) -> Array:
+        """Derivatives by moves, (K, q), which shifts (n, q) make, given their steps (q,); before a stage's effects?"""
 
         def residuals(shifts: Array) -> Array:
             made = moves(shifts)
@@ -73,16 +76,17 @@ class StageDerivatives:
                     return move @ value if left else value @ move
                 return value + move
 
-            return self._residuals(len(shifts), stage, nudge)
+            return self._residuals(len(shifts), stage, nudge, first=first)
 
         slopes = np.moveaxis(central_differences(residuals, steps), -1, 0)
         return self._fit.noise.whiten(slopes).T
 
-    def _residuals(self, count: int, stage: Stage, act: Callable[[Array], Array]) -> Array:
-        """Residuals of as many candidates, all at the optimum, with something done after the effects of a stage."""
+    def _residuals(self, count: int, stage: Stage, act: Callable[[Array], Array], *, first: bool = False) -> Array:
+        """Residuals of as many candidates, all at the optimum, with something done after a stage's effects or first."""
         model = self._model
         values = self._fit.problem.parameters.values(np.repeat(self._fit.x[None], count, axis=0))
-        perturb = Perturbation((*model.perturb(values).steps, (stage, act)))
+        steps, own = model.perturb(values).steps, (stage, act)
+        perturb = Perturbation((own, *steps) if first else (*steps, own))
         robot, q = model.dataset.robot, model.dataset.poses.q
         if robot is None or q is None:
             flange = perturb(Stage.FLANGE, model.dataset.flange()[None])
@@ -107,11 +111,8 @@ class StageDerivatives:
         return self._known[stage, joint]
 
     def _by_motion(self, stage: Stage, joint: str) -> Array:
-        if stage is Stage.JOINTS:
-            robot, _ = self._model.dataset.arm
-            return self._by_shift(stage, np.eye(len(robot.joints))[[robot.joints.index(joint)]], TURN_RAD)
-        if stage is Stage.LINKS:
-            return self._by_placement(joint)
+        if stage in (Stage.JOINTS, Stage.LINKS):
+            return self._of_arm(stage, joint)
         if stage in (Stage.FLANGE, Stage.MOUNT):
             return self._by(stage, _motions, TWIST)
         numbers, step = SHIFTS[stage]
@@ -125,15 +126,32 @@ class StageDerivatives:
         """By shifts and turns of a joint on the link before it, in its own frame, (K, 6) [1/m, 1/rad]."""
         return self.by_motion(Stage.LINKS, joint)
 
-    def _by_placement(self, joint: str) -> Array:
+    def _of_arm(self, stage: Stage, joint: str) -> Array:
+        """By motions of one joint, (K, 1), or link, (K, 6): they move the flange in six ways, and rows by these."""
         robot, _ = self._model.dataset.arm
+        placements, frames = self._arm
+        i = robot.joints.index(joint)
+        if stage is Stage.JOINTS:
+            twists = twists_by_joints(robot, frames, np.eye(len(robot.joints))[None, [i], None])
+        else:
+            moves = np.zeros((1, len(TWIST), *placements.shape[1:]))
+            moves[:, :, :, i] = moved_by_twists(np.eye(4)[None, None], np.eye(len(TWIST))[None, :, None])
+            twists = twists_by_placements(robot, frames, placements, placements[:, None] @ moves)
+        moved: Array = np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange)
+        return moved
 
-        def of_one(twists: Array) -> Array:
-            moves = np.tile(np.eye(4), (len(twists), len(robot.joints), 1, 1))
-            moves[:, robot.joints.index(joint)] = _motions(twists)
-            return moves
+    @cached_property
+    def _arm(self) -> tuple[Array, Array]:
+        """The placements of the joints, and their frames, at each pose, (1, n or 1, j, 4, 4) and (1, n, j', 4, 4)."""
+        robot, q = self._model.dataset.arm
+        perturb = self._model.perturb(self._fit.problem.parameters.values(self._fit.x[None]))
+        placements = perturb(Stage.LINKS, robot.placements[None, None])
+        return placements, robot.joint_frames(perturb(Stage.JOINTS, q[None]), placements)
 
-        return self._by(Stage.LINKS, of_one, TWIST)
+    @cached_property
+    def _by_flange(self) -> Array:
+        """By twists of the flange in the base frame as the arm carries it, before the effects there, (K, 6)."""
+        return self._by(Stage.FLANGE, _motions, TWIST, left=True, first=True)
 
     def base(self, centre: Array) -> Array:
         """By shifts and turns of the flange, in the base frame and about a centre (3,), (K, 6) [1/m, 1/rad]."""

@@ -100,12 +100,14 @@ class FoldFits:
     evaluations: int  # residual vectors evaluated
 
 
-def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
+def held_out(
+    problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None, amid: int = 0
+) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave, and takes steps with their derivatives there. Where such a
-    step still promises something, the fit goes on by the solver. Large data are fitted on a sample of their rows that
-    has the gradient of all of them.
+    step still promises something, the fit goes on by the solver; or, where it need not be exact, with derivatives amid
+    all fits that go on. Large data are fitted on a sample of their rows that has the gradient of all of them.
 
     Args:
         problem: What was minimised.
@@ -113,12 +115,19 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, s
         folds: Which rows are held out together.
         enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
         slopes: Derivatives of the residuals there by each parameter over its scale, where they are known, (K, d).
+        amid: How often derivatives are taken anew, amid the fits that go on, in place of the solver.
     """
     sample = sampled(problem, SAMPLE)
     if sample is None:
         unmoved = np.zeros((folds.count, len(x)))
         fits, going, evaluations = _by_chords(problem, x, folds.of_row, unmoved, enough, slopes)
-        if len(going):
+        for _ in range(amid):
+            if not len(going):
+                break
+            middle = fits[going].mean(axis=0)
+            fits, going, more = _by_chords(problem, middle, folds.of_row, unmoved, enough, start=(fits, going))
+            evaluations += more
+        if len(going) and not amid:
             kept, hopeless = folds.of_row != going[:, None], _many_steps if enough else None
             ends = solve(problem, fits[going], kept=kept, tol=TOLERANCE, enough=enough, hopeless=hopeless)
             fits[going], evaluations = ends.x, evaluations + ends.evaluations
@@ -136,14 +145,12 @@ def _many_steps(cost: Array, converged: Bools, steps: Ints) -> Bools:
 
 def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
     """Residuals of each row by the fit (f, d) without its fold, (m, k)."""
-    errors: Array | None = None
-    apart = len(problem.blocks) > 1
+    if len(problem.blocks) == 1:
+        return problem.plain(fits)[folds.of_row, np.arange(problem.rows)]
+    errors = np.empty((problem.rows, problem.model.sensor.format.numbers))
     for fold in range(folds.count):
         mine = np.flatnonzero(folds.of_row == fold)
-        e = (with_rows(problem.model, mine).residuals if apart else problem.plain)(fits[[fold]])[0]
-        errors = np.empty((problem.rows, e.shape[1])) if errors is None else errors
-        errors[mine] = e if apart else e[mine]
-    assert errors is not None  # there is at least one fold
+        errors[mine] = with_rows(problem.model, mine).residuals(fits[[fold]])[0]
     return errors
 
 
@@ -179,7 +186,13 @@ def _slopes(problem: Problem, x: Array, known: Array | None) -> Callable[[int], 
 
 
 def _by_chords(
-    problem: Problem, x: Array, of_row: Ints, lacking: Array, enough: float = 0.0, slopes: Array | None = None
+    problem: Problem,
+    x: Array,
+    of_row: Ints,
+    lacking: Array,
+    enough: float = 0.0,
+    slopes: Array | None = None,
+    start: tuple[Array, Ints] | None = None,
 ) -> tuple[Array, Ints, int]:
     """Fits without each fold by steps with the derivatives of all rows at x.
 
@@ -190,6 +203,7 @@ def _by_chords(
         lacking: What is added to the gradient of the others of each fold, by each parameter over its scale, (f, d).
         enough: See `held_out`.
         slopes: Likewise.
+        start: Where the fits are, (f, d), and the folds whose fits go on; when absent all, from x.
 
     Returns:
         The parameters (f, d), the folds whose fits should go on, and the residual vectors evaluated.
@@ -201,24 +215,25 @@ def _by_chords(
     lengths = np.sqrt(np.einsum("gii->gi", A))
     unit = np.where(lengths > 0.0, lengths, 1.0)
     A = A / unit[:, :, None] / unit[:, None, :] + LEAST_DAMPING * np.eye(d)
-    fits, cost, gradient = np.repeat(x[None], f, axis=0), np.full(f, np.inf), np.zeros((f, d))
-    unfinished, evaluations = np.ones(f, dtype=bool), d + 1
-    length, trial = np.ones(f), fits.copy()
+    fits, on = (np.repeat(x[None], f, axis=0), np.arange(f)) if start is None else start
+    cost, gradient, length, trial, evaluations = np.full(f, np.inf), np.zeros((f, d)), np.ones(f), fits.copy(), d + 1
     for _ in range(CHORDS):
-        costs, at_trial = _at(problem, trial, of_row, slopes_of)
-        costs += 2.0 * (lacking * (trial - x) / problem.scale).sum(axis=1)
-        evaluations += f
-        better = unfinished & (costs < cost)
-        fits[better], cost[better], gradient[better] = trial[better], costs[better], at_trial[better] + lacking[better]
-        length = np.where(better, 1.0, SHORTER * length)
-        room = (problem.lower - fits) / problem.scale * unit, (problem.upper - fits) / problem.scale * unit
-        steps, gains, _ = bounded_steps(A, gradient / unit, *room)
-        unfinished = gains > np.maximum(TOLERANCE * cost, enough)
-        if not unfinished.any():
+        costs, at_trial = _at(problem, trial[on], of_row, on, slopes_of)
+        costs += 2.0 * (lacking[on] * (trial[on] - x) / problem.scale).sum(axis=1)
+        evaluations += len(on)
+        better = costs < cost[on]
+        to = on[better]
+        fits[to], cost[to], gradient[to] = trial[to], costs[better], at_trial[better] + lacking[to]
+        length[on] = np.where(better, 1.0, SHORTER * length[on])
+        room = tuple((end - fits[on]) / problem.scale * unit[on] for end in (problem.lower, problem.upper))
+        steps, gains, _ = bounded_steps(A[on], gradient[on] / unit[on], room[0], room[1])
+        unfinished = gains > np.maximum(TOLERANCE * cost[on], enough)
+        on = on[unfinished]
+        if not len(on):
             break
-        trial = fits + length[:, None] * problem.scale * (steps / unit)
-        trial = np.clip(trial, problem.lower, problem.upper)
-    return fits, np.flatnonzero(unfinished), evaluations
+        trial[on] = fits[on] + length[on, None] * problem.scale * (steps[unfinished] / unit[on])
+        trial[on] = np.clip(trial[on], problem.lower, problem.upper)
+    return fits, on, evaluations
 
 
 def _normals(problem: Problem, x: Array, of_row: Ints, count: int, slopes_of: Callable[[int], Array]) -> Array:
@@ -233,14 +248,16 @@ def _normals(problem: Problem, x: Array, of_row: Ints, count: int, slopes_of: Ca
     return A
 
 
-def _at(problem: Problem, fits: Array, of_row: Ints, slopes_of: Callable[[int], Array]) -> tuple[Array, Array]:
-    """Cost of the others at each fold's parameters, (f,), and its gradient by the given derivatives, (f, d)."""
+def _at(
+    problem: Problem, fits: Array, of_row: Ints, folds: Ints, slopes_of: Callable[[int], Array]
+) -> tuple[Array, Array]:
+    """Cost of the others of some folds (g,) at parameters (g, d), (g,), and its gradient by given slopes, (g, d)."""
     extra = problem.extra_residuals(fits)
     costs = np.square(extra).sum(axis=1)
     gradients = (problem.extra_jacobian(fits) @ extra[..., None])[..., 0]
     for i, (rows, block) in enumerate(problem.blocks):
         of_number = of_row[rows][block.row_of_number]
-        r = block.residuals(fits) * (of_number != np.arange(len(fits))[:, None])
+        r = block.residuals(fits) * (of_number != folds[:, None])
         costs = costs + block.loss.costs(r, block.starts)
         if not block.loss.is_square:
             weights = block.loss.weights(r, block.starts)

@@ -7,7 +7,11 @@ from importlib import resources
 from textwrap import wrap
 from typing import Any, Final
 
-from robolaser.report.chart import CONFIG, PAPER, SWITCH, ZOOM, Chart, Spec
+from markupsafe import escape
+
+from robolaser.report.chart import CONFIG, INK, PAPER, SWITCH, ZOOM, Chart, Spec
+from robolaser.report.printable import printable
+from robolaser.report.still_chart import WIDTH, still
 
 STYLE: Final = "report/templates/style.css"
 SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"
@@ -26,9 +30,24 @@ def notebook_spec(charts: Sequence[Chart]) -> Spec:
         }
         for number, chart in enumerate(charts)
     ]
-    whole = {"$schema": SCHEMA, "vconcat": drawn, "config": CONFIG | {"background": PAPER}}
+    apart = {"scale": {"color": "independent"}, "legend": {"color": "independent"}}
+    look = CONFIG | {"background": PAPER}
+    whole = {"$schema": SCHEMA, "vconcat": drawn, "resolve": apart, "config": look}
     spec: Spec = json.loads(by_day(json.dumps(whole)))
     return spec
+
+
+def notebook_svg(charts: Sequence[Chart]) -> str:
+    """The same as one still picture."""
+    parts, top = [], 0.0
+    for chart in charts:
+        title = f'<text x="4" y="{top + 16}" font-family="sans-serif" fill="{INK}">{escape(chart.title)}</text>'
+        size = f'<svg y="{top + 24}" width="{WIDTH}" height="{chart.spec["height"]}" '
+        parts += [title, str(still(chart)).replace("<svg ", size, 1)]
+        top += chart.spec["height"] + 40
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{top}">'
+    paper = f'<rect width="100%" height="100%" fill="{PAPER}"/>'
+    return printable(by_day("".join([head, paper, *parts, "</svg>"])))
 
 
 def by_day(text: str) -> str:

@@ -28,7 +28,7 @@ from robolaser.report import calibration as of_calibration
 from robolaser.report import comparison as of_comparison
 from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Charts, Document
-from robolaser.report.notebook_charts import notebook_spec
+from robolaser.report.notebook_charts import notebook_spec, notebook_svg
 from robolaser.report.page import fragment, stills
 from robolaser.results import CALIBRATION_FILES, DIAGNOSIS_FILES, Plots, Result
 
@@ -130,7 +130,7 @@ def plots_of(result: Result, title: str) -> Plots:
     shown = [chart for chart in known if title.lower() in chart.title.lower()]
     if not shown:
         raise UsageError(f"No chart '{title}'.{near(title, [chart.title for chart in known])}")
-    return Plots(tuple(chart.title for chart in shown), stills(shown), notebook_spec(shown))
+    return Plots(tuple(chart.title for chart in shown), stills(shown), notebook_spec(shown), notebook_svg(shown))
 
 
 def summary_of(result: Result) -> str:

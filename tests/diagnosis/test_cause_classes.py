@@ -87,7 +87,7 @@ def test_what_is_probable_in_a_place_takes_it_where_new_poses_are_predicted_as_w
         alternatives=((WRIST, "with the wrist"),),  # type: ignore[arg-type]
     )
     held_out = SimpleNamespace(gap=lambda fit: gaps[fit])
-    found = exchanged("final", [evidence], held_out)  # type: ignore[arg-type]
+    found = exchanged("final", evidence, held_out)  # type: ignore[arg-type]
     assert found == ("with the wrist" if takes else None)
 
 

@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import jsonschema
 import pytest
@@ -47,7 +48,9 @@ def draws_its_charts(result: Result) -> None:
     every = result.plot()
     assert every.html.count("<svg") == len(every.titles) > 1
     shown = every._repr_mimebundle_()
-    assert "var(" not in every._repr_html_() == shown["text/html"]
+    assert "var(" not in every._repr_html_()
+    assert "text/html" not in shown  # which JupyterLab prefers to Vega-Lite
+    assert len(ElementTree.fromstring(shown["image/svg+xml"]).findall("{*}svg")) == len(every.titles)
     assert [one["title"]["text"] for one in shown[VEGA_LITE]["vconcat"]] == list(every.titles)
     vega = pytest.importorskip("vl_convert")
     drawn = vega.vegalite_to_svg(shown[VEGA_LITE], vl_version="5.20")
