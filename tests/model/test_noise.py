@@ -240,6 +240,8 @@ def test_sources_that_are_all_on_their_bounds_stay_there():
     known, e, Q = np.tile(np.eye(6), (4, 1, 1)), 1e-9 * rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
     least = np.array([1e-3, 2e-3])
     np.testing.assert_allclose(estimate(known, unit, e, Q, least)[0], least)
+    most = np.array([1e-2, 2e-2])
+    np.testing.assert_allclose(estimate(known, unit, 1e3 * e / np.abs(e).max(), Q, least, most)[0], most)
 
 
 def test_one_sources_optimum_is_that_of_the_likelihood_of_whole_poses():
@@ -248,7 +250,7 @@ def test_one_sources_optimum_is_that_of_the_likelihood_of_whole_poses():
     unit, known = A @ A.swapaxes(1, 2), C @ C.swapaxes(1, 2)
     e = (C @ rng.normal(size=(12, 9, 1)) + 0.7 * A @ rng.normal(size=(12, 2, 1)))[..., 0]
     Q = rng.normal(size=(12, 6, 5))
-    (found,), value = estimate(known, [unit], e, Q, np.zeros(1), np.full(1, np.inf))
+    (found,), value = estimate(known, [unit], e, Q, np.zeros(1))
     there, expected, moved, _ = restricted(np.log([found]), known, [unit], e, Q)
     assert value == pytest.approx(there, rel=1e-9)
     assert expected == pytest.approx(moved, rel=1e-3)

@@ -92,7 +92,9 @@ def basis(J: Array) -> Array:
     return np.asarray(U[:, sv > RANK * sv.max(initial=0.0)].reshape(n, s, -1))
 
 
-def estimate(known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Array, most: Array) -> tuple[Array, float]:
+def estimate(
+    known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Array, most: Array | float = np.inf
+) -> tuple[Array, float]:
     """The standard deviations that make the residuals likeliest.
 
     Args:
