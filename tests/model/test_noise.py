@@ -240,8 +240,15 @@ def test_sources_that_are_all_on_their_bounds_stay_there():
     known, e, Q = np.tile(np.eye(6), (4, 1, 1)), 1e-9 * rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 5))
     least = np.array([1e-3, 2e-3])
     np.testing.assert_allclose(estimate(known, unit, e, Q, least)[0], least)
+
+
+def test_sources_that_the_residuals_would_make_larger_stay_at_their_upper_bounds():
+    rng = np.random.default_rng(18)
+    unit = [np.einsum("nij,nkj->nik", A, A) for A in rng.normal(size=(2, 4, 6, 3))]
+    known, e, Q = np.tile(1e-6 * np.eye(6), (4, 1, 1)), rng.normal(size=(4, 6)), rng.normal(size=(4, 6, 2))
     most = np.array([1e-2, 2e-2])
-    np.testing.assert_allclose(estimate(known, unit, 1e3 * e / np.abs(e).max(), Q, least, most)[0], most)
+    for larger in (1.0, 1e6):
+        np.testing.assert_allclose(estimate(known, unit, larger * e, Q, np.zeros(2), most)[0], most)
 
 
 def test_one_sources_optimum_is_that_of_the_likelihood_of_whole_poses():

@@ -121,7 +121,7 @@ def estimate(
         value, expected, there, information = restricted(log_sigma, known, unit, e, Q)
         return value / e.size, (expected - there) / e.size, information / e.size
 
-    lowest = np.log(np.maximum(SPAN[0] * alone, least))
+    lowest = np.log(np.minimum(np.maximum(SPAN[0] * alone, least), most))
     highest = np.maximum(np.log(np.minimum(SPAN[1] * alone, most)), lowest)
     begun: list[Array] = []
     for share in STARTS:
