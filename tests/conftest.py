@@ -32,6 +32,14 @@ def numpy() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
+def wide() -> Iterator[None]:
+    """Output is as wide as in a file: `readline`, which pytest loads, states the terminal's width to its workers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("COLUMNS", raising=False)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
 def interruptible() -> None:
     """Programs that tests start obey Ctrl-C, which they would ignore if a script runs the tests in the background."""
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -8,6 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
@@ -152,5 +153,6 @@ def not_testable(
         if one.size is None and not one.is_imitated:
             unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in unseen.items():
-        reasons.setdefault(name, f"at {', '.join(locations)} it cannot be seen in these poses at any plausible size")
+        where = ", ".join(map(place, locations))
+        reasons.setdefault(name, f"at {where} it cannot be seen in these poses at any plausible size")
     return reasons

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 from rich import box
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook
@@ -72,6 +73,11 @@ def print_document(document: Document, out: Console) -> None:
     for section in document.sections:
         for block in section.blocks:
             _print(block, out)
+
+
+def print_page(folder: Path, out: Console) -> None:
+    """Say where the page is; its path stays whole however narrow the lines are, to be copied."""
+    out.print(Text(f"Look at {folder / 'report.html'}"), soft_wrap=True)
 
 
 def _print(block: Block, out: Console) -> None:

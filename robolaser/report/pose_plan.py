@@ -12,7 +12,7 @@ from robolaser.diagnosis.cause_words import named, place
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.chart import FITTED, INK, Chart, chart, hover, layer, records
-from robolaser.report.console import plain_unless_terminal, print_document, table
+from robolaser.report.console import plain_unless_terminal, print_document, print_page, table
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Document, Figure, Figures, Section, Table, charts
 from robolaser.report.page import render
@@ -48,7 +48,7 @@ def print_plan(plan: PosePlan, folder: Path | None = None, *, console: Console |
     for name, reason in _untried(plan):
         out.print(Text(f"Not testable: {name.replace('_', ' ')}: {reason}", style="dim"))
     if folder is not None:
-        out.print(Text(f"Look at {folder / 'report.html'}"))
+        print_page(folder, out)
 
 
 def document(plan: PosePlan, *, command: str = "") -> Document:

@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from pathlib import Path
 
 from calibrated import arm, stripe
 from rich.console import Console
@@ -45,3 +46,9 @@ def test_no_line_is_wider_than_the_columns_that_were_stated(calibration, monkeyp
     wide = max(map(len, printed(calibration).splitlines()))
     monkeypatch.setenv("COLUMNS", "60")
     assert max(map(len, printed(calibration).splitlines())) <= 60 < wide
+
+
+def test_the_path_of_the_page_stays_whole_in_narrow_lines(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    folder = Path("/a/folder/of which/the path/is longer than a line")
+    assert f"Look at {folder}/report.html" in printed(stripe(), folder)

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from robolaser.calibration.result import Calibration
 from robolaser.report.calibration.page import document
-from robolaser.report.console import plain_unless_terminal, print_document
+from robolaser.report.console import plain_unless_terminal, print_document, print_page
 
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
 
@@ -32,4 +32,4 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
         if (folder / "static_transform.sh").exists():
             *files, last = (name for name in FOR_ROS if (folder / name).exists())
             out.print(Text(f"For ROS: {', '.join(files)} and {last} in {folder}", style="dim"))
-        out.print(Text(f"Look at {folder / 'report.html'}"))
+        print_page(folder, out)

@@ -11,7 +11,7 @@ from robolaser.benchmark.standings import Standings
 from robolaser.report.comparison import methods, rows
 from robolaser.report.comparison.page import document
 from robolaser.report.comparison.plot_context import target
-from robolaser.report.console import plain_unless_terminal, print_document
+from robolaser.report.console import plain_unless_terminal, print_document, print_page
 
 MOST_FAILURES, MOST_REFUSALS = 6, 3
 """Lines of each."""
@@ -56,7 +56,7 @@ def print_comparison(
     if not comparison.wanted:
         out.print(Text("No algorithm could be run on any of the problems."))
     if folder is not None:
-        out.print(Text(f"Look at {folder / 'report.html'}"))
+        print_page(folder, out)
 
 
 def _short(reason: str) -> str:

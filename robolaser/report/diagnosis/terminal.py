@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.text import Text
 
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report.console import plain_unless_terminal, print_document
+from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.diagnosis.page import document
 
 
@@ -23,7 +23,7 @@ def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console
     if untested := _untested(diagnosis):
         out.print(Text(f"Not testable: {', '.join(untested)}", style="dim"))
     if folder is not None:
-        out.print(Text(f"Look at {folder / 'report.html'}"))
+        print_page(folder, out)
 
 
 def _untested(diagnosis: Diagnosis) -> list[str]:
