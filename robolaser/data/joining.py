@@ -16,7 +16,7 @@ from robolaser.parameters import Parameter
 A = TypeVar("A", bound=np.generic)
 
 
-def join_sessions(datasets: Mapping[str, Dataset], *, name: str) -> Dataset:
+def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str, ...] = OWN) -> Dataset:
     """Join campaigns of one arm and sensor into one data set.
 
     What all share is taken from the first; of stated noise, the largest. Columns that one of them lacks are dropped.
@@ -25,6 +25,7 @@ def join_sessions(datasets: Mapping[str, Dataset], *, name: str) -> Dataset:
     Args:
         datasets: By the name of their session.
         name: Of the whole.
+        own: Parameters of which each session has a copy, see `Sessions`.
 
     Raises:
         DataError: They are not of one arm and one kind of sensor.
@@ -32,7 +33,7 @@ def join_sessions(datasets: Mapping[str, Dataset], *, name: str) -> Dataset:
     first, *others = datasets.values()
     for other in others:
         check_same_arm(first, other, f"joined with {first.name}")
-    sessions = Sessions(tuple(datasets), OWN)
+    sessions = Sessions(tuple(datasets), own)
     every = [first, *others]
     return replace(
         first,
