@@ -166,11 +166,11 @@ class Refits:
         of whole poses: that holds small errors elsewhere, too.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
-        sets = [without]
+        bare = without
         for one in without.effects:
             if one.where == joint and has_form(fit, one):
-                sets.append(self.refit(sets[-1], removed=one))
-        sets = [sets[0], sets[-1]][: len(sets)]
+                bare = self.refit(bare, removed=one)
+        sets = (without,) if bare is without else (without, bare)
         sparse = max(self._sparsely_unmodelled(fit, one, joint) for one in sets)
         final = self._cost_and_local_unknown(fit, joint)
         if joint not in moving_joints(fit.model.dataset.robot):

@@ -26,8 +26,10 @@ def plain_unless_terminal(console: Console | None) -> Console:
     """The console to print to: the given one or standard output, without colours if it is no terminal."""
     out = console or Console(highlight=False)
     if not out.is_terminal:
+        columns = os.environ.get("COLUMNS", "")
+        width = int(columns) if columns.isdecimal() and int(columns) else WIDE
         out = Console(
-            file=out.file, highlight=False, width=int(os.environ.get("COLUMNS") or WIDE), color_system=None,
+            file=out.file, highlight=False, width=width, color_system=None,
             force_terminal=False, force_jupyter=False,
         )  # fmt: skip
     out.push_render_hook(_Printable())

@@ -4,6 +4,7 @@ import io
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from calibrated import arm, stripe
 from rich.console import Console
 
@@ -46,6 +47,13 @@ def test_no_line_is_wider_than_the_columns_that_were_stated(calibration, monkeyp
     wide = max(map(len, printed(calibration).splitlines()))
     monkeypatch.setenv("COLUMNS", "60")
     assert max(map(len, printed(calibration).splitlines())) <= 60 < wide
+
+
+@pytest.mark.parametrize("columns", ["", "0", "wide", "-5", "8.5"])
+def test_columns_that_are_no_width_are_as_none(calibration, monkeypatch, columns):
+    without = printed(calibration)
+    monkeypatch.setenv("COLUMNS", columns)
+    assert printed(calibration) == without
 
 
 def test_the_path_of_the_page_stays_whole_in_narrow_lines(monkeypatch):

@@ -2,21 +2,10 @@
 
 from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import Diagnosis, ParetoPoint
-from robolaser.report.chart import (
-    FITTED,
-    HELD_OUT,
-    NOISE,
-    Chart,
-    chart,
-    hover,
-    layer,
-    named_rows,
-    quantity,
-    records,
-    rule,
-)
+from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, hover, layer, named_rows, records, rule
+from robolaser.report.diagnosis.charts.waterfall import STEP_PX, gap_axis
 
-STEP_PX, AROUND_PX = 34, 60
+AROUND_PX = 60
 
 
 def front(diagnosis: Diagnosis) -> Chart | None:
@@ -33,8 +22,7 @@ def front(diagnosis: Diagnosis) -> Chart | None:
         members=[", ".join(named(one) for one in choice.effects) or "none" for choice in choices],
     )
     ring = [row for row, choice in zip(data, choices, strict=True) if frozenset(choice.effects) == chosen]
-    x = quantity("gap", "error on new poses, RMS [mm]", log=True)
-    x["axis"] |= {"titleAnchor": "end"}
+    x = gap_axis("gap", log=True)
     y = named_rows("step")
     tooltip = hover("members", effects="effects", gap="error on new poses [mm]")
     return chart(

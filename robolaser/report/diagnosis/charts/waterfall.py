@@ -11,6 +11,7 @@ from robolaser.report.chart import (
     INK,
     MUTED,
     NOISE,
+    Channel,
     Chart,
     chart,
     colours,
@@ -63,6 +64,13 @@ def steps(diagnosis: Diagnosis) -> list[Step]:
     return [*found, Step(LEFT, HELD_OUT, None, after), Step("noise alone", NOISE, None, floor)]
 
 
+def gap_axis(field: str, *, log: bool, domain: tuple[float, float] | None = None) -> Channel:
+    """Along which gaps are drawn, beside names of steps."""
+    x = quantity(field, "error on new poses, RMS [mm]", log=log, domain=domain)
+    x["axis"] |= {"titleAnchor": "end"}  # beside long names there is little room
+    return x
+
+
 def waterfall(diagnosis: Diagnosis) -> Chart:
     """Each step's dot stands at the gap after it; a line leads there from the gap before."""
     rows = steps(diagnosis)
@@ -80,8 +88,7 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         before=[row.after if row.before is None else row.before for row in rows],
         said=["< 1 nm" if row.after == LEAST else millimetres(row.after / 1e3) for row in rows],
     )
-    x = quantity("after", "error on new poses, RMS [mm]", log=logarithmic, domain=(start, end))
-    x["axis"] |= {"titleAnchor": "end"}  # beside long names there is little room
+    x = gap_axis("after", log=logarithmic, domain=(start, end))
     y = named_rows("step")
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
     tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
