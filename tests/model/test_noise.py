@@ -7,7 +7,9 @@ from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cel
 
 from robolaser.data.board import Board
 from robolaser.data.dataset import Noise
+from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
 from robolaser.model.noise.covariance import NoiseLikelihood
 from robolaser.model.noise.reml import estimate, restricted
@@ -16,6 +18,7 @@ from robolaser.model.noise.two_units import size_of_errors
 from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.simulation import simulate
 
 
 def states(cell: Cell, **noise: float) -> Cell:
@@ -308,3 +311,9 @@ def test_a_printed_target_is_never_taken_for_perfect():
     cell = board_cell(np.random.default_rng(18), poses=12, points=8).shaken(np.random.default_rng(19), pixel=0.2)
     model = cell.model()
     assert noise_of(model, cell.truth(model)).sigmas["target"] == pytest.approx(1e-5)
+
+
+def test_a_turn_about_the_only_ball_of_a_pose_is_no_source_of_noise():
+    dataset = simulate(find_robot("scorbot_er7"), kind="profile", poses=12, noise=Noise(joint_rad=1e-5), seed=3).dataset
+    model = Model(dataset)
+    assert "flange_turn" not in noise_of(model, model.parameters.nominal).sigmas

@@ -15,6 +15,10 @@ from robolaser.parameters import Values
 
 JOINT_STEP = 1e-5  # [rad or m]
 
+ROUNDING = 1e-9
+"""[row's unit per rad or m] A source that moves no row by more than this moves none: derivatives by differences are
+exact to about 1e-10. Its size would be estimated from rounding errors, and grow to thousands of radians."""
+
 
 def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
     """The sources of error of a model's residuals at x (d,).
@@ -25,7 +29,8 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
     - `probe` [m] and `probe_turn` [rad], shared by the pose's rows, where the sensor may err by a motion of the whole
       pose: where it sees several points a pose, which may come from one measurement of six dimensions.
     - `flange` [m] and `flange_turn` [rad], likewise, where flange poses were measured, and for other sensors where
-      `joint_rad` is stated.
+      `joint_rad` is stated. Turns only where they move a row, not where a pose sees nothing but the point that it turns
+      about.
 
     So at the level of the pose there is always a source that nobody stated, for which the residuals may speak.
     """
@@ -49,7 +54,7 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
     if wanted:
         shifts, turns = sensor.moved_with_pose(values, flange, perturb)
         found.append(ErrorSource(whole, shifts, of_pose, level="pose"))
-        if shared or sensor.format.angles:
+        if (shared or sensor.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
             found.append(ErrorSource(f"{whole}_turn", turns, of_pose, "rad", level="pose"))
     return tuple(found)
 
