@@ -53,9 +53,9 @@ def calibrate(
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
-    from robolaser.calibration.ros_export import exported
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
+    from robolaser.export.files import exported
     from robolaser.report.calibration import page, print_summary
 
     if (output / CHECKPOINT).exists() and not (resume or force):
