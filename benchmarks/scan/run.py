@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration.export import robot_urdf
 from robolaser.calibration.result import Calibration, json_text
 from robolaser.compiled import cores
 from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import FILE, STRIPE, open_stripes, write_stripes
 from robolaser.data.writing import save
+from robolaser.export.urdf import robot_urdf
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply
 from robolaser.geometry.robots import find_robot

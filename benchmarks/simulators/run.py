@@ -14,8 +14,8 @@ import numpy as np
 
 from robolaser import Plan, calibrate, find_robot, load
 from robolaser.arrays import Array
-from robolaser.calibration.simulators.mjcf import mjcf
 from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.export.mjcf import mjcf
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
 

@@ -18,7 +18,6 @@ from robolaser.data.dataset import Dataset
 from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.identifiability import standard_errors, unidentifiable
-from robolaser.estimation.least_squares_solver import solver_named
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit, outlier_warnings
 from robolaser.model.effects import candidate_effects
@@ -57,7 +56,7 @@ def calibrate(
 
     Raises:
         EstimationError, DataError: The data do not suffice for a calibration.
-        EffectError, UsageError: There is no effect, location, algorithm, loss or solver of that name.
+        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
 
     Examples:
         >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
@@ -66,7 +65,6 @@ def calibrate(
     """
     began = time.perf_counter()
     plan = plan or Plan()
-    solver = solver_named(plan.solver)
     tell = progress or (lambda what, share: None)
     model = Model(dataset, candidate_effects(plan.effects, dataset))
     problem = Problem.of(model)
@@ -78,7 +76,7 @@ def calibrate(
     x, evaluations = start.x, start.evaluations
     if plan.polish:
         tell("fitting", 0.5)
-        problem, x, more = fit(model, x, weights=plan.weights, loss=plan.loss, solver=solver)
+        problem, x, more = fit(model, x, weights=plan.weights, loss=plan.loss)
         evaluations += more
     residuals = model.residuals(x[None])[0]
     if not np.isfinite(residuals).all():

@@ -18,8 +18,6 @@ class Plan:
         polish: Whether Gauss-Newton steps follow the search.
         weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
         loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale taken from the residuals.
-        solver: Name of the least-squares solver that fits all rows after the search, see
-            `robolaser.estimation.least_squares_solver`.
         effects: `EFFECT[:WHERE]` each.
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
@@ -33,7 +31,6 @@ class Plan:
     polish: bool = True
     weights: str = "plain"
     loss: str = "square"
-    solver: str = "levenberg-marquardt"
     effects: tuple[str, ...] = ()
     seed: int = 1
     generations: int = GENERATIONS

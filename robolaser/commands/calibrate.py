@@ -20,7 +20,6 @@ def calibrate(
     polish: Annotated[bool, Parameter(negative="--no-polish")] = True,
     weights: Literal["plain", "noise"] = "plain",
     loss: Literal["square", "huber", "cauchy"] = "square",
-    solver: Annotated[str | None, Parameter(metavar="NAME")] = None,
     effects: Annotated[tuple[str, ...], Parameter(name="--with", metavar="EFFECT[:WHERE]")] = (),
     generations: Count | None = None,
     seed: Seed = 1,
@@ -43,7 +42,6 @@ def calibrate(
         polish: Refine the result of the search by least squares.
         weights: Minimise J itself (plain), or weight each row by its noise.
         loss: Loss of a row; huber and cauchy reduce the influence of gross errors.
-        solver: Fit all points with one of `robolaser list solvers`. Default: levenberg-marquardt.
         effects: Add an effect to the model; may be given again.
         generations: Number of generations, in a search that has them.
         seed: Seed of the search.
@@ -55,10 +53,9 @@ def calibrate(
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
     from robolaser.calibration.result import json_text
-    from robolaser.calibration.ros_export import exported
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.estimation.least_squares_solver import DEFAULT
+    from robolaser.export.files import exported
     from robolaser.report.calibration import page, print_summary
 
     if (output / CHECKPOINT).exists() and not (resume or force):
@@ -67,15 +64,12 @@ def calibrate(
         )
     if generations and algorithm in (None, SCREENING, POLISH_ONLY):
         terminal.warn(f"--generations has no effect: {algorithm or 'the default search'} has no generations.")
-    if solver and not polish:
-        terminal.warn("--solver has no effect: --no-polish leaves out the fit that it would do.")
     data = load(dataset)
     plan = Plan(
         algorithm=algorithm,
         polish=polish,
         weights=weights,
         loss=loss,
-        solver=solver or DEFAULT.name,
         effects=effects,
         seed=seed,
         generations=generations or GENERATIONS,

@@ -39,12 +39,12 @@ def diagnose(
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
-    from robolaser.calibration.ros_export import exported, is_withheld
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
     from robolaser.diagnosis.corrected_model import corrected, corrected_json
     from robolaser.diagnosis.result_json import diagnosis_json
+    from robolaser.export.files import exported, is_withheld
     from robolaser.report.diagnosis import page, print_diagnosis
 
     data, others = load(dataset), [load(other) for other in validate]

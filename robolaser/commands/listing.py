@@ -7,12 +7,12 @@ from robolaser.commands.terminal import TERMINAL, Terminal, say
 
 
 def list_family(
-    family: Literal["robots", "effects", "algorithms", "solvers", "sensors", "importers"],
+    family: Literal["robots", "effects", "algorithms", "sensors", "importers"],
     /,
     *,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Show the available robots, effects, algorithms, solvers, sensors or importers.
+    """Show the available robots, effects, algorithms, sensors or importers.
 
     For example:
 
@@ -57,13 +57,6 @@ def _algorithms() -> Iterable[tuple[str, ...]]:
     yield POLISH_ONLY, "calibrate", "no search: the polish alone, from the nominal values"
 
 
-def _solvers() -> Iterable[tuple[str, ...]]:
-    from robolaser.estimation.least_squares_solver import solvers
-
-    for name, solver in solvers().items():
-        yield name, solver.title
-
-
 def _sensors() -> Iterable[tuple[str, ...]]:
     from robolaser.model.sensors import sensors
 
@@ -82,7 +75,6 @@ FAMILIES = {
     "robots": (("robot", "joints", "flange", "title"), _robots),
     "effects": (("effect", "title", "parameters"), _effects),
     "algorithms": (("algorithm", "commands", "title"), _algorithms),
-    "solvers": (("solver", "title"), _solvers),
     "sensors": (("sensor", "title"), _sensors),
     "importers": (("importer", "title", "options"), _importers),
 }

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+from scipy.special import chdtrc
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import place
-from robolaser.diagnosis.chi_squared import survival
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import TIME
@@ -125,7 +125,7 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) 
     for one in evidence:
         kind, site = one.candidate_effect.effect, one.candidate_effect.where
         share = closed * one.explained / total + (found[site].share if site in found else 0.0)
-        p_value = survival(one.explained, len(kind.units()))
+        p_value = float(chdtrc(len(kind.units()), max(one.explained, 0.0)))
         found[site] = Localization(site, _coordinate(kind, site, places), share, one.explained, p_value)
     return sorted(found.values(), key=lambda place: -place.share)
 

@@ -1,9 +1,9 @@
 """Rows that no model and no noise accounts for: gross errors, found while the model itself may still be wrong."""
 
 import numpy as np
+from scipy.special import chdtri
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.diagnosis.chi_squared import median
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
 from robolaser.diagnosis.thresholds import (
     FREE_POSE_M,
@@ -86,7 +86,7 @@ def _far(rows: Array, of_pose: Ints) -> Bools:
 def _scale(rows: Array) -> float:
     """Standard deviation of white rows (m, k) by their median length, at least 1: gross errors do not move it."""
     numbers = max(1.0, rows.shape[1] - UNUSED)
-    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(median(numbers))))
+    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(chdtri(numbers, 0.5))))
 
 
 def _roots(fit: Fit) -> Array:

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
+from scipy.special import stdtrit
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.student_t import half_width
 from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN, SIGMA_OF_95_PERCENT
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
@@ -47,7 +47,7 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequenc
         pull = influence[:, :K] @ white[:, other]
         variances = variances + considered_variances(pull, left[:, other], at.r)
     variances = variances + between_models(fit, evidence)
-    widened = half_width(0.95, max(1, len(fit.poses) - 1)) / SIGMA_OF_95_PERCENT
+    widened = stdtrit(max(1, len(fit.poses) - 1), 0.975) / SIGMA_OF_95_PERCENT
     return np.asarray(widened * np.sqrt(variances))
 
 

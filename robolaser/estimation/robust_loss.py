@@ -37,7 +37,6 @@ EFFICIENT: Mapping[str, float] = {"huber": 1.345, "cauchy": 2.385}
 """Scales, in standard deviations, at which 5 % of the efficiency is lost where all errors are normal and lie along a
 line, as a scanner's nearly do; less is lost where they lie all around."""
 MEDIAN = 0.6745  # median length of such errors, in standard deviations
-NOTHING = 1e-12  # z of a row below which it costs its square: the root of a relative cost has no digits there
 HALF = 0.5  # weight of a row below which it counts as a gross error
 
 
@@ -125,27 +124,6 @@ class Loss:
         root = of_numbers(np.sqrt(slope))
         straight = J - of_numbers((1.0 - shrink)[:, None] * along) * away[:, None]
         return root * residuals / of_numbers(shrink), root[:, None] * straight
-
-    def as_squares(self, residuals: Array, starts: Ints) -> Array:
-        """Residuals whose squares add up to the cost, (c, K) -> (c, K): each row scaled to the root of its cost."""
-        rho = LOSSES[self.name]
-        if rho is None:
-            return residuals
-        z = np.maximum(self._z(residuals, starts), NOTHING)
-        return np.asarray(residuals * _of_numbers(np.sqrt(rho(z)[0] / z), residuals, starts))
-
-    def slopes_as_squares(self, residuals: Array, J: Array, starts: Ints) -> Array:
-        """Derivatives of `as_squares` from those of the residuals, (c, d, K) -> (c, d, K)."""
-        rho = LOSSES[self.name]
-        if rho is None:
-            return J
-        z = np.maximum(self._z(residuals, starts), NOTHING)
-        value, slope, _ = rho(z)
-        factor = np.sqrt(value / z)
-        change = (slope - value / z) / (z * factor * self.scale**2)  # of the factor by |e|²/2
-        along = np.add.reduceat(J * residuals[:, None], starts, axis=-1)
-        turned = _of_numbers(change[:, None] * along, residuals, starts) * residuals[:, None]
-        return np.asarray(J * _of_numbers(factor, residuals, starts)[:, None] + turned)
 
     def _z(self, residuals: Array, starts: Ints) -> Array:
         return np.add.reduceat(residuals**2, starts, axis=-1) / self.scale**2

@@ -4,7 +4,6 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.subsampling import some_of_each
-from robolaser.estimation.least_squares_solver import DEFAULT, LeastSquaresSolver, minimized
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
@@ -23,9 +22,7 @@ CROWDED = 1e-11
 """Tolerance on so many rows: a million of them put the optimum a hundredth of a standard error from there."""
 
 
-def fit(
-    model: Model, start: Array, *, weights: str = "plain", loss: str = "square", solver: LeastSquaresSolver = DEFAULT
-) -> tuple[Problem, Array, int]:
+def fit(model: Model, start: Array, *, weights: str = "plain", loss: str = "square") -> tuple[Problem, Array, int]:
     """Fit all rows from a good start.
 
     Args:
@@ -34,14 +31,12 @@ def fit(
         weights: "plain", which weighs rows alike, and numbers of two units within them by their sizes; or "noise" to
             whiten by the covariance of the noise.
         loss: "square", or one that lets gross errors count for less, by a scale from the residuals.
-        solver: What descends; a sample of large data, and no more, is fitted by ours first.
 
     Returns:
         The problem that was solved last, its optimum (d,), and the residual vectors evaluated.
 
     Raises:
         UsageError: There is no loss of that name.
-        EstimationError: The solver gave no answer.
     """
     Loss(loss)
     plain = comparable(model, start)
@@ -49,20 +44,21 @@ def fit(
     evaluations = 0
     if problem.rows > CROWD * FEWER:
         start, evaluations = _by_sample(problem, start)
-    x, evaluated = minimized(solver, problem, start, tol=TOLERANCE if problem.rows <= CROWD * FEWER else CROWDED)
-    evaluations += evaluated
+    end = solve(problem, start[None], tol=TOLERANCE if problem.rows <= CROWD * FEWER else CROWDED)
+    evaluations += end.evaluations
     for _ in range(ROUNDS if model.known_distances is not None else 0):
-        problem = problem.with_rows_of_size(x)
-        x, evaluated = minimized(solver, problem, x, tol=TOLERANCE)
-        evaluations += evaluated
+        problem = problem.with_rows_of_size(end.x[0])
+        end = solve(problem, end.x)
+        evaluations += end.evaluations
     for _ in range(ROUNDS if weights == "noise" or loss != "square" else 0):
+        x = end.x[0]
         noise = noise_of(model, x, problem.inliers(x)).for_weights() if weights == "noise" else plain
         white = problem.with_noise(noise)
         problem = problem.with_noise(noise, Loss.fitting(loss, white.residuals(x[None])[0], problem.starts))
         problem = problem.with_rows_of_size(x)
-        x, evaluated = minimized(solver, problem, x, tol=TOLERANCE)
-        evaluations += evaluated
-    return problem, x, evaluations
+        end = solve(problem, end.x)
+        evaluations += end.evaluations
+    return problem, end.x[0], evaluations
 
 
 def _by_sample(problem: Problem, start: Array) -> tuple[Array, int]:

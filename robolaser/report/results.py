@@ -16,7 +16,6 @@ from robolaser.benchmark.standings import Standings, standings
 from robolaser.bounded_reading import read_text
 from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.calibration.result import Calibration, as_json, json_text
-from robolaser.calibration.ros_export import exported
 from robolaser.data.atomic_write import write_text
 from robolaser.data.result_folder import results_in, write_results
 from robolaser.data.saved_result import SavedResult, numbers_of
@@ -24,6 +23,7 @@ from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.errors import UsageError, near
+from robolaser.export.files import exported
 from robolaser.report import calibration as of_calibration
 from robolaser.report import comparison as of_comparison
 from robolaser.report import diagnosis as of_diagnosis

@@ -20,11 +20,11 @@ from robolaser.calibration.initialization import descend_until_agreed
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
-from robolaser.calibration.ros_export import exported
 from robolaser.data.dataset import Noise
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
+from robolaser.export.files import exported
 from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from diagnosed import MADE
 
-from robolaser.calibration.export import corrected_urdf, robot_urdf
 from robolaser.cli import main
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
@@ -17,6 +16,7 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.result_json import diagnosis_json
+from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects

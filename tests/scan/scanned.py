@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.calibration.export import robot_urdf
 from robolaser.calibration.result import Calibration, json_text
 from robolaser.data.dataset import Noise, Points
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 from robolaser.data.writing import save
+from robolaser.export.urdf import robot_urdf
 from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model

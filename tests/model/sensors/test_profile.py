@@ -9,13 +9,13 @@ import pytest
 import robolaser
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
-from robolaser.calibration.ros_export import static_transform
 from robolaser.data.dataset import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
+from robolaser.export.ros import static_transform
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian

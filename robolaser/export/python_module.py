@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.calibration.simulators.corrected_arm import CorrectedArm
+from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.geometry import urdf
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply

@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration.export import corrected_urdf, robot_urdf
 from robolaser.calibration.result import Calibration
+from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf.parsing import parse
 from robolaser.model.effects.effect import CandidateEffect, Effect

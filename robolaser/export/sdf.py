@@ -5,8 +5,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.calibration.simulators.bodies import RigidBody, bodies
-from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment
+from robolaser.export.bodies import RigidBody, bodies
+from robolaser.export.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.urdf.writing import origin_attributes
 
 VERSION = "1.7"  # the first in which a pose can be relative to a link

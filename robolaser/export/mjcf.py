@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.calibration.simulators.bodies import RADIUS_M, RigidBody, bodies
-from robolaser.calibration.simulators.corrected_arm import CorrectedArm, comment
+from robolaser.export.bodies import RADIUS_M, RigidBody, bodies
+from robolaser.export.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.geometry.urdf.writing import digits
 from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring

@@ -8,8 +8,9 @@ import yaml
 from calibrated import KINDS, arm, point, socket, stripe
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.export import camera_yaml, corrected_urdf, plumb_bob, robot_urdf
-from robolaser.calibration.ros_export import easy_handeye2, static_transform
+from robolaser.export.camera import camera_yaml, plumb_bob
+from robolaser.export.ros import easy_handeye2, static_transform
+from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose

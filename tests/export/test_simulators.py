@@ -11,9 +11,9 @@ import pytest
 from calibrated import finished, stripe
 
 from robolaser import find_robot
-from robolaser.calibration.simulators.mjcf import mjcf
-from robolaser.calibration.simulators.python_module import corrected_module
-from robolaser.calibration.simulators.sdf import sdf
+from robolaser.export.mjcf import mjcf
+from robolaser.export.python_module import corrected_module
+from robolaser.export.sdf import sdf
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.model.effects import candidate_effects

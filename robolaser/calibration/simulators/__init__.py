@@ -1,1 +1,0 @@
-"""A calibrated arm for simulators: MJCF, SDF, and a program without dependencies."""

@@ -1,0 +1,1 @@
+"""A calibration as files for others: URDF, ROS, MuJoCo, Gazebo, and a program without dependencies."""

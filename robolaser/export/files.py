@@ -1,0 +1,31 @@
+"""The files of a calibration for ROS, for simulators and for programs of one's own."""
+
+from robolaser.calibration.checks import SETUP_RMS_M
+from robolaser.calibration.result import Calibration
+from robolaser.export.camera import camera_yaml
+from robolaser.export.mjcf import mjcf
+from robolaser.export.python_module import corrected_module
+from robolaser.export.ros import easy_handeye2, static_transform
+from robolaser.export.sdf import sdf
+from robolaser.export.urdf import corrected_urdf, robot_urdf
+from robolaser.results import EXPORTED
+
+
+def exported(calibration: Calibration) -> dict[str, str | None]:
+    """The files of `EXPORTED` by name, for ROS and for simulators; None for one that this calibration does not have.
+
+    Only `robot_urdf` where `is_withheld`.
+    """
+    writers = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, sdf, corrected_module)
+    withheld = is_withheld(calibration)
+    texts = [robot_urdf(calibration), *(None if withheld else write(calibration) for write in writers)]
+    return dict(zip(EXPORTED, texts, strict=True))
+
+
+def is_withheld(calibration: Calibration) -> bool:
+    """Whether errors say that the data set describes the cell wrongly: what is exported would look as if it were good.
+
+    Fitted points and new ones must both say so: gross errors, which a diagnosis leaves out of the latter, do not.
+    """
+    new_m = calibration.held_out_rms_m
+    return min(calibration.rms_m, calibration.rms_m if new_m is None else new_m) >= SETUP_RMS_M
