@@ -23,8 +23,8 @@ from robolaser.estimation.least_squares_solver import (
 )
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 WORKING = """
