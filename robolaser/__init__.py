@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from robolaser.data.writing import save
     from robolaser.diagnosis import diagnose
     from robolaser.errors import RobolaserError
-    from robolaser.geometry.robots import find_robot
     from robolaser.model.effects import EFFECTS
     from robolaser.report.progress_bar import progress_bar
+    from robolaser.robot.by_name import find_robot
 
 _HOME = {
     "Calibration": "calibration.result",
@@ -31,7 +31,7 @@ _HOME = {
     "calibrate": "calibration.calibrate",
     "compare": "benchmark.run_loop",
     "diagnose": "diagnosis",
-    "find_robot": "geometry.robots",
+    "find_robot": "robot.by_name",
     "load": "data.loading",
     "load_calibration": "data.saved_result",
     "load_diagnosis": "data.saved_result",

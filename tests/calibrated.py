@@ -9,12 +9,12 @@ from robolaser.calibration.pymoo_search import History
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.estimation.identifiability import Unidentifiable
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 NOMINAL = {

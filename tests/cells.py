@@ -10,12 +10,12 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe import SCANNER, Stripe
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
 
 TRUTH = {
     "f": 0.008, "s_u": 7.4e-6, "s_v": 7.5e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14, "theta": 0.45,

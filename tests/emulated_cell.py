@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 
 DATASET = """
 format = "robolaser-dataset/1"

@@ -14,9 +14,9 @@ import robolaser.operators
 from robolaser.algorithms.registry import ALGORITHMS, POLISH_ONLY
 from robolaser.cli import app
 from robolaser.data.sensor_format import POSE_UNITS
-from robolaser.geometry.robots import known_robots
 from robolaser.model.effects import EFFECTS
 from robolaser.model.sensors import Stripe
+from robolaser.robot.by_name import known_robots
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {

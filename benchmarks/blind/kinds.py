@@ -21,7 +21,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import RobolaserError
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import FAULTS, IN_IMAGES
 from robolaser.trials.making import make

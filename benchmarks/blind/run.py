@@ -26,7 +26,7 @@ import robolaser
 from robolaser.commands.challenge import summary
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.kinds import USUAL
 from robolaser.trials.making import make
 from robolaser.trials.outcome import Outcome, outcome

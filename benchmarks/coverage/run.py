@@ -10,8 +10,8 @@ import numpy as np
 
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.data.dataset import Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 CASES = {

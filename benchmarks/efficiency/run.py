@@ -25,9 +25,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 WORLDS = {"pixels and target alike": (0.1, 3e-5), "mostly pixels": (0.1, 5e-6), "mostly target": (0.02, 1e-4)}

@@ -6,7 +6,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 SIZES = ((25, 10), (50, 20), (100, 40), (300, 40), (1000, 100))

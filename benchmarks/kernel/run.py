@@ -23,8 +23,8 @@ from peer import Plain
 from robolaser.arrays import Array
 from robolaser.compiled import cores
 from robolaser.data.dataset import Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 POSES = {25: 5, 1000: 50, 20_000: 200}  # by number of points

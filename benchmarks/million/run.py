@@ -23,10 +23,10 @@ from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import sizes_of
 from robolaser.report.calibration import page
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 SIZES = ((100, 10), (100, 100), (1000, 100), (1000, 1000))

@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
 from robolaser.geometry.rigid_motion import from_quaternion
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, paper, simulate
 
 CHOICE = 300  # poses, of which the degenerate experiments take the few that are most alike

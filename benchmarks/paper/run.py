@@ -12,8 +12,8 @@ import numpy as np
 from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import paper
 
 AGREES = 1e-6

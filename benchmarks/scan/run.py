@@ -26,9 +26,9 @@ from robolaser.data.writing import save
 from robolaser.export.urdf import robot_urdf
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.scan import Scan, prepare, read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, positions_of, write_ply
 from robolaser.simulation import simulate

@@ -106,7 +106,7 @@ def diagnose_all(cache: Path, numbers: list[int], *, keep_search: bool) -> dict[
     from robolaser.diagnosis import examine, pipeline
     from robolaser.diagnosis.refits import Refits
     from robolaser.diagnosis.result_json import diagnosis_json
-    from robolaser.geometry.robots import find_robot
+    from robolaser.robot.by_name import find_robot
     from robolaser.trials.making import make
     from robolaser.trials.outcome import outcome
 

@@ -69,7 +69,7 @@ def _dataset(text: str) -> tuple[str, Dataset]:
     """Name and data of a folder, or of the paper's experiment as it is simulated."""
     folder = Path(text)
     if text == PAPER and not folder.exists():
-        from robolaser.geometry.robots import find_robot  # noqa: PLC0415 - only here
+        from robolaser.robot.by_name import find_robot  # noqa: PLC0415 - only here
         from robolaser.simulation import paper  # noqa: PLC0415
 
         return PAPER, paper(find_robot("scorbot_er7"), seed=1).dataset

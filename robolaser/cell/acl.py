@@ -14,7 +14,7 @@ from robolaser.cell.failures import joints_differ, line_lost, unclear
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError, DataError
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 PER_QUARTER = 33
 """PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign is the encoder's."""

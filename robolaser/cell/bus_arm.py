@@ -10,7 +10,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import joints_differ, no_outputs
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 
 class BusArm(Arm):

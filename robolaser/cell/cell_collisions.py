@@ -7,10 +7,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.collision_bodies import Body, carried_bodies, link_bodies, link_radius
-from robolaser.geometry.collisions import CollisionModel
 from robolaser.geometry.rigid_motion import from_quaternion, pose
 from robolaser.geometry.urdf import parse
+from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies, link_radius
+from robolaser.robot.collisions import CollisionModel
 
 SENSOR = "the sensor"
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 
 def joint_text(robot: Robot, joint: int, value: float) -> str:

@@ -13,7 +13,7 @@ from robolaser.cell.motion_time import PEAK
 from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import LineLost
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 EVERYBODY = 254
 QUIET_S = 0.6

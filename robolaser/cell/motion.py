@@ -12,7 +12,7 @@ from robolaser.cell.joint_text import joint_text
 from robolaser.cell.motion_time import seconds_for, time_to_show, way_in
 from robolaser.data.cell_config import UNATTENDED_S
 from robolaser.errors import ArmError, PlanError, RobolaserError
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 POLL_S = 0.05
 ALIKE_S = 0.1

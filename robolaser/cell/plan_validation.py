@@ -11,8 +11,8 @@ from robolaser.cell.cell_collisions import collision_model, tool_points
 from robolaser.cell.joint_text import joint_text
 from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import PlanError
-from robolaser.geometry.collisions import CollisionModel
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.collisions import CollisionModel
+from robolaser.robot.kinematics import Robot
 
 FINE = 0.02
 """All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that

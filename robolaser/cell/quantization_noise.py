@@ -8,7 +8,7 @@ from copy import deepcopy
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 SECTION, KEY = "noise", "joint_rad"
 HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE)

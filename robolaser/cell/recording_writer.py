@@ -25,7 +25,7 @@ from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError, OutputError, PlanError, output_exists, unreadable, unwritable
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 IMAGE_OFF = UNLIT

@@ -14,7 +14,7 @@ from robolaser.bounded_reading import read_json
 from robolaser.data.csv_tables import bad_cell, read_table
 from robolaser.data.pose_table import all_different
 from robolaser.errors import DataError
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 FAR = 1.0
 """How far beyond its limits a joint value is another unit's [rad or m]."""

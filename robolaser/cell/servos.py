@@ -15,7 +15,7 @@ from robolaser.cell.servo_packets import READ_ALL, WRITE_ALL
 from robolaser.cell.servo_registers import SERVOS
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 MIDDLE = 2048
 QUIET_S = 0.25

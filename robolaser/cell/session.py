@@ -19,7 +19,7 @@ from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 LIGHT_GREY = 40
 """A visible laser brightens some pixel at least by this; noise alone by a dozen."""

@@ -16,7 +16,7 @@ from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
-    from robolaser.geometry.kinematics import Robot
+    from robolaser.robot.kinematics import Robot
 
 NEW, SCORE = "challenge new", "challenge score"
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
@@ -75,7 +75,7 @@ def new(
 
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
-    from robolaser.geometry.robots import find_robot
+    from robolaser.robot.by_name import find_robot
     from robolaser.trials.building import Ranges
     from robolaser.trials.sealed_truth import key_beside
     from robolaser.trials.trial import new as make

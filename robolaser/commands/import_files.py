@@ -81,8 +81,8 @@ def import_files(
     from robolaser.data.importers.writing import check_apart, checked, preview, write
     from robolaser.data.result_folder import results_in
     from robolaser.data.writing import files_of
-    from robolaser.geometry.robots import find_robot
     from robolaser.geometry.urdf import DescriptionOptions, DHStatement
+    from robolaser.robot.by_name import find_robot
 
     if flange is not None and robot is None:
         raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")

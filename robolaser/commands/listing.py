@@ -33,7 +33,7 @@ def list_family(
 
 
 def _robots() -> Iterable[tuple[str, ...]]:
-    from robolaser.geometry.robots import known_robots
+    from robolaser.robot.by_name import known_robots
 
     for robot in known_robots():
         yield robot.name, f"{len(robot.joints)} joints", f"flange {robot.flange}", robot.title

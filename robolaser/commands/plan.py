@@ -113,8 +113,8 @@ def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Datas
     from robolaser.data.csv_tables import read_table
     from robolaser.data.dataset import Dataset, Points
     from robolaser.data.pose_table import poses_of
-    from robolaser.geometry.robots import find_robot
     from robolaser.model.sensors import sensors
+    from robolaser.robot.by_name import find_robot
 
     if sensor not in sensors():
         raise UsageError(f"No sensor '{sensor}'.{near(sensor, sensors())}")

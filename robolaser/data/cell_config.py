@@ -11,9 +11,9 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import QUATERNION_SLACK, Text, check_format, describe
 from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
 from robolaser.errors import DataError
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf import parse
 from robolaser.geometry.urdf.tree import unknown_frame
+from robolaser.robot.kinematics import Robot
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"

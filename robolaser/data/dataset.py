@@ -16,8 +16,8 @@ from robolaser.data.sessions import Sessions
 from robolaser.data.subsampling import some_of_each
 from robolaser.data.toml_schema import Positive
 from robolaser.errors import DataError, RobotError
-from robolaser.geometry.kinematics import Robot
 from robolaser.parameters import Parameter
+from robolaser.robot.kinematics import Robot
 
 
 @final

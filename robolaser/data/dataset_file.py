@@ -16,9 +16,9 @@ from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
-from robolaser.geometry.kinematics import DOWN, Robot
-from robolaser.geometry.robots import find_robot
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import DOWN, Robot
 
 FILE = "dataset.toml"
 FORMAT = "robolaser-dataset/1"

@@ -13,8 +13,8 @@ from robolaser.data.dataset import Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, inside, no_rotation
 from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import from_quaternion, pose
+from robolaser.robot.kinematics import Robot
 
 FILE = "poses.csv"
 FLANGE_COLUMNS = (*XYZ, *QUATERNION)

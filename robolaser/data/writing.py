@@ -13,8 +13,8 @@ from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import output_exists
-from robolaser.geometry.kinematics import DOWN
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.robot.kinematics import DOWN
 
 FILES = ("dataset.toml", "poses.csv", "points.csv")
 FOLDER = (*FILES, "robot.urdf")  # all that a data set is written as

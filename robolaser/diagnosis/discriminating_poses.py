@@ -14,9 +14,9 @@ from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import MIN_POSES
-from robolaser.geometry.inverse_kinematics import touching
-from robolaser.geometry.visibility import limits, random_configurations
 from robolaser.parameters import Values
+from robolaser.robot.inverse_kinematics import touching
+from robolaser.robot.visibility import limits, random_configurations
 
 A = TypeVar("A", bound=np.generic)
 

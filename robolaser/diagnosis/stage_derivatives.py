@@ -9,9 +9,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
 from robolaser.finite_differences import central_differences
-from robolaser.geometry.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
+from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 
 SHIFT_M, TURN_RAD, PIXEL_PX, IMAGE_M = 1e-5, 1e-5, 1e-2, 1e-7
 """Steps of the derivatives."""

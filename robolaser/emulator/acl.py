@@ -15,7 +15,7 @@ from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.homing import Homing
 from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
 from robolaser.emulator.positions import BAD_COORDINATE, OK, Missing, Positions, number
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 FASTEST_RAD_S = 1.0
 """Of every axis, at speed 100 (or m/s)."""

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.joints import Axis, least_seconds
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 TURN = 4096
 MIDDLE = 2048

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 NAMES = "XYZPR"
 TENTHS = np.array([1e4, 1e4, 1e4, 1800 / np.pi, 1800 / np.pi])

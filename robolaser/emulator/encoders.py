@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 QUARTER = 33
 """PAR 33, 34, ...: counts of axis 1, 2, ... for 90 degrees (or a metre's quarter turn: a rail's pi/2 m)."""

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.joints import RAMP, Axis, least_seconds
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 TENTHS = 1800 / np.pi
 """Of a degree, in a radian."""

@@ -7,7 +7,7 @@ from typing import final
 from robolaser.arrays import Ints
 from robolaser.emulator.cartesian import NAMES, place, reach
 from robolaser.emulator.encoders import Encoders
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 OK = ["O.K."]
 WIDTH = 9

@@ -11,15 +11,15 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
-from robolaser.geometry.inverse_kinematics import touching
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.geometry.visibility import TILT, View, random_configurations
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values
+from robolaser.robot.inverse_kinematics import touching
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import TILT, View, random_configurations
 
 NEAR, FAR = 1.3, 2.5  # distances of the board, in distances at which it would just fill the image
 MARGIN = 0.04  # of the image, left free around the board

@@ -10,10 +10,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf.parsing import parse
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.mechanism import Part, Spring
+from robolaser.robot.kinematics import Robot
 
 SEARCHED_KG = (np.linspace(0.0, 20.0, 201), np.linspace(-0.1, 0.1, 201))
 SOFTEST = 1e-12  # least compliance [rad/Nm] that is a spring at all

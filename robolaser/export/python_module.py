@@ -9,10 +9,10 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.geometry import urdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import perturb_with
 from robolaser.model.stages import Stage
+from robolaser.robot.kinematics import Robot
 
 LINE = "# " + "-" * 118 + "\n"
 HEAD = '''"""{name}: the calibrated arm. Joint values in, poses of flange and sensor out.

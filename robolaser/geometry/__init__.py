@@ -1,1 +1,1 @@
-"""Rigid motions, robots and their kinematics, the camera and the laser plane."""
+"""Rigid motions, the camera and the laser plane; robots described as text."""

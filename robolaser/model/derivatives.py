@@ -4,10 +4,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.finite_differences import differences
-from robolaser.geometry.flange_motion import moved_by_twists
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.model.tangents import ChainRule, Tangent
+from robolaser.robot.flange_motion import moved_by_twists
 
 STEP = 1e-5
 """Of a central difference, in units of a parameter's range: truncation and rounding are both near 1e-10 there."""

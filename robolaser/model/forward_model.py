@@ -10,7 +10,6 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
-from robolaser.geometry.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
@@ -18,6 +17,7 @@ from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.model.tangents import Acting, ChainRule, Tangent
 from robolaser.parameters import Parameters, Values
+from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache

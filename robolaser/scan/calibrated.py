@@ -14,12 +14,12 @@ from robolaser.data.atomic_write import finish_for_the_dead
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, inside
 from robolaser.errors import DataError, ScanError
-from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors.compiled_stripe import SCANNER
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter, Values
+from robolaser.robot.kinematics import DOWN, Robot
 from robolaser.scan.effects_in_file import effects_in_file
 from robolaser.scan.json_object import JsonObject, unusable
 

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from robolaser.errors import EffectError, near
-from robolaser.geometry.kinematics import Robot
 from robolaser.model import effects as library
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.robot.kinematics import Robot
 from robolaser.scan.json_object import JsonObject, unusable
 
 

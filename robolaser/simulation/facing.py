@@ -6,10 +6,10 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.errors import RobotError
-from robolaser.geometry.inverse_kinematics import touching
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.visibility import farthest_first, random_configurations
+from robolaser.robot.inverse_kinematics import touching
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import farthest_first, random_configurations
 
 DEPTH_M = (0.35, 0.8)  # distances from the camera to the board
 TILT = 40 * np.pi / 180  # of the view against the vertical at most: beyond, squares get too narrow

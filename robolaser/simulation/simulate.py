@@ -11,10 +11,10 @@ from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.joining import join_sessions
 from robolaser.data.sessions import Sessions
 from robolaser.errors import EffectError
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.visibility import limits
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import limits
 from robolaser.simulation.corners import along_camera, seen_beside
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.outliers import gross_rows, impossible, share_of

@@ -8,9 +8,9 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset, Noise, Poses
 from robolaser.errors import TrialError
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import BlankTrial, Ranges, build
 from robolaser.trials.detectability import DETECTABLE, Detectability
 from robolaser.trials.imperfections import with_imperfections

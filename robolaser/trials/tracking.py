@@ -5,9 +5,9 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.visibility import random_configurations
 from robolaser.model.sensors.placements import motion, vector
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import random_configurations
 from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
 from robolaser.trials.resampling import ReferenceCell
 from robolaser.trials.synthetic.arm import PinocchioArm

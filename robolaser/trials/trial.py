@@ -14,7 +14,7 @@ from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.writing import FOLDER, texts_of
 from robolaser.errors import DataError, TrialError
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.diagnosing import diagnose_all
 from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of

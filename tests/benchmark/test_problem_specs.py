@@ -18,7 +18,7 @@ from robolaser.benchmark.single_run import run
 from robolaser.benchmark.solvers import find
 from robolaser.data.writing import save
 from robolaser.errors import BenchmarkError, UsageError
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 ASKED = ("paper", "reduced:paper", *(f"pymoo:{name}" for name in TEST_FUNCTIONS), "pymoo:rastrigin-3", "pymoo:g6")

@@ -25,10 +25,10 @@ from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.files import exported
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.problems import ReducedCalibration, ScannerCalibration
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, paper, simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)

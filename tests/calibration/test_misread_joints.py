@@ -15,8 +15,8 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.errors import DataError, EstimationError
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 DEGREES = 180.0 / np.pi

@@ -14,7 +14,7 @@ from robolaser.cell.motion import Mover
 from robolaser.cell.serial_line import SerialLine
 from robolaser.data.cell_config import Cell
 from robolaser.errors import ArmError, DataError, LineLost
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 
 NOTICED_S = 2.0
 

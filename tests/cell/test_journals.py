@@ -20,7 +20,7 @@ from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table
 from robolaser.data.atomic_write import STAGED
 from robolaser.data.cell_config import Cell
 from robolaser.errors import DataError, OutputError, PlanError
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 Q = np.random.default_rng(4).uniform(-0.5, 0.5, (4, 5))
 COLUMNS = ("image", "image_2", "image_off")

@@ -16,7 +16,7 @@ from robolaser.cell.plan_validation import allowed, lowest, reach, violations
 from robolaser.data.cell_config import Limits
 from robolaser.errors import ArmError, PlanError
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 
 ROBOT = find_robot("scorbot_er7")
 NONE = np.empty((0, 3))

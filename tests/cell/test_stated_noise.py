@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from robolaser.cell.quantization_noise import quantization_rad, with_noise
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 
 LINE = "joint_rad = 0.00029"
 

@@ -17,10 +17,10 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.export.urdf import corrected_urdf, robot_urdf
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 OFFSET = 0.004

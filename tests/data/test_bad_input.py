@@ -15,7 +15,7 @@ from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.errors import DataError, RobolaserError
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import paper, simulate
 
 

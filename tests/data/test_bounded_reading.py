@@ -25,7 +25,7 @@ from robolaser.data.importers.yaml_file import peek, read_yaml
 from robolaser.data.stripe_file import open_stripes
 from robolaser.data.toml_schema import read_toml
 from robolaser.errors import AlgorithmError, DataError, RobolaserError
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import map_ply
 from robolaser.trials.trial import read_diagnosis

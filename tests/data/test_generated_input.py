@@ -31,9 +31,9 @@ from robolaser.data.stripe_file import STRIPE, open_stripes
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.world.reading import load_world
 from robolaser.errors import RobolaserError, UsageError
-from robolaser.geometry.robots import find_robot
 from robolaser.geometry.urdf import parse
 from robolaser.geometry.urdf.dh_table import DHStatement, read_dh_table
+from robolaser.robot.by_name import find_robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, write_ply
 from robolaser.simulation.effect_specs import sizes_of

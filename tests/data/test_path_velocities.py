@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.path_velocities import WARNING, with_path_velocities
 from robolaser.data.writing import save
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 ROBOT = find_robot("ur5")

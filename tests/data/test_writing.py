@@ -10,9 +10,9 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.errors import OutputError
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
 
 WILD = 'a "quoted" \\ back\tslash, ümlaut 光 🤖 \x7f \x01 = [x] # no comment'
 

@@ -12,9 +12,9 @@ from robolaser.diagnosis.arm_geometry import USUAL_SIZES, marginal_cost, placeme
 from robolaser.diagnosis.evidence import aliases
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 PLACEMENT = {effect.name: effect for effect in EFFECTS}["link_geometry"]

@@ -4,7 +4,7 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 CASES = [

@@ -11,9 +11,9 @@ from robolaser.diagnosis.cause_classes import class_of, credible_set, departs, i
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.pruning import exchanged
 from robolaser.diagnosis.result import CauseClass
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 BY_NAME = {effect.name: effect for effect in EFFECTS}

@@ -29,11 +29,11 @@ from robolaser.diagnosis.selection import select
 from robolaser.errors import UsageError
 from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.trials.building import Ranges
 from robolaser.trials.making import make

@@ -15,9 +15,9 @@ from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwise_order, undominated
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import library
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 PERTURBED = {

@@ -14,10 +14,10 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.stages import Stage
 from robolaser.report.diagnosis import page
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 COUPLING = 0.004

@@ -13,12 +13,12 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.pose_plan import examine_plan
 from robolaser.errors import DataError, EstimationError
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.backlash import Backlash
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.effects.joint_compliance import JointCompliance
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.latency import Latency
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, point_m=3e-5, angle_rad=1e-4, joint_rad=2e-5)

@@ -11,7 +11,7 @@ from robolaser.diagnosis.candidate_sites import Site, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.random_functions import RandomFunctions
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 SIZE = 3.0

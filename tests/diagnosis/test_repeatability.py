@@ -15,8 +15,8 @@ from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.score_tests import library
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.link_geometry import LinkGeometry
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 STATED = {"stripe": Noise(pixel_px=0.1, target_m=3e-5), "point": Noise(point_m=2e-5)}

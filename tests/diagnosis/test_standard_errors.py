@@ -8,7 +8,7 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.standard_errors import between_models, clustered_variances, considered_variances
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 POSES, ROWS, WORLDS = 40, 5, 300

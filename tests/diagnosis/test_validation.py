@@ -13,10 +13,10 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.summary_text import transfer_sentence
 from robolaser.errors import DataError
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 OFFSET = {"joint_offset:joint_3": 0.004}

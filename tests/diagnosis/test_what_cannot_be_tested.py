@@ -11,9 +11,9 @@ from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.subsampling import MAX_POSES, chosen_rows
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)

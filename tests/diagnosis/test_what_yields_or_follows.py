@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.diagnosis import examine
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.trials.building import Ranges, build
 from robolaser.trials.reading import read

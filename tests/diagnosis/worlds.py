@@ -4,7 +4,7 @@ from functools import cache
 
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.making import BlindDataset, make
 
 

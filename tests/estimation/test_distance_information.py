@@ -10,11 +10,11 @@ from robolaser import Plan, calibrate
 from robolaser.data.dataset import Noise
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import error_sources
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 JOINT_RAD, DISTANCE_M, TRIALS = 2e-4, 2e-5, 40

@@ -9,8 +9,8 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.estimation.folds import FOLDS, assign_folds, held_out
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

@@ -8,10 +8,10 @@ from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, joint_rad=1e-5)

@@ -11,8 +11,8 @@ from robolaser.data.dataset import Noise
 from robolaser.estimation.multistart import AGREEING, MOST_ROUNDS, SoFar, multistart
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, paper, simulate
 
 WORLDS = {

@@ -9,10 +9,10 @@ from robolaser.data.dataset import Noise
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, simulate
 
 NOISE = Noise(point_m=2e-5)

@@ -10,10 +10,10 @@ from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import DataError, PlanError
 from robolaser.estimation.optimal_poses import most_telling, planned
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
 

@@ -8,8 +8,8 @@ from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Noise
 from robolaser.errors import UsageError
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)

@@ -11,9 +11,9 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5)

@@ -12,10 +12,10 @@ from robolaser.export.camera import camera_yaml, plumb_bob
 from robolaser.export.ros import easy_handeye2, static_transform
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.camera import metric, project, rays, undistort
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.sensors.placements import motion
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 BENT = ("joint_offset", "link_geometry", "laser_roll")

@@ -14,10 +14,10 @@ from robolaser import find_robot
 from robolaser.export.mjcf import mjcf
 from robolaser.export.python_module import corrected_module
 from robolaser.export.sdf import sdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 GEOMETRY = {"joint_offset:shoulder_lift_joint.offset": 4e-3, "link_geometry:elbow_joint.x": 3e-3,

@@ -7,8 +7,8 @@ import pytest
 
 from robolaser import find_robot
 from robolaser.errors import DataError, RobotError, UsageError
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf import DescriptionOptions, DHStatement
+from robolaser.robot.kinematics import Robot
 
 URDF = """<robot name="arm">
   <link name="base"><visual><geometry><mesh filename="package://arm_description/meshes/nowhere.stl"/></geometry></visual></link>

@@ -10,8 +10,8 @@ from robolaser.errors import (
     RobotError,
 )
 from robolaser.geometry import urdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
+from robolaser.robot.kinematics import Robot
 
 ARM = """<?xml version="1.0"?>
 <!-- a two-joint arm -->

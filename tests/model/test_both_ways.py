@@ -12,9 +12,9 @@ from robolaser.compiled import threads
 from robolaser.compiled.loops import SWITCH, compiles
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.geometry.rigid_motion import apply, carry, exp_so3, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, CandidateEffect, Effect
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 SEED = 3

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.pose_blocks import with_rows
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

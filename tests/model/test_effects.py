@@ -10,12 +10,12 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")

@@ -9,11 +9,11 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.geometry.rigid_motion import exp_so3
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.base_compliance import BaseCompliance, horizontal_axes
 from robolaser.model.effects.hand_eye_sag import HandEyeSag
 from robolaser.model.effects.link_compliance import LinkCompliance
 from robolaser.model.effects.run import Run
+from robolaser.robot.by_name import find_robot
 
 ONE, NONE = np.ones(1), np.zeros(1)
 

@@ -7,9 +7,9 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Values
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, simulate
 
 SEED = 7

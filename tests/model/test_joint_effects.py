@@ -6,7 +6,6 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.backlash import Backlash
 from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
 from robolaser.model.effects.encoder_scale import EncoderScale
@@ -17,6 +16,7 @@ from robolaser.model.effects.run import Run
 from robolaser.model.effects.settling import Settling
 from robolaser.model.effects.thermal_drift import ThermalDrift
 from robolaser.model.effects.transmission_error import TransmissionError
+from robolaser.robot.by_name import find_robot
 
 PLAY = 0.01
 ONE = np.ones(1)

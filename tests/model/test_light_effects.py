@@ -7,13 +7,13 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, rays
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.laser_curvature import LaserCurvature
 from robolaser.model.effects.laser_drift import LaserDrift
 from robolaser.model.effects.radial_distortion import RadialDistortion
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.effects.tangential_distortion import TangentialDistortion
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 F = 0.008

@@ -4,12 +4,12 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, inverse
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.base_shift import BaseShift
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_drift import HandEyeDrift, crept
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

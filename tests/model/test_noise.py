@@ -7,7 +7,6 @@ from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cel
 
 from robolaser.data.board import Board
 from robolaser.data.dataset import Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
@@ -18,6 +17,7 @@ from robolaser.model.noise.two_units import size_of_errors
 from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

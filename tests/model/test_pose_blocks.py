@@ -10,11 +10,11 @@ from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
 from robolaser.model.pose_blocks import blocks_of
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5, angle_rad=1e-4)

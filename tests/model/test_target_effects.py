@@ -6,12 +6,12 @@ import pytest
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.effects.target_plane import plane_of
 from robolaser.model.effects.target_scale import TargetScale
 from robolaser.model.effects.target_warp import TargetWarp
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 ONE, NONE = np.ones(1), np.zeros(1)

@@ -9,11 +9,11 @@ from scipy.optimize import least_squares
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe_similarity import SIMILARITY
 from robolaser.parameters import Parameter
 from robolaser.problems import ReducedCalibration
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, simulate
 
 CELLS: dict[str, dict[str, Any]] = {

@@ -28,13 +28,13 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.geometry.robots import find_robot
 from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.charts.waterfall import steps
 from robolaser.report.diagnosis.page import suspected
 from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent
 from robolaser.report.model_scene import CellPoses
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

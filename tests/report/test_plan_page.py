@@ -14,10 +14,10 @@ from page_claims import (
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis.pose_plan import examine_plan
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.report.pose_plan import page
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

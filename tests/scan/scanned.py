@@ -11,9 +11,9 @@ from robolaser.data.loading import load
 from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 from robolaser.data.writing import save
 from robolaser.export.urdf import robot_urdf
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 ROBOT = "scorbot_er7"

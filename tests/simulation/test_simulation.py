@@ -7,11 +7,11 @@ from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.errors import DependencyMissing, EffectError, RobolaserError, RobotError, UsageError
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots import find_robot, known_robots
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import Effect
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot, known_robots
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
 from robolaser.simulation.nominal import DRAWN
 

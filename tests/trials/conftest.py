@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import BlankTrial, Ranges, build
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))

@@ -8,7 +8,7 @@ import pytest
 
 import robolaser
 from robolaser.data.dataset import Noise
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import KINDS
 from robolaser.trials.making import STANDING_OUT, WRONGLY, make

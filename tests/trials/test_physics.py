@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 from robolaser.trials.physics.faults import PHYSICAL, PlayUnderWeight

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_coupling import JointCoupling
 from robolaser.model.effects.tracker_scale import TrackerScale
+from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
 from robolaser.trials.reading import exact, read

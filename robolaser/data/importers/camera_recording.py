@@ -15,8 +15,8 @@ from robolaser.data.importers.hand_eye_pairs import Mount
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.sensor_format import sensor_format
 from robolaser.errors import DataError, UsageError
-from robolaser.geometry.kinematics import Robot
 from robolaser.parameters import Parameter
+from robolaser.robot.kinematics import Robot
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
 

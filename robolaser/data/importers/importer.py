@@ -8,7 +8,7 @@ from typing import ClassVar, Final, final
 
 from robolaser.data.dataset import Dataset
 from robolaser.errors import UsageError, near
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 TYPED: Final = {
     "robot": "--robot",

@@ -11,7 +11,7 @@ from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pair
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion_of_matrix, numbers, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError, near
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 SUFFIXES = (".yaml", ".yml", ".json")
 KEYS = ("effector_wrt_world", "joint_names")

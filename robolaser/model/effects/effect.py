@@ -10,7 +10,6 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.declaration import Amplitude, Nonlinear, nonlinear, parameter
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.mechanism import Part
@@ -20,6 +19,7 @@ from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.sensors import parts_with_lens
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
+from robolaser.robot.kinematics import Robot
 
 __all__ = ["CandidateEffect", "CarryOver", "Effect", "Run", "nonlinear", "parameter", "perturb_with"]
 

@@ -6,12 +6,12 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
 from robolaser.model.effects.mechanism import number
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
+from robolaser.robot.kinematics import Robot
 
 
 @final

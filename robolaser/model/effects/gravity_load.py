@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 
 def gravity_torques(robot: Robot, q: Array, payload_kg: Array | None) -> Array:

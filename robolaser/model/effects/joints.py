@@ -1,8 +1,8 @@
 """The joints of an arm at which effects can sit, and joint values with one joint moved."""
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.run import Run
+from robolaser.robot.kinematics import Robot
 
 
 def moving_joints(robot: Robot | None) -> tuple[str, ...]:

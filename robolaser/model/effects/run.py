@@ -10,11 +10,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.geometry.kinematics import DOWN, Robot
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
 from robolaser.model.sensors import parts_with_lens, sensor_class
+from robolaser.robot.kinematics import DOWN, Robot
 
 
 @final

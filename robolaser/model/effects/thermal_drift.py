@@ -7,7 +7,6 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import joint_column, moving_joints
 from robolaser.model.effects.requirements import warm_up
@@ -21,6 +20,7 @@ from robolaser.model.effects.thermal_state import (
     warmed,
 )
 from robolaser.model.stages import Stage
+from robolaser.robot.kinematics import Robot
 
 SHORTEST_LINK_M = 1e-3
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.kinematics import Robot
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
 from robolaser.model.effects.mechanism import number
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
+from robolaser.robot.kinematics import Robot
 
 FEWEST, MOST = 10.0, 330.0
 """Cycles a joint turn: below are dead zones and cables; a harmonic drive has at most twice 160."""

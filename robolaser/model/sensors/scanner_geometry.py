@@ -6,10 +6,10 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
-from robolaser.geometry.visibility import View
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
+from robolaser.robot.visibility import View
 
 USUAL_IMAGE_PX = (640, 480)
 

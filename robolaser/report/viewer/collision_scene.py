@@ -7,9 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.cell.plan_validation import Violation, collisions
-from robolaser.geometry.collision_bodies import Body
-from robolaser.geometry.collisions import CollisionModel
 from robolaser.report.viewer.shapes import Colour, Mesh, Shape, box, merged, sphere, tube
+from robolaser.robot.collision_bodies import Body
+from robolaser.robot.collisions import CollisionModel
 
 HIT: Colour = (214, 40, 40)
 BOX: Colour = (196, 170, 120)

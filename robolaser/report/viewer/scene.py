@@ -6,9 +6,9 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.collision_bodies import LEAST_RADIUS_M, MOST_RADIUS_M, SHARE_OF_ARM
 from robolaser.report.viewer.cell_model import CellFrames, CellModel
 from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, axes, box, merged, sphere, tube
+from robolaser.robot.collision_bodies import LEAST_RADIUS_M, MOST_RADIUS_M, SHARE_OF_ARM
 
 ARM: Colour = (178, 186, 196)
 JOINT: Colour = (88, 98, 112)

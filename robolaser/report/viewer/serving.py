@@ -12,13 +12,13 @@ import rich
 
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
-from robolaser.geometry.collision_bodies import arm_length
 from robolaser.report.viewer.cell_model import CellModel
 from robolaser.report.viewer.collision_scene import CollisionScene
 from robolaser.report.viewer.drawing import draw
 from robolaser.report.viewer.same_origin import only_own_pages
 from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Dots, Shape
+from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
     from viser import ViserServer

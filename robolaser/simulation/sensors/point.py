@@ -9,11 +9,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.visibility import random_configurations
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion, vector
 from robolaser.parameters import Values
+from robolaser.robot.visibility import random_configurations
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
 from robolaser.simulation.setup import RandomStreams, SensorSetup

@@ -8,14 +8,14 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Noise, Points
-from robolaser.geometry.inverse_kinematics import reaching, within_reach
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.geometry.visibility import limits
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, six_of, vector
 from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS, ProfileOptions
 from robolaser.parameters import Values
+from robolaser.robot.inverse_kinematics import reaching, within_reach
+from robolaser.robot.visibility import limits
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import nominal_points

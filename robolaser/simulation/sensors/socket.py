@@ -9,11 +9,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import vector
 from robolaser.parameters import Values
+from robolaser.robot.inverse_kinematics import reaching, touching, within_reach
 from robolaser.simulation.outliers import impossible, moved_within
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.setup import RandomStreams, SensorSetup

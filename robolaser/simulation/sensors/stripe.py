@@ -9,10 +9,10 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Noise, Points
 from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
-from robolaser.geometry.visibility import View, configurations_looking_down
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.sensors.placements import SIX
 from robolaser.parameters import Values
+from robolaser.robot.visibility import View, configurations_looking_down
 from robolaser.simulation.nominal import IMAGE_PX, built, facing_outward, scanner
 from robolaser.simulation.outliers import moved_within
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor

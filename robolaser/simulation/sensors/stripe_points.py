@@ -8,13 +8,13 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.geometry.visibility import View
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
+from robolaser.robot.visibility import View
 from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
 
 SECANT_STEPS = 40

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing
 from robolaser.geometry import urdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf.tree import Tree
+from robolaser.robot.kinematics import Robot
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 
 LIGHTEST_KG, LEAST_INERTIA, ARMATURE = 1e-9, 1e-9, 1.0  # keep the engine's inertia regular; at rest they do nothing

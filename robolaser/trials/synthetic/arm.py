@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
+from robolaser.robot.kinematics import Robot
 
 
 @final

@@ -12,7 +12,6 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Noise, Poses
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import STEP, jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -21,6 +20,7 @@ from robolaser.model.sensors.camera_projection import distort, straighten, to_pi
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, simulate
 
 ROBOT = find_robot("ur5")

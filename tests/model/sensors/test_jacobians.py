@@ -8,10 +8,10 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.finite_differences import differences
 from robolaser.geometry.rigid_motion import angle_axes, from_angles, skew
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import STEP
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 ROBOT = find_robot("ur5")

@@ -7,8 +7,8 @@ import pytest
 
 from robolaser import Calibration, Plan, calibrate
 from robolaser.data.dataset import Dataset, Noise
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 ROBOT = find_robot("ur5")

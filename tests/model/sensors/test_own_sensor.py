@@ -19,7 +19,6 @@ from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.geometry.robots import find_robot
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
@@ -27,6 +26,7 @@ from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.robot.by_name import find_robot
 
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1")
 

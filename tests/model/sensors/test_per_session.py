@@ -18,13 +18,13 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EffectError
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
 from robolaser.model.pose_blocks import blocks_of
 from robolaser.parameters import Parameter
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 OFFSET = 0.004

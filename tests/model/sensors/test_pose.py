@@ -16,12 +16,12 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_quaternion
-from robolaser.geometry.robots import find_robot
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.parameters import Parameter
 from robolaser.report.calibration.page import figures
 from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, simulate
 
 ROBOT = find_robot("ur5")

@@ -17,13 +17,13 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.export.ros import static_transform
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.geometry.robots import find_robot
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.profile_start import circles
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated, simulate
 
 POINT_M = 2e-5

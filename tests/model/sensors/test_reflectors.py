@@ -5,7 +5,7 @@ import pytest
 
 from robolaser import calibrate
 from robolaser.data.dataset import Noise
-from robolaser.geometry.robots import find_robot
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

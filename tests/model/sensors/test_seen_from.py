@@ -8,11 +8,11 @@ import pytest
 from robolaser.data.dataset import Noise, Poses
 from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.robots import find_robot
-from robolaser.geometry.visibility import random_configurations
 from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.visibility import random_configurations
 from robolaser.simulation import simulate
 
 ROBOT = find_robot("ur5")

@@ -12,13 +12,13 @@ from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError
-from robolaser.geometry.collision_bodies import arm_length
 from robolaser.geometry.rigid_motion import apply, exp_so3, inverse, pose
 from robolaser.report.viewer.cell_model import calibrated, nominal
 from robolaser.report.viewer.collision_scene import BOX, HIT, CollisionScene
 from robolaser.report.viewer.downsampling import downsampled
 from robolaser.report.viewer.scene import MODEL_COLOURS, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Dots, Lines, Mesh, axes, box, merged, sphere, tube
+from robolaser.robot.collision_bodies import arm_length
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.scanner_model import ScannerModel

@@ -9,9 +9,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry import urdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import pose, rotation_to_axis
 from robolaser.geometry.urdf.tree import Joint
+from robolaser.robot.kinematics import Robot
 
 SHARE_OF_ARM = 0.028
 """Radius of a link that has no geometry, as a share of the arm's length: a UR5e has 0.03 to 0.04, a SCORBOT 0.03."""

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from robolaser.errors import DependencyMissing, RobotError
-from robolaser.geometry.inverse_kinematics import reaching, touching, within_reach
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
-from robolaser.geometry.robots import find_robot
-from robolaser.geometry.visibility import (
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.inverse_kinematics import reaching, touching, within_reach
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import (
     MARGIN,
     TILT,
     View,

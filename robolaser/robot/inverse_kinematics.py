@@ -7,9 +7,9 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
 from robolaser.finite_differences import forward_differences
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
-from robolaser.geometry.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
 
 Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from robolaser.geometry import urdf
-from robolaser.geometry.collision_bodies import Body, carried_bodies, link_bodies
-from robolaser.geometry.collisions import CollisionModel
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply, pose
-from robolaser.geometry.robots import find_robot
-from robolaser.geometry.visibility import random_configurations
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies
+from robolaser.robot.collisions import CollisionModel
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import random_configurations
 
 ARM = find_robot("scorbot_er7")
 EYE = np.eye(4)

@@ -6,10 +6,10 @@ from scipy.linalg import expm
 
 from robolaser.errors import DataError, DependencyMissing, RobotError, UsageError
 from robolaser.geometry import urdf
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_z, skew
-from robolaser.geometry.robots import RobotEntry, find_robot, known_robots, named
-from robolaser.geometry.robots.description import rows_urdf
+from robolaser.robot.by_name import RobotEntry, find_robot, known_robots, named
+from robolaser.robot.by_name.description import rows_urdf
+from robolaser.robot.kinematics import Robot
 
 FORK = """
 <robot name="fork">

@@ -9,8 +9,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
 from robolaser.geometry.camera import laser_plane, project
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import apply
+from robolaser.robot.kinematics import Robot
 
 BATCH = 20_000  # configurations at a time: some ten milliseconds
 BATCHES = 20  # tried at most; five times as many where one in five of those wanted has been found

@@ -8,10 +8,10 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.geometry import urdf
-from robolaser.geometry.collision_bodies import Body
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.urdf.tree import Tree
-from robolaser.geometry.visibility import random_configurations
+from robolaser.robot.collision_bodies import Body
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.visibility import random_configurations
 
 NEAR = 2.0
 """Way along the arm between two links, in the sum of their radii, up to which arms are built to clear themselves."""

@@ -6,8 +6,8 @@ Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 2.8.
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import inverse, skew
+from robolaser.robot.kinematics import Robot
 
 
 def twists_by_joints(robot: Robot, frames: Array, moves: Array) -> Array:

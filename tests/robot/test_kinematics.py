@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from robolaser.errors import RobotError
-from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.robot.kinematics import Robot
 
 # A lift, a turntable without end, a wrist about a slanting axis, a finger beside the flange, a massive dead weight.
 MIXED = """

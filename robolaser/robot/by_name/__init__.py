@@ -14,10 +14,10 @@ from typing import Any, final
 
 from robolaser.errors import DependencyMissing, RobotError, UsageError
 from robolaser.geometry import urdf
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots.description import Convention, rows_urdf
-from robolaser.geometry.robots.names import match, nearest, without_maker
 from robolaser.geometry.urdf.tree import MOST_LISTED
+from robolaser.robot.by_name.description import Convention, rows_urdf
+from robolaser.robot.by_name.names import match, nearest, without_maker
+from robolaser.robot.kinematics import Robot
 
 _HERE = Path(__file__).parent
 
