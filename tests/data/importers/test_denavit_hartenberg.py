@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from robolaser.data.importers.robots.denavit_hartenberg import CONVENTIONS, Convention, DHRow, dh_urdf
 from robolaser.errors import RobotError
 from robolaser.geometry.kinematics import Robot
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
-from robolaser.geometry.urdf.denavit_hartenberg import CONVENTIONS, Convention, DHRow, dh_urdf
 
 # UR5 and Panda, the numbers of their makers
 UR5 = [

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from robolaser import find_robot
+from robolaser.data.importers.robots import DescriptionOptions
+from robolaser.data.importers.robots.dh_table import DHStatement
 from robolaser.errors import DataError, RobotError, UsageError
 from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 
 URDF = """<robot name="arm">
   <link name="base"><visual><geometry><mesh filename="package://arm_description/meshes/nowhere.stl"/></geometry></visual></link>
