@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from robolaser.calibration.plan import Plan
     from robolaser.calibration.result import Calibration
     from robolaser.data.dataset import Dataset
+    from robolaser.data.importers.robots import find_robot
     from robolaser.data.loading import load
     from robolaser.data.saved_result import load_calibration, load_diagnosis
     from robolaser.data.writing import save
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from robolaser.errors import RobolaserError
     from robolaser.model.effects import EFFECTS
     from robolaser.report.progress_bar import progress_bar
-    from robolaser.robot.by_name import find_robot
 
 _HOME = {
     "Calibration": "calibration.result",
@@ -31,7 +31,7 @@ _HOME = {
     "calibrate": "calibration.calibrate",
     "compare": "benchmark.run_loop",
     "diagnose": "diagnosis",
-    "find_robot": "robot.by_name",
+    "find_robot": "data.importers.robots",
     "load": "data.loading",
     "load_calibration": "data.saved_result",
     "load_diagnosis": "data.saved_result",

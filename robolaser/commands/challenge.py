@@ -73,9 +73,9 @@ def new(
     """
     import secrets
 
+    from robolaser.data.importers.robots import find_robot
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
-    from robolaser.robot.by_name import find_robot
     from robolaser.trials.building import Ranges
     from robolaser.trials.sealed_truth import key_beside
     from robolaser.trials.trial import new as make

@@ -78,11 +78,11 @@ def import_files(
         force: Overwrite an earlier data set.
     """
     from robolaser.data.importers import ImportOptions, importer_for
+    from robolaser.data.importers.robots import DescriptionOptions, find_robot
+    from robolaser.data.importers.robots.dh_table import DHStatement
     from robolaser.data.importers.writing import check_apart, checked, preview, write
     from robolaser.data.result_folder import results_in
     from robolaser.data.writing import files_of
-    from robolaser.geometry.urdf import DescriptionOptions, DHStatement
-    from robolaser.robot.by_name import find_robot
 
     if flange is not None and robot is None:
         raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")

@@ -112,9 +112,9 @@ def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Datas
 
     from robolaser.data.csv_tables import read_table
     from robolaser.data.dataset import Dataset, Points
+    from robolaser.data.importers.robots import find_robot
     from robolaser.data.pose_table import poses_of
     from robolaser.model.sensors import sensors
-    from robolaser.robot.by_name import find_robot
 
     if sensor not in sensors():
         raise UsageError(f"No sensor '{sensor}'.{near(sensor, sensors())}")

@@ -66,9 +66,9 @@ def simulate(
         force: Overwrite an earlier data set.
     """
     from robolaser.data.dataset import Noise
+    from robolaser.data.importers.robots import find_robot
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.data.writing import FOLDER, files_of, texts_of
-    from robolaser.robot.by_name import find_robot
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
     from robolaser.simulation import sizes_of

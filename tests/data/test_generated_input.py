@@ -24,6 +24,7 @@ from robolaser.data.atomic_write import JOURNAL, finish_writing
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.importers.opencv_storage import read_storage
+from robolaser.data.importers.robots.dh_table import DHStatement, read_dh_table
 from robolaser.data.importers.yaml_file import read_yaml
 from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST, results_in
@@ -32,7 +33,6 @@ from robolaser.emulator.faults import read_fault
 from robolaser.emulator.world.reading import load_world
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.geometry.urdf import parse
-from robolaser.geometry.urdf.dh_table import DHStatement, read_dh_table
 from robolaser.robot.by_name import find_robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, write_ply

@@ -6,7 +6,7 @@ Some URDFs come with the optional package example-robot-data (`pip install 'robo
 import importlib.metadata
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -20,6 +20,7 @@ from robolaser.robot.by_name.names import match, nearest, without_maker
 from robolaser.robot.kinematics import Robot
 
 _HERE = Path(__file__).parent
+SUFFIXES = (".urdf", ".xacro", ".xml", ".csv", ".toml")  # no known robot's name ends so: it is a path
 
 
 @final
@@ -85,11 +86,11 @@ def find_robot(
     flange: str | None = None,
     joints: Sequence[str] | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
-    options: urdf.DescriptionOptions | None = None,
+    read: Callable[[Path], str] = urdf.load_text,
 ) -> Robot:
-    """Load a robot by its name here or by the path of its description.
+    """Load a robot by its name here or by the path of its URDF.
 
-    That is a URDF, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers as CSV or TOML.
+    Other formats are read by `robolaser.find_robot`.
 
     Args:
         name_or_path: What one of `known_robots` is called, its maker named or not, else a path.
@@ -98,7 +99,7 @@ def find_robot(
         joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
-        options: What a person says of a file that it does not say.
+        read: What gives a file as the text of a URDF.
 
     Raises:
         UsageError: Neither a known name nor a file.
@@ -108,18 +109,18 @@ def find_robot(
         DependencyMissing: Known, but its package is absent.
 
     Examples:
-        >>> robolaser.find_robot("ur5e").joints[0]
+        >>> find_robot("ur5e").joints[0]
         'shoulder_pan_joint'
     """
     path = Path(name_or_path)
-    is_path = path.suffix in urdf.SUFFIXES or path.is_file()
+    is_path = path.suffix in SUFFIXES or path.is_file()
     entry = None if is_path else named(str(name_or_path))
     if entry is not None:
         text, source = entry.text(), entry.path().name
         if flange is None:
             flange, joints = entry.flange, joints or entry.joints
     elif is_path:
-        text, source = urdf.load_description(path, options), path.name
+        text, source = read(path), path.name
     else:
         raise UsageError(f"No robot '{name_or_path}'.{_meant(str(name_or_path))} Or give the path of a .urdf file.")
     if flange is None:

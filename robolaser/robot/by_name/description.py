@@ -1,4 +1,4 @@
-"""The rows of numbers in our own robots' TOML files, written as a URDF."""
+"""Rows of numbers, of Denavit and Hartenberg or of frames, written as a URDF."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
@@ -16,11 +16,14 @@ SI = {unit: factor for quantity in (LENGTH, ANGLE) for unit, factor in FACTORS[q
 ZERO, Z = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
-def rows_urdf(rows: Sequence[Mapping[str, Any]], convention: Convention, name: str, base: str, flange: str) -> str:
+def rows_urdf(
+    rows: Sequence[Mapping[str, Any]], convention: Convention, name: str, base: str, flange: str, *, first: int = 0
+) -> str:
     """Write rows, from the base to the flange, as a URDF.
 
-    A row has a joint (`joint`, its name; its limits `lower_deg` and `upper_deg`, or none; `mass_kg` and `com_m`, the
-    centre of mass, of the link that it moves), or is a fixed step. Where it is on the row before stand
+    A row has a joint (`joint`, its name; `slides`, if it does; its limits `lower_deg` and `upper_deg`, or in m, or
+    none; `mass_kg` and `com_m`, the centre of mass, of the link that it moves), or is a fixed step. The link of row i
+    is `link_i`, counted from `first`. Where it is on the row before stand
 
     - `a_m`, `alpha_deg`, `d_m` and `theta_deg` of Denavit and Hartenberg, "standard" or "modified" (Craig's), with
       `com_m` in the row's own frame, which they lead to;
@@ -31,13 +34,14 @@ def rows_urdf(rows: Sequence[Mapping[str, Any]], convention: Convention, name: s
     robot = ET.Element("robot", name=name)
     add_link(robot, base)
     link, T = base, np.eye(4)
-    for number, row in enumerate(map(_in_si, rows)):
+    for number, row in enumerate(map(_in_si, rows), first):
         before, after = _steps(row, convention)
         T = T @ before
         if "joint" in row:
             child, limits = f"link_{number}", (float(row.get("lower", -np.inf)), float(row.get("upper", np.inf)))
             add_link(robot, child, float(row["mass"]), apply(after, np.array(row.get("com", ZERO))))
-            add_moving(robot, row["joint"], link, child, T, np.array(row.get("axis", Z)), limits)
+            axis, slides = np.array(row.get("axis", Z)), bool(row.get("slides", False))
+            add_moving(robot, row["joint"], link, child, T, axis, limits, slides=slides)
             link, T = child, np.eye(4)
         T = T @ after
     add_link(robot, flange)
@@ -58,7 +62,7 @@ def _steps(row: Mapping[str, Any], convention: Convention) -> tuple[Array, Array
 
 def _in_si(row: Mapping[str, Any]) -> dict[str, Any]:
     """The row in m, rad and kg, by keys without their units."""
-    found = {key: row[key] for key in ("joint", "axis") if key in row}
+    found = {key: row[key] for key in ("joint", "axis", "slides") if key in row}
     for key in row.keys() - found.keys():
         bare, _, unit = key.rpartition("_")
         found[bare] = SI[unit] * np.array(row[key], dtype=float)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from robolaser.data.importers.robots.denavit_hartenberg import CONVENTIONS, Convention, DHRow, dh_urdf
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
-from robolaser.geometry.urdf.denavit_hartenberg import CONVENTIONS, Convention, DHRow, dh_urdf
 from robolaser.robot.kinematics import Robot
 
 # UR5 and Panda, the numbers of their makers

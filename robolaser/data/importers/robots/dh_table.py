@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import final
 
 from robolaser.bounded_reading import parse_toml
+from robolaser.data.importers.robots.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
-from robolaser.geometry.urdf.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
-from robolaser.geometry.urdf.parsing import load_text
+from robolaser.geometry.urdf import load_text
 
 QUANTITIES = {"a": LENGTH, "alpha": ANGLE, "d": LENGTH, "theta": ANGLE}
 LIMITS = ("lower", "upper")

@@ -1,21 +1,16 @@
 """An arm as a table of Denavit and Hartenberg's four numbers a joint, written as a URDF."""
 
 import math
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, final
-
-import numpy as np
+from typing import Any, Literal, final
 
 from robolaser.errors import RobotError
-from robolaser.geometry.rigid_motion import apply, pose, rot_x, rot_z
-from robolaser.geometry.urdf.elements import add_fixed, add_link, add_moving
+from robolaser.robot.by_name.description import rows_urdf
 
 Convention = Literal["standard", "modified"]
 CONVENTIONS: tuple[Convention, ...] = ("standard", "modified")
 FLANGE = "flange"
-Z = np.array([0.0, 0.0, 1.0])
 JOINT_KINDS = ("revolute", "prismatic", "fixed")
 
 
@@ -51,24 +46,17 @@ def dh_urdf(rows: Sequence[DHRow], convention: Convention, name: str = "arm") ->
             a fixed row has a mass.
     """
     _check(rows, name)
-    robot = ET.Element("robot", name=name)
-    add_link(robot, "base")
-    link, T = "base", np.eye(4)
-    for number, row in enumerate(rows, 1):
-        about_x = pose(rot_x(np.array(row.alpha)), np.array([row.a, 0.0, 0.0]))
-        about_z = pose(rot_z(np.array(row.theta)), np.array([0.0, 0.0, row.d]))
-        before, after = (about_z, about_x) if convention == "standard" else (about_x @ about_z, np.eye(4))
-        T = T @ before
-        if row.kind != "fixed":
-            child, slides = f"link_{number}", row.kind == "prismatic"
-            add_link(robot, child, row.mass, apply(after, np.array(row.com)))
-            add_moving(robot, row.name, link, child, T, Z, (row.lower, row.upper), slides=slides)
-            link, T = child, np.eye(4)
-        T = T @ after
-    add_link(robot, FLANGE)
-    add_fixed(robot, f"{FLANGE}_joint", link, FLANGE, T)
-    ET.indent(robot)
-    return ET.tostring(robot, encoding="unicode") + "\n"
+    return rows_urdf([_numbers(row) for row in rows], convention, name, "base", FLANGE, first=1)
+
+
+def _numbers(row: DHRow) -> dict[str, Any]:
+    """As `rows_urdf` has it."""
+    numbers: dict[str, Any] = {"a_m": row.a, "alpha_rad": row.alpha, "d_m": row.d, "theta_rad": row.theta}
+    if row.kind == "fixed":
+        return numbers
+    unit = "m" if row.kind == "prismatic" else "rad"
+    numbers |= {"joint": row.name, "slides": row.kind == "prismatic", "mass_kg": row.mass, "com_m": row.com}
+    return numbers | {f"lower_{unit}": row.lower, f"upper_{unit}": row.upper}
 
 
 def _check(rows: Sequence[DHRow], name: str) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from robolaser import find_robot
+from robolaser.data.importers.robots import DescriptionOptions
+from robolaser.data.importers.robots.dh_table import DHStatement
 from robolaser.errors import DataError, RobotError, UsageError
-from robolaser.geometry.urdf import DescriptionOptions, DHStatement
 from robolaser.robot.kinematics import Robot
 
 URDF = """<robot name="arm">

@@ -1,0 +1,81 @@
+"""Files that describe a robot in another way than a URDF does, read as the URDF that they amount to."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import final
+
+from robolaser.data.importers.robots.dh_table import DHStatement, read_dh_table
+from robolaser.data.importers.robots.mjcf import mjcf_urdf
+from robolaser.data.importers.robots.xacro_file import expanded
+from robolaser.geometry import urdf
+from robolaser.robot import by_name
+from robolaser.robot.kinematics import Robot
+
+_BEGINNING = 4000
+
+
+@final
+@dataclass(frozen=True)
+class DescriptionOptions:
+    """What a person says of a robot's file that it does not say."""
+
+    dh: DHStatement = DHStatement()  # the convention and the units of a table of Denavit-Hartenberg numbers
+    xacro: Mapping[str, str] = field(default_factory=dict)  # arguments of a xacro file, by name
+
+
+def find_robot(
+    name_or_path: str | Path,
+    *,
+    flange: str | None = None,
+    joints: Sequence[str] | None = None,
+    gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    options: DescriptionOptions | None = None,
+) -> Robot:
+    """Load a robot by the name that robolaser knows it by, or by the path of its description.
+
+    That is a URDF, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers as CSV or TOML.
+
+    Args:
+        name_or_path: What one of `robolaser list robots` is called, its maker named or not, else a path.
+        flange: The link that carries the sensor. When absent, a known robot's own; from a path, the one link
+            that carries no other.
+        joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
+            that move the flange.
+        gravity: In the base frame, (3,) [m/s²].
+        options: What a person says of a file that it does not say.
+
+    Raises:
+        UsageError: Neither a known name nor a file; or the file leaves open what no option says.
+        RobotError: A file with several ends, and no flange; or the robot, flange or joints are not usable, see
+            `Robot.from_urdf`.
+        DataError: The path leads to no file that can be read.
+        DependencyMissing: Known, but its package is absent; or what reads the file is not installed.
+
+    Examples:
+        >>> robolaser.find_robot("ur5e").joints[0]
+        'shoulder_pan_joint'
+    """
+    read = partial(load_description, options=options)
+    return by_name.find_robot(name_or_path, flange=flange, joints=joints, gravity=gravity, read=read)
+
+
+def load_description(path: Path, options: DescriptionOptions | None = None) -> str:
+    """A robot's file as a URDF: a URDF itself, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers.
+
+    Raises:
+        RobotError: The file is not what it seems to be.
+        UsageError: It leaves open what no option says.
+        DataError: It cannot be read.
+        DependencyMissing: A package that reads it is not installed.
+    """
+    stated = options or DescriptionOptions()
+    if path.suffix in (".csv", ".toml"):
+        return read_dh_table(path, stated.dh)
+    text = urdf.load_text(path)
+    if "<mujoco" in text[:_BEGINNING]:
+        return mjcf_urdf(path)
+    if path.suffix == ".xacro" or "<xacro:" in text:
+        return expanded(path, stated.xacro)
+    return text
