@@ -308,7 +308,7 @@ def _norm(array: Dual, axis: int = -1, *, keepdims: bool = False) -> Dual:
 
 
 def _inv(array: Dual) -> Dual:
-    value = np.linalg.inv(array.value)
+    value = np.asarray(np.linalg.inv(array.value), dtype=np.float64)
     return Dual(value, -value @ array.slopes @ value, array.of)
 
 
