@@ -10,7 +10,7 @@ SMALL_RAD = 1e-4  # of a turn, below which the first terms of a series are exact
 
 def _turn(angle: Array, axis: int) -> Array:
     c, s = np.cos(angle), np.sin(angle)
-    R = np.zeros((*np.shape(angle), 3, 3))
+    R = np.zeros_like(c, shape=(*np.shape(angle), 3, 3))
     i, j = (axis + 1) % 3, (axis + 2) % 3
     R[..., axis, axis] = 1.0
     R[..., i, i], R[..., i, j] = c, -s
@@ -35,7 +35,7 @@ def rot_z(angle: Array) -> Array:
 
 def skew(vector: Array) -> Array:
     """Cross-product matrices: `skew(a) @ b = a × b`, (..., 3) -> (..., 3, 3)."""
-    K = np.zeros((*vector.shape, 3))
+    K = np.zeros_like(vector, shape=(*vector.shape, 3), dtype=float)
     K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -vector[..., 2], vector[..., 1], -vector[..., 0]
     K[..., 1, 0], K[..., 2, 0], K[..., 2, 1] = vector[..., 2], -vector[..., 1], vector[..., 0]
     return K
@@ -61,9 +61,9 @@ def rotation_to_axis(axis: Array) -> Array:
 def log_so3(R: Array) -> Array:
     """Turn vectors (axis times angle, at most π) of rotations (..., 3, 3) -> (..., 3) [rad]; inverse of `exp_so3`."""
     q = _along_quaternion(R)
-    sine = np.linalg.norm(q[..., :3], axis=-1)
-    angle = 2.0 * np.arctan2(sine, q[..., 3])
-    return q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 0.0)[..., None]
+    sine, cosine = np.linalg.norm(q[..., :3], axis=-1), q[..., 3]
+    angle = 2.0 * np.arctan2(sine, cosine)
+    return q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0 / cosine)[..., None]
 
 
 def log_slopes(turn: Array) -> Array:
@@ -81,7 +81,7 @@ def log_slopes(turn: Array) -> Array:
 def pose(R: Array, t: Array) -> Array:
     """Put rotations (..., 3, 3) and translations (..., 3) [m] together, -> (..., 4, 4)."""
     lead = np.broadcast_shapes(R.shape[:-2], t.shape[:-1])
-    T = np.zeros((*lead, 4, 4))
+    T = np.zeros_like(R if isinstance(t, np.ndarray) else t, shape=(*lead, 4, 4), dtype=float)
     T[..., :3, :3] = R
     T[..., :3, 3] = t
     T[..., 3, 3] = 1.0
@@ -120,15 +120,15 @@ def carry(T: Array, of_row: Ints, points: Array) -> Array:
         In frame a, (c, m, 3) [m].
     """
     T, rows = T[:, :, :3].swapaxes(1, 2).swapaxes(2, 3), of_row  # (c, 3, 4, n): entries of one place lie together
-    x, y, z = np.moveaxis(points, -1, 0)
-    moved = np.empty((common_length(T, points), len(rows), 3))
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    moved = []
     for axis in range(3):
         along = T[:, axis, 0].take(rows, axis=1) * x
         along += T[:, axis, 1].take(rows, axis=1) * y
         along += T[:, axis, 2].take(rows, axis=1) * z
         along += T[:, axis, 3].take(rows, axis=1)
-        moved[..., axis] = along
-    return moved
+        moved.append(along)
+    return np.stack(moved, axis=-1)
 
 
 def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
@@ -185,7 +185,7 @@ def _along_quaternion(R: Array) -> Array:
     They are the rows of 4 q qᵀ with the largest diagonal entries (Shepperd 1978).
     """
     x, y, z = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
-    Q = np.empty((*R.shape[:-2], 4, 4))
+    Q = np.zeros_like(R, shape=(*R.shape[:-2], 4, 4), dtype=float)
     for i, diagonal in enumerate((x - y - z, y - x - z, z - x - y, x + y + z)):
         Q[..., i, i] = 1.0 + diagonal
     for i, j in ((0, 1), (1, 2), (2, 0)):
@@ -194,8 +194,7 @@ def _along_quaternion(R: Array) -> Array:
         Q[..., k, 3] = Q[..., 3, k] = R[..., j, i] - R[..., i, j]
     largest = np.argmax(np.einsum("...ii->...i", Q), axis=-1)
     q = np.take_along_axis(Q, largest[..., None, None], axis=-2)[..., 0, :]
-    q *= np.where(q[..., 3:] < 0.0, -1.0, 1.0)
-    return q
+    return q * np.where(q[..., 3:] < 0.0, -1.0, 1.0)
 
 
 def nearest_rotation(M: Array) -> tuple[Array, Array]:

@@ -1,26 +1,26 @@
-"""Derivatives of the forward model's residuals: analytic where the sensor has them, else central differences."""
+"""Derivatives of the forward model's residuals: its sensor's residuals run on duals."""
+
+from typing import Any, cast
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.finite_differences import differences
+from robolaser.duals import Dual
+from robolaser.geometry.rigid_motion import inverse
+from robolaser.model.chain_rule import ChainRule
 from robolaser.model.forward_model import Model
-from robolaser.model.stages import Stage
-from robolaser.model.tangents import ChainRule, Tangent
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Values
 from robolaser.robot.flange_motion import moved_by_twists
 
 STEP = 1e-5
 """Of a central difference, in units of a parameter's range: truncation and rounding are both near 1e-10 there."""
-
-SIX_WAYS = np.eye(6)[None, :, None]
-"""The flange's unit twists, (1, 6, 1, 6)."""
+TWIST_STEP = 1e-5  # the same for twists of the flange [m or rad]
+WAYS = 6  # in which a flange can move
 
 
 def jacobian(model: Model, x: Array) -> Array:
     """Derivatives of the residuals by all parameters.
-
-    By the sensor's own parameters as it knows them; by the others, such as those of effects, by the chain rule, or
-    numerically where the sensor does not know how its rows move.
 
     Args:
         model: With its effects.
@@ -29,50 +29,42 @@ def jacobian(model: Model, x: Array) -> Array:
     Returns:
         (c, d, m, k), in the residuals' unit per unit of each parameter.
     """
-    values = model.parameters.values(x)
-    perturb = model.perturb(values)
-    known = model.sensor.jacobian(values, model.flange(values, perturb), perturb)
-    names = model.sensor.free + model.sensor.derived
-    if known is not None and names == model.parameters.names:
-        return np.require(np.moveaxis(known, -1, 1), requirements=["C", "W"])
-    steps = STEP * model.parameters.width
-    chain = model.chain_rule(x, steps)
-    J = _by_stages(model, chain)
-    analytic = 0 if known is None else x.shape[1] - len(model.effect_parameters)
-    if J is None:
-        J = _differences(model, x, steps, analytic)
-    if known is not None:
-        J[:, model.parameters.columns(names)] = np.moveaxis(known, -1, 1)
+    count = x.shape[1]
+    chain = model.chain_rule(x, np.append(STEP * model.parameters.width, np.full(WAYS, TWIST_STEP)))
+    flange = model.moving_flange(chain)
+    if not isinstance(flange, Dual) or len(flange.of) <= WAYS:
+        return _by_numbers(model, x, flange, chain, count)
+    J = _by_numbers(model, x, _six_ways(flange.value, count), chain, count + WAYS)
+    moves = np.moveaxis(_twists(flange), 0, -1)[:, model.dataset.points.pose]
+    by_way = np.moveaxis(J[:, count:], 1, -1)
+    J = J[:, :count].copy()
+    J[:, np.array(flange.of)] += np.moveaxis(by_way @ moves, -1, 1)
     return J
 
 
-def _by_stages(model: Model, chain: ChainRule) -> Array | None:
-    """Derivatives by what moves the values that pass the stages, (c, d, m, k), where the sensor knows them.
+def _by_numbers(model: Model, x: Array, flange: Array | Dual, chain: ChainRule, count: int) -> Array:
+    """Derivatives of the residuals by all numbers below a count, (c, count, m, k)."""
+    values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
+    residuals: Any = model.sensor.residuals(cast("Values", values), cast("Array", flange), cast("Perturbation", chain))
+    J = np.zeros((len(x), count, *residuals.shape[1:]))
+    if isinstance(residuals, Dual):
+        J[:, list(residuals.of)] = np.swapaxes(residuals.slopes, 0, 1)
+    return J
+
+
+def _six_ways(T: Array, first: int) -> Dual:
+    """T_base_flange, (c or 1, n, 4, 4), moved in the six ways alone, numbered from a number on.
 
     However many parameters move joints and links, they move the flange in six ways, and each row by that of its pose.
     """
-    twists = model.flange_twists(chain)
-    if twists is None or len(twists.of) <= SIX_WAYS.shape[1] or chain.moves(Stage.FLANGE, Stage.IMAGE):
-        return model.sensor.slopes(model.flange_tangent(chain, twists), chain)
-    some = twists.of[: SIX_WAYS.shape[1]]
-    J = model.sensor.slopes(Tangent(twists.value, moved_by_twists(twists.value, SIX_WAYS), some), chain)
-    if J is not None:
-        moves = np.swapaxes(twists.slopes, 1, 2)[:, model.dataset.points.pose]
-        J[:, twists.of] = np.swapaxes(moves @ np.swapaxes(J[:, some], 1, 2), 1, 2)
-    return J
+    slopes = moved_by_twists(T, np.eye(WAYS)[None, :, None])
+    return Dual(T, slopes.swapaxes(0, 1), tuple(range(first, first + WAYS)))
 
 
-def _differences(model: Model, x: Array, steps: Array, first: int) -> Array:
-    """Derivatives by the parameters from a number on, (c, d, m, k), zero by the others."""
-    everywhere = np.full(x.shape[1], np.inf)
-
-    def flat(candidates: Array) -> Array:
-        return model.residuals(candidates).reshape(len(candidates), -1)
-
-    slopes = differences(flat, x, steps, np.arange(first, x.shape[1]), -everywhere, everywhere)
-    J = np.zeros((*x.shape, len(model.dataset.points), model.sensor.format.numbers))
-    J[:, first:] = slopes.reshape(len(x), -1, *J.shape[2:])
-    return J
+def _twists(flange: Dual) -> Array:
+    """Shifts of what is at the base's origin, and turns, by each parameter that moves the flange, (q, c, n, 6)."""
+    W = flange.slopes @ inverse(flange.value)
+    return np.concatenate([W[..., :3, 3], np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)], axis=-1)
 
 
 def jacobian_matrix(model: Model, x: Array) -> Array:

@@ -9,13 +9,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.duals import Dual, bare
 from robolaser.errors import DataError
+from robolaser.model.chain_rule import Acting, ChainRule
 from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import Acting, ChainRule, Tangent
 from robolaser.parameters import Parameters, Values
 from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 
@@ -138,26 +139,24 @@ class Model:
         q = perturb(Stage.JOINTS, poses.q[None])
         return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, robot.placements[None, None])))
 
-    def flange_twists(self, chain: ChainRule) -> Tangent | None:
-        """T_base_flange, and with which twists joints and links move it, (c or 1, q, n, 6); None where nothing does."""
+    def moving_flange(self, chain: ChainRule) -> Array | Dual:
+        """T_base_flange, (c or 1, n, 4, 4), and how it moves where effects move it."""
         poses, robot = self.dataset.poses, self.dataset.robot
-        if robot is None or poses.q is None or not chain.moves(Stage.JOINTS, Stage.LINKS):
-            return None
-        q = chain(Stage.JOINTS, Tangent.constant(poses.q[None]))
-        placements = chain(Stage.LINKS, Tangent.constant(robot.placements[None, None]))
-        frames = robot.joint_frames(q.value, placements.value)
-        twists = (
-            twists_by_joints(robot, frames, q.slopes),
-            twists_by_placements(robot, frames, placements.value, placements.slopes),
-        )
-        return Tangent(frames[:, :, -1] @ robot.end, np.concatenate(twists, axis=1), np.append(q.of, placements.of))
-
-    def flange_tangent(self, chain: ChainRule, twists: Tangent | None) -> Tangent:
-        """T_base_flange and how it moves, (c or 1, n, 4, 4), from its `flange_twists`."""
-        if twists is None:
-            return chain(Stage.FLANGE, Tangent.constant(self._nominal_flange))
-        T = twists.value
-        return chain(Stage.FLANGE, Tangent(T, moved_by_twists(T, twists.slopes), twists.of))
+        if not self._robot_bends or robot is None or poses.q is None:
+            still: Array | Dual = chain(Stage.FLANGE, self._nominal_flange)
+            return still
+        q, placements = chain(Stage.JOINTS, poses.q[None]), chain(Stage.LINKS, robot.placements[None, None])
+        frames = robot.joint_frames(bare(q), bare(placements))
+        T, moved = frames[:, :, -1] @ robot.end, []
+        if isinstance(q, Dual):
+            moved.append((q.of, twists_by_joints(robot, frames, q.slopes.swapaxes(0, 1))))
+        if isinstance(placements, Dual):
+            by_links = twists_by_placements(robot, frames, placements.value, placements.slopes.swapaxes(0, 1))
+            moved.append((placements.of, by_links))
+        slopes = moved_by_twists(T, np.concatenate([twists for _, twists in moved], axis=1))
+        of = tuple(number for numbers, _ in moved for number in numbers)
+        out: Array | Dual = chain(Stage.FLANGE, Dual(T, slopes.swapaxes(0, 1), of))
+        return out
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))

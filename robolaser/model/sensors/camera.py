@@ -18,17 +18,14 @@ from robolaser.model.sensors.camera_projection import (
     distort,
     distortion_by_place,
     on_plane,
-    pixels_by_intrinsics,
     straighten,
     to_pixels,
 )
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.moved_points import moved, moved_back
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Values
 
 SENSOR_WIDTH_M = 4.8e-3
@@ -164,7 +161,7 @@ class CameraSensor(Sensor):
 
     def _metres(self, values: Values) -> Array:
         """From image points at unit focal length to ones on the sensor, (c, 1, 1) [m]."""
-        return np.asarray(values["fx"][:, None, None] * SENSOR_WIDTH_M / self.image_px[0])
+        return values["fx"][:, None, None] * SENSOR_WIDTH_M / self.image_px[0]
 
     def _through_lens(self, straight: Array, values: Values, perturb: Perturbation) -> Array:
         if perturb.touches(Stage.IMAGE):
@@ -176,41 +173,6 @@ class CameraSensor(Sensor):
         """Pixel as seen less the one predicted, (c, m, 2) [px]."""
         straight = on_plane(self.in_camera(values, T_base_flange, perturb))
         return perturb(Stage.PIXELS, self._pixel) - self._through_lens(straight, values, perturb)
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """By its own parameters too, so that effects may sit anywhere."""
-        values = chain.values
-        point = self._point(flange, chain)
-        straight = on_plane(point.value)
-        moves = (point.slopes[..., :2] - straight[:, None] * point.slopes[..., 2:]) / point.value[:, None, :, 2:]
-        image = Tangent(straight, moves, point.of)
-        if chain.moves(Stage.IMAGE):
-            bent = chain(Stage.IMAGE, chain.through(lambda at, of: at * self._metres(of), ("fx",), image))
-            image = chain.through(lambda at, of: at / self._metres(of), ("fx",), bent)
-        focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None, :, None]
-        by_place = focal * distortion_by_place(image.value, values)
-        seen = chain(Stage.PIXELS, Tangent.constant(self._pixel))
-        J = np.zeros((len(values["fx"]), chain.count, self._pixel.shape[1], 2))
-        J[:, seen.of] = seen.slopes
-        J[:, chain.columns(INTRINSICS)] = -pixels_by_intrinsics(image.value, values)
-        for slope, column in zip(np.moveaxis(image.slopes, 1, 0), image.of, strict=True):  # fx may come twice
-            J[:, column] -= (by_place @ slope[..., None])[..., 0]
-        return J
-
-    def _point(self, flange: Tangent, chain: ChainRule) -> Tangent:
-        """The target's points in the camera frame, (c, m, 3) [m]."""
-        at = Tangent.constant(UNIT)
-        target = at if self.dataset.placed else chain.through(lambda _, six: motion(six, "target")[:, None], TARGET, at)
-        hand_eye = chain.through(lambda _, six: motion(six, "hand_eye")[:, None], HAND_EYE, at)
-        if self._rides:
-            hand_eye = chain(Stage.MOUNT, hand_eye)
-        else:
-            target = chain(Stage.MOUNT, target)
-        point = chain(Stage.TARGET, Tangent.constant(self._xyz))
-        point = moved(target, self._rows(target.value), point)
-        way = moved_back if self._rides else moved
-        point = way(flange, self._rows(flange.value), point)
-        return moved_back(hand_eye, self._rows(hand_eye.value), point)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""

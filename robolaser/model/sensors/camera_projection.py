@@ -12,7 +12,8 @@ INVERSIONS = 30  # steps of Newton's method from distorted to straight image poi
 def on_plane(points: Array) -> Array:
     """x/z and y/z of points in the camera frame, (..., 3) -> (..., 2); NaN behind the camera."""
     depth = np.where(points[..., 2:] > 0.0, points[..., 2:], np.nan)
-    return np.asarray(points[..., :2] / depth)
+    on_plane: Array = points[..., :2] / depth
+    return on_plane
 
 
 def distort(straight: Array, values: Values) -> Array:
@@ -42,27 +43,8 @@ def distortion_by_place(straight: Array, values: Values) -> Array:
 def to_pixels(distorted: Array, values: Values) -> Array:
     """Distorted image points at unit focal length to pixels, (c, m, 2) [px]."""
     focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
-    return np.asarray(focal * distorted + np.stack([values["cx"], values["cy"]], axis=-1)[:, None])
-
-
-def pixels_by_intrinsics(straight: Array, values: Values) -> Array:
-    """Derivatives of pixels by `INTRINSICS`, for straight image points (c, m, 2), (c, 9, m, 2)."""
-    x, y = straight[..., 0], straight[..., 1]
-    distorted = distort(straight, values)
-    r2, zero, one = x * x + y * y, np.zeros_like(x), np.ones_like(x)
-    fx, fy = values["fx"][:, None], values["fy"][:, None]
-    columns = [
-        (distorted[..., 0], zero),
-        (zero, distorted[..., 1]),
-        (one, zero),
-        (zero, one),
-        (fx * x * r2, fy * y * r2),
-        (fx * x * r2**2, fy * y * r2**2),
-        (fx * 2.0 * x * y, fy * (r2 + 2.0 * y * y)),
-        (fx * (r2 + 2.0 * x * x), fy * 2.0 * x * y),
-        (fx * x * r2**3, fy * y * r2**3),
-    ]
-    return np.stack([np.stack(np.broadcast_arrays(*column), axis=-1) for column in columns], axis=1)
+    pixel: Array = focal * distorted + np.stack([values["cx"], values["cy"]], axis=-1)[:, None]
+    return pixel
 
 
 def straighten(pixel: Array, values: Values) -> Array:

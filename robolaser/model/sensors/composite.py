@@ -8,11 +8,11 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.duals import is_dual
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
-from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Values
 
 T = TypeVar("T")
@@ -116,33 +116,6 @@ class Composite(Sensor, registered=False):
         parts = self._each(lambda part, *at: part.sensor.in_view(*at), values, T_base_flange, perturb)
         return self._together(parts, axis=0)
 
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Derivatives by `free`, then `derived`, (c, m, k, d); None where one part does not know them all."""
-        parts = self._each(lambda part, *at: part.sensor.jacobian(*at), values, T_base_flange, perturb)
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            return None
-        column = {name: place for place, name in enumerate(self.free + self.derived)}
-        c = max(len(own) for own in known)
-        slopes = np.zeros((c, len(self.dataset.points), self.format.numbers, len(column)))
-        for part, own in zip(self._parts, known, strict=True):
-            of = [column[part.named[name]] for name in part.parameters]
-            slopes[:, part.rows[:, None, None], np.arange(part.numbers)[:, None], of] = part.scale * own
-        return slopes
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
-        """Each part's by all parameters; None where one does not know them."""
-        parts = []
-        for part in self._parts:
-            own = self._slopes_of(part, flange, chain.of_rows(part.named, part.rows, len(self.dataset.points)))
-            if own is None:
-                return None
-            parts.append(part.scale * own)
-        return self._together(parts, axis=2)
-
-    def _slopes_of(self, part: Part, flange: Tangent, chain: ChainRule) -> Array | None:
-        return part.sensor.slopes(flange, chain)
-
     def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
         """That of the first part that has one."""
         cameras = (part.sensor.camera(part.values(values), self._perturbed(part, perturb)) for part in self._parts)
@@ -199,7 +172,8 @@ class Composite(Sensor, registered=False):
         """Rows of the parts in the order of the whole's; candidates may be one for all in some of them."""
         before = np.broadcast_shapes(*(own.shape[:axis] for own in parts))
         after = np.max([own.shape[axis + 1 :] for own in parts], axis=0).astype(int)
-        whole = np.zeros((*before, len(self.dataset.points), *after), dtype=parts[0].dtype)
+        like = next((own for own in parts if is_dual(own)), parts[0])
+        whole = np.zeros_like(like, shape=(*before, len(self.dataset.points), *after))
         for part, own in zip(self._parts, parts, strict=True):
             whole[(slice(None),) * axis + (part.rows, *(slice(size) for size in own.shape[axis + 1 :]))] = own
         return cast("A", whole)

@@ -9,14 +9,13 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
-from robolaser.geometry.rigid_motion import angle_axes, carry, pose
+from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 ENOUGH_ROWS = 3000  # rows that start values are found from, each reflector's alike
@@ -67,34 +66,6 @@ class Point(Sensor):
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
         seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
         return self.known(values, T_base_flange, perturb) - seen
-
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Derivatives by T_world_base and the tool points, (c, m, 3, 6 + 3t)."""
-        of_pose, T_world_base = self.dataset.points.pose, motion(values, "base")
-        T_world_flange = T_world_base[:, None] @ T_base_flange
-        tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
-        turned = carry(T_world_flange, of_pose, tools[:, self._tool]) - T_world_base[:, None, :3, 3]
-        slopes = np.zeros((*turned.shape, len(self.derived)))
-        slopes[..., :3] = -np.eye(3)
-        axes = angle_axes(*(values[f"base.{part}"] for part in ("w", "phi", "psi")))
-        slopes[..., 3:6] = -np.swapaxes(np.cross(axes[:, None], turned[:, :, None]), -1, -2)
-        R = T_world_flange[:, of_pose, :3, :3]
-        for number in range(len(self._tools)):
-            own = self._tool == number
-            slopes[:, own, :, 6 + 3 * number : 9 + 3 * number] = -R[:, own]
-        return slopes
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """In closed form."""
-        values = chain.values
-        known, T_world_base = chain(Stage.TARGET, Tangent.constant(self._measured)), motion(values, "base")
-        tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
-        J = np.zeros((len(tools), chain.count, len(self._tool), 3))
-        J[:, known.of] = known.slopes
-        J[:, flange.of] -= carried(flange, self.dataset.points.pose, tools[:, self._tool]) @ np.swapaxes(
-            T_world_base[:, None, :3, :3], -1, -2
-        )
-        return J
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The measured points, in the tracker's frame, (c or 1, m, 3) [m]."""

@@ -11,11 +11,9 @@ from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import some_of_each
 from robolaser.geometry.hand_eye import robot_world_hand_eye, undetermined_reason
 from robolaser.geometry.rigid_motion import (
-    angle_axes,
     common_length,
     from_quaternion,
     inverse,
-    log_slopes,
     log_so3,
     pose,
     skew,
@@ -25,11 +23,9 @@ from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 ENOUGH_ROWS = 3000  # rows that start values are found from, each body's alike
-ANGLES = ("w", "phi", "psi")
 
 
 @final
@@ -101,57 +97,14 @@ class Pose(Sensor):
         """T_world_body of each row, (c, m, 4, 4): one bracket carries all bodies, the first of them is its camera."""
         T_world_flange, tools = motion(values, "base")[:, None] @ T_base_flange, self._tools(values)
         if perturb.touches(Stage.MOUNT):
-            T_first_body = inverse(tools[:, :1]) @ tools
-            T_first_body[:, 0] = np.eye(4)
             T_world_flange = T_world_flange @ perturb(Stage.MOUNT, tools[:, :1])
-            tools = T_first_body
+            tools = inverse(tools[:, :1]) @ tools
+            tools[:, 0] = np.eye(4)
         return T_world_flange[:, self.dataset.points.pose] @ tools[:, self._body]
 
     def _tools(self, values: Values) -> Array:
         """T_flange_body of each body, (c, b, 4, 4)."""
         return np.stack([motion(values, f"tool.{name}") for name in self._bodies], axis=1)
-
-    def _turn_slopes(self, T_world_body: Array) -> Array:
-        """How the turn of each row moves as the body turns in the world, (c, m, 3, 3)."""
-        turn = log_so3(self._turned @ np.swapaxes(T_world_body[..., :3, :3], -1, -2))
-        return -log_slopes(turn)
-
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Derivatives by T_world_base and the bodies' places, (c, m, 6, 6 + 6b)."""
-        if perturb.touches(Stage.MOUNT):
-            return None
-        T_world_base = motion(values, "base")
-        T_world_body = self.predicted(values, T_base_flange, perturb)
-        R = (T_world_base[:, None, :3, :3] @ T_base_flange[..., :3, :3])[:, self.dataset.points.pose]
-        by_turn = self._turn_slopes(T_world_body)
-        arms = T_world_body[..., :3, 3] - T_world_base[:, None, :3, 3]
-        J = np.zeros((*arms.shape[:2], 6, len(self.derived)))
-        axes = np.swapaxes(angle_axes(*(values[f"base.{part}"] for part in ANGLES)), -1, -2)[:, None]
-        J[..., :3, :3] = -np.eye(3)
-        J[..., :3, 3:6] = skew(arms) @ axes
-        J[..., 3:, 3:6] = by_turn @ axes
-        for number, name in enumerate(self._bodies):
-            own, first = self._body == number, 6 + 6 * number
-            axes = np.swapaxes(angle_axes(*(values[f"tool.{name}.{part}"] for part in ANGLES)), -1, -2)[:, None]
-            J[:, own, :3, first : first + 3] = -R[:, own]
-            J[:, own, 3:, first + 3 : first + 6] = by_turn[:, own] @ R[:, own] @ axes
-        return J
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
-        """In closed form, where no effect moves the bracket."""
-        if chain.moves(Stage.MOUNT):
-            return None
-        values, of_pose = chain.values, self.dataset.points.pose
-        known, T_world_base = chain(Stage.TARGET, Tangent.constant(self._measured)), motion(values, "base")
-        T_world_body, tools = self.predicted(values, flange.value, Perturbation()), self._tools(values)
-        to_world = np.swapaxes(T_world_base[:, None, :3, :3], -1, -2)
-        J = np.zeros((len(T_world_body), chain.count, len(self._body), 6))
-        J[:, known.of, :, :3] = known.slopes
-        J[:, flange.of, :, :3] -= carried(flange, of_pose, tools[..., :3, 3][:, self._body]) @ to_world
-        spin = flange.slopes[..., :3, :3] @ np.swapaxes(flange.value[:, None, :, :3, :3], -1, -2)
-        turn = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)[:, :, of_pose] @ to_world
-        J[:, flange.of, :, 3:] = (self._turn_slopes(T_world_body)[:, None] @ turn[..., None])[..., 0]
-        return J
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Of the place alone, (c, m, 3) [m]."""

@@ -10,13 +10,12 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.hand_eye import undetermined_reason
-from robolaser.geometry.rigid_motion import angle_axes, apply, carry, common_length, inverse, pose
+from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
@@ -143,62 +142,6 @@ class Profile(Sensor):
         if self._stands:
             return np.repeat(motion(values, "hand_eye")[:, None], len(self._ball), axis=1)
         return (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
-
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Derivatives by the sensor's place and the balls, (c, m, 1, 6 + 3b)."""
-        if perturb.touches(Stage.MOUNT):
-            return None
-        normals = self._normals(values, T_base_flange, perturb)
-        R = T_base_flange[:, self.dataset.points.pose, :3, :3]
-        in_flange = (np.swapaxes(R, -1, -2) @ normals[..., None])[..., 0]
-        by_sensor, by_ball = (normals, -in_flange) if self._stands else (in_flange, -normals)
-        turned = perturb(Stage.TARGET, self._measured) @ np.swapaxes(motion(values, "hand_eye")[:, :3, :3], -1, -2)
-        axes = angle_axes(*(values[f"hand_eye.{part}"] for part in SIX[3:]))
-        J = np.zeros((*normals.shape[:2], 1, len(self.derived)))
-        J[..., 0, :3] = by_sensor
-        J[..., 0, 3:6] = np.cross(turned, by_sensor) @ np.swapaxes(axes, -1, -2)
-        for number in range(len(self._balls)):
-            own = self._ball == number
-            J[:, own, 0, 6 + 3 * number : 9 + 3 * number] = by_ball[:, own]
-        return J
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """In closed form, but for the effects."""
-        values, of_pose = chain.values, self.dataset.points.pose
-        seen = chain(Stage.TARGET, Tangent.constant(self._measured))
-        mount = chain.through(
-            lambda _, six: motion(six, "hand_eye")[:, None], HAND_EYE, Tangent.constant(np.eye(4)[None, None])
-        )
-        mount = mount if self._stands else chain(Stage.MOUNT, mount)
-        balls = np.stack([vector(values, f"ball.{name}") for name in self._balls], axis=1)[:, self._ball]
-        alone = np.zeros_like(of_pose)
-        if self._stands:
-            T_base_sensor = mount.value[:, alone]
-            place, ball = carry(mount.value, alone, seen.value), carry(flange.value, of_pose, balls)
-            to_ball = np.swapaxes(flange.value[:, of_pose, :3, :3], -1, -2)
-            moves = ((mount.of, carried(mount, alone, seen.value)), (flange.of, -carried(flange, of_pose, balls)))
-        else:
-            T_base_sensor = (flange.value @ mount.value)[:, of_pose]
-            place, ball = carry(flange.value @ mount.value, of_pose, seen.value), balls
-            to_ball = np.eye(3)
-            at = of_pose if mount.value.shape[1] > 1 else alone
-            by_mount = Tangent(mount.value, flange.value[:, None] @ mount.slopes, mount.of)
-            moves = (
-                (mount.of, carried(by_mount, of_pose, seen.value)),
-                (flange.of, carried(flange, of_pose, carry(mount.value, at, seen.value))),
-            )
-        apart = place - ball
-        normals = apart / np.linalg.norm(apart, axis=-1, keepdims=True)
-        J = np.zeros((len(normals), chain.count, len(self._ball), 1))
-        by_seen = (T_base_sensor[:, None, :, :3, :3] @ seen.slopes[..., None])[..., 0]
-        for of, moved in ((seen.of, by_seen), *moves):
-            J[..., 0][:, of] += (moved * normals[:, None]).sum(axis=-1)
-        by_ball = -(to_ball @ normals[..., None])[..., 0]
-        for number, name in enumerate(self._balls):
-            own = np.flatnonzero(self._ball == number)
-            columns = chain.columns([f"ball.{name}.{part}" for part in "xyz"])
-            J[:, columns[:, None], own, 0] = np.swapaxes(by_ball[:, own], 1, 2)
-        return J
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], alike along x and z of the sensor, each row's own."""

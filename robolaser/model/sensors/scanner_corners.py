@@ -9,7 +9,6 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Member
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.camera import metric, undistort
 from robolaser.geometry.rigid_motion import apply, carry, inverse
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
@@ -18,9 +17,7 @@ from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.sensors.stripe_slopes import IMAGE, known_less_carried, mount_of
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Values
 
 CAMERA = ("f", "s_u", "s_v", "u_0", "v_0", "k", "w", "phi", "psi", "t_x", "t_y", "t_z")
@@ -114,7 +111,7 @@ class ScannerCorners(Sensor, registered=False):
     def _image_of(self, point: Array, f: Array) -> Array:
         """Image coordinates of points in the camera frame, without distortion, (c, m, 2) [m]."""
         depth = np.where(point[..., 2] > 0.0, point[..., 2], np.nan)
-        return np.asarray(self._across(point) * (f[:, None] / depth)[..., None])
+        return self._across(point) * (f[:, None] / depth)[..., None]
 
     def _across(self, vector: Array) -> Array:
         """The parts of vectors in the camera frame (..., 3) along image u and v, (..., 2)."""
@@ -124,30 +121,6 @@ class ScannerCorners(Sensor, registered=False):
     @staticmethod
     def _pitch(values: Values) -> Array:
         return np.stack([values["s_u"], values["s_v"]], axis=-1)[:, None]
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """In closed form, by its own parameters too."""
-        values, of_pose = chain.values, self.dataset.points.pose
-        read = chain(Stage.PIXELS, Tangent.constant(self._pixel))
-        image = chain(Stage.IMAGE, chain.through(lambda at, of: undistort(metric(at, of), of["k"]), IMAGE, read))
-        mount = mount_of(self.dataset, chain)
-        T_base_camera = flange.value @ mount.value
-        q = self._in_camera(values, flange.value, chain.perturbation)
-        moved = known_less_carried(self.dataset, self.derived, flange, mount, chain, q)
-        R = T_base_camera[:, of_pose if T_base_camera.shape[1] > 1 else np.zeros_like(of_pose), :3, :3]
-        moved = (np.swapaxes(R, -1, -2)[:, None] @ moved[..., None])[..., 0]  # in the camera frame
-        f, pitch = values["f"], self._pitch(values)
-        predicted, depth = self._image_of(q, f), q[:, None, :, 2:]
-        J = predicted[:, None] * moved[..., 2:] / depth - f[:, None, None, None] * self._across(moved) / depth
-        J[:, image.of] += image.slopes
-        (of_f,) = chain.columns(("f",))
-        J[:, of_f] -= predicted / f[:, None, None]
-        J /= pitch[:, None]
-        left = (image.value - predicted) / pitch
-        for axis, name in enumerate(("s_u", "s_v")):
-            (column,) = chain.columns((name,))
-            J[:, column, :, axis] -= left[..., axis] / values[name][:, None]
-        return J
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The corners, in the base frame, (c or 1, m, 3) [m]."""

@@ -19,7 +19,6 @@ from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import pose_centroids, twisted
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
@@ -162,26 +161,6 @@ class Sensor(ABC):
 
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None where it has none."""
-        return None
-
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Derivatives of the residuals by the parameters, `free` then `derived`, (c, m, k, d).
-
-        None where effects perturb stages that depend on the parameters, or where nobody worked them out: the
-        linearization takes differences then.
-        """
-        return None
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array | None:
-        """Derivatives of the residuals by what moves the values that pass the stages, (c, d, m, k).
-
-        By all parameters; those of the sensor's own need to be right here only where `jacobian` has none. None where
-        nobody worked them out: the linearization takes differences then.
-
-        Args:
-            flange: T_base_flange, (c or 1, n, 4, 4).
-            chain: Passes values through the stages.
-        """
         return None
 
     @property

@@ -16,7 +16,6 @@ from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.shared_names import shared_names
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Parameters, Values
 
 
@@ -125,16 +124,6 @@ class Several(Composite):
         """Each sensor's, by its name."""
         formats = ((part, part.sensor.format) for part in self._parts)
         return {part.name: (part.rows, declared.unit, declared.angles) for part, declared in formats}
-
-    def _slopes_of(self, part: Part, flange: Tangent, chain: ChainRule) -> Array | None:
-        """By its own parameters as its `jacobian` has them, if it has: another sensor may have none."""
-        own = part.sensor.slopes(flange, chain)
-        known = part.sensor.jacobian(part.values(chain.values), flange.value, chain.perturbation)
-        if own is None or known is None:
-            return own
-        own = np.broadcast_to(own, (max(len(own), len(known)), *own.shape[1:])).copy()
-        own[:, chain.columns(part.parameters)] = np.moveaxis(known, -1, 1)
-        return own
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """Each sensor's, named `SENSOR.pixel`; rows of other sensors they do not move."""

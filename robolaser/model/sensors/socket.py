@@ -14,7 +14,6 @@ from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
-from robolaser.model.tangents import ChainRule, Tangent, carried
 from robolaser.parameters import Values
 
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
@@ -63,22 +62,6 @@ class Socket(Sensor):
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
         seated = carry(T_base_flange, self.dataset.points.pose, vector(values, "tool.ball")[:, None])
         return self.known(values, T_base_flange, perturb) - seated
-
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Derivatives by the ball and the sockets, (c, m, 3, 3 + 3s)."""
-        c, m = max(len(T_base_flange), len(values["tool.ball.x"])), len(self._socket)
-        slopes = np.zeros((c, m, 3, len(self.derived)))
-        slopes[..., :3] = -T_base_flange[:, self.dataset.points.pose, :3, :3]
-        for axis in range(3):
-            slopes[:, np.arange(m), axis, 3 + 3 * self._socket + axis] = 1.0
-        return slopes
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """In closed form."""
-        ball = vector(chain.values, "tool.ball")[:, None]
-        J = np.zeros((len(ball), chain.count, len(self._socket), 3))
-        J[:, flange.of] = -carried(flange, self.dataset.points.pose, ball)
-        return J
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The sockets, in the base frame, (c, m, 3) [m]."""

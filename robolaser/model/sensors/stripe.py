@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
+from robolaser.duals import is_dual
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
@@ -21,11 +22,8 @@ from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.stripe_jacobian import stripe_jacobian
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
-from robolaser.model.sensors.stripe_slopes import stripe_slopes
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.model.tangents import ChainRule, Tangent
 from robolaser.parameters import Parameter, Values
 
 LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
@@ -214,16 +212,6 @@ class Stripe(Sensor):
         """Shifts and turns in the base frame."""
         return rigid_moves(self.target(values, perturb)[0], self.dataset.points.pose)
 
-    def jacobian(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Derivatives by the fourteen and T_base_target, (c, m, 3, 14 or 20); None where effects sit in between."""
-        if perturb.touches(Stage.MOUNT, Stage.IMAGE, Stage.LASER_PLANE, Stage.POINTS):
-            return None
-        return stripe_jacobian(self.dataset, values, T_base_flange, perturb)
-
-    def slopes(self, flange: Tangent, chain: ChainRule) -> Array:
-        """By its own parameters too, so that effects may sit anywhere."""
-        return stripe_slopes(self.dataset, self.derived, flange, chain)
-
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         known, chain = self.target(values, perturb), self._chain_for(values, perturb)
@@ -246,7 +234,7 @@ class Stripe(Sensor):
 
     def _chain_for(self, values: Values, perturb: Perturbation) -> Chain | None:
         """The compiled chain, where it pays and no effect sits where it has no room for one."""
-        if perturb.touches(Stage.POINTS):
+        if is_dual(values["f"]) or perturb.touches(Stage.POINTS):
             return None
         return self._chain if LOOPS.after(len(values["f"]) * len(self.dataset.points)) else None
 
