@@ -1,8 +1,27 @@
-"""Some rows of each group, evenly taken."""
+"""Some of many rows, evenly taken: of all, of each group, or of some groups whole."""
 
 import numpy as np
 
-from robolaser.arrays import Ints
+from robolaser.arrays import Bools, Ints
+
+
+def evenly(count: int, most: int) -> Ints:
+    """Places of at most so many out of `count` things, the first and the last among them, (k,)."""
+    return np.asarray(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(np.int64))
+
+
+def of_some_groups(group: Ints, most: int) -> Bools:
+    """Mark the rows of at most so many groups (m,), evenly taken along their numbers, (m,)."""
+    seen, number = np.unique(group, return_inverse=True)
+    chosen = np.zeros(len(seen), dtype=bool)
+    chosen[evenly(len(seen), most)] = True
+    return np.asarray(chosen[number])
+
+
+def rows_of_each(group: Ints, most: int) -> Ints:
+    """The rows that `some_of_each` takes, in their order, (k,)."""
+    table = some_of_each(group, most)
+    return np.sort(table[table >= 0])
 
 
 def some_of_each(group: Ints, most: int) -> Ints:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.subsampling import some_of_each
+from robolaser.data.subsampling import rows_of_each
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
@@ -66,8 +66,8 @@ def _by_sample(problem: Problem, start: Array) -> tuple[Array, int]:
     found = sampled(problem, FEWER)
     if found is None:
         of_pose = problem.model.dataset.points.pose
-        table = some_of_each(of_pose, max(1, FEWER // len(np.unique(of_pose))))
-        end = solve(Problem.of(with_rows(problem.model, np.sort(table[table >= 0]))), start[None], tol=COARSE)
+        rows = rows_of_each(of_pose, max(1, FEWER // len(np.unique(of_pose))))
+        end = solve(Problem.of(with_rows(problem.model, rows)), start[None], tol=COARSE)
         return end.x[0], end.evaluations
     sample, _ = found
     end = solve(sample, start[None], tol=COARSE)

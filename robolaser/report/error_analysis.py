@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
-from robolaser.data.subsampling import some_of_each
+from robolaser.data.subsampling import evenly, rows_of_each
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
@@ -127,8 +127,7 @@ def enough_rows(model: Model) -> Model:
     """The model of some rows of each pose, where there are more than a figure about noise needs."""
     if len(model.dataset.points) <= ENOUGH_ROWS or depends_on_trajectory(model):
         return model
-    some = some_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses)))
-    return with_rows(model, np.sort(some[some >= 0]))
+    return with_rows(model, rows_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses))))
 
 
 def known_points(model: Model, x: Array) -> Array | None:
@@ -155,6 +154,6 @@ def some_rows(errors: Array, most: int) -> Ints:
     """At most `most` rows for a chart: evenly thinned, the largest tenth of them always among them."""
     if len(errors) <= most:
         return np.arange(len(errors))
-    even = np.linspace(0, len(errors) - 1, most - most // 10).round().astype(int)
+    even = evenly(len(errors), most - most // 10)
     largest = np.argsort(errors)[-(most // 10) :]
-    return np.unique(np.concatenate([even, largest])).astype(np.int64)
+    return np.unique(np.concatenate([even, largest]))

@@ -13,6 +13,7 @@ from robolaser.arrays import Array
 from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError
 from robolaser.report.digits import millimetres
 from robolaser.report.error_analysis import lengths_mm
@@ -43,7 +44,7 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Arr
         source = _small(dataset.folder / images[pose], dataset.image_px) if images[pose] and len(made) < MOST else ""
         if source:
             rows = np.flatnonzero(of_pose == pose)
-            rows = rows[np.linspace(0, len(rows) - 1, min(MOST_POINTS, len(rows))).round().astype(int)]
+            rows = rows[evenly(len(rows), MOST_POINTS)]
             lengths = lengths_mm(errors_m[rows])
             off = np.full((len(rows), 2), np.nan) if misses is None else misses[rows]
             names = [

@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.data.subsampling import some_of_each
+from robolaser.data.subsampling import of_some_groups, rows_of_each, some_of_each
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
@@ -203,19 +203,10 @@ def _telling(model: Model, kept: Bools | None) -> Model:
     points = model.dataset.points
     rows = np.arange(len(points)) if kept is None else np.flatnonzero(kept)
     if model.sensor.prefix_of(points.names[0]):  # each name is a place of its own to be fitted
-        rows = rows[_spread(points.number[rows], MOST_NAMES)]
-    rows = rows[_spread(points.pose[rows], MOST_POSES)]
-    table = some_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))
-    rows = rows[np.sort(table[table >= 0])]
+        rows = rows[of_some_groups(points.number[rows], MOST_NAMES)]
+    rows = rows[of_some_groups(points.pose[rows], MOST_POSES)]
+    rows = rows[rows_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))]
     return model if len(rows) == len(points) or depends_on_trajectory(model) else with_rows(model, rows)
-
-
-def _spread(group: Ints, most: int) -> Bools:
-    """Rows of at most so many groups (m,), evenly taken from all, (m,)."""
-    seen, number = np.unique(group, return_inverse=True)
-    chosen = np.zeros(len(seen), dtype=bool)
-    chosen[np.linspace(0, len(seen) - 1, min(len(seen), most)).round().astype(np.int64)] = True
-    return np.asarray(chosen[number])
 
 
 def noise_from(dataset: Dataset, sources: tuple[ErrorSource, ...], residuals: Array, J: Array) -> NoiseModel:

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import XYZ, SensorFormat
-from robolaser.data.subsampling import some_of_each
+from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
@@ -50,8 +50,7 @@ class Point(Sensor):
         """The best of all, the middle angle within ±π/2."""
         rows = np.arange(len(self._tool))
         if len(rows) > ENOUGH_ROWS:
-            some = some_of_each(self._tool, ENOUGH_ROWS // len(self._tools) + 1)
-            rows = some[some >= 0]
+            rows = rows_of_each(self._tool, ENOUGH_ROWS // len(self._tools) + 1)
         measured = perturb(Stage.TARGET, self._measured)[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
         R, shift, tools = base_and_tools(measured, T, self._tool[rows])

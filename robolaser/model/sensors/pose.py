@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
-from robolaser.data.subsampling import some_of_each
+from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.hand_eye import robot_world_hand_eye, undetermined_reason
 from robolaser.geometry.rigid_motion import (
     common_length,
@@ -72,8 +72,7 @@ class Pose(Sensor):
         """In closed form, wherever they lie."""
         rows = np.arange(len(self._body))
         if len(rows) > ENOUGH_ROWS:
-            some = some_of_each(self._body, ENOUGH_ROWS // len(self._bodies) + 1)
-            rows = some[some >= 0]
+            rows = rows_of_each(self._body, ENOUGH_ROWS // len(self._bodies) + 1)
         T_world_body = pose(self._turned, perturb(Stage.TARGET, self._measured))[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
         each = range(common_length(T, T_world_body))

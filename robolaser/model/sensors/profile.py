@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
+from robolaser.data.subsampling import evenly
 from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
@@ -91,7 +92,7 @@ class Profile(Sensor):
         for candidate in each:
             centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
             some = np.flatnonzero(enough)
-            some = some[np.linspace(0, len(some) - 1, min(len(some), ENOUGH_PROFILES)).round().astype(np.int64)]
+            some = some[evenly(len(some), ENOUGH_PROFILES)]
             beside = np.sqrt(np.maximum(self._radius[first[some]] ** 2 - radius[some] ** 2, 0.0))
             T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
             T = T if self._stands else inverse(T)
