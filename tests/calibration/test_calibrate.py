@@ -168,7 +168,7 @@ def test_a_stopped_search_goes_on_to_the_same_result(
     with pytest.raises(AlgorithmError):
         calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
     tilted = replace(experiment.dataset, bracket_quat=(0.01, 0.0, 0.0, np.sqrt(1 - 1e-4)))
-    with pytest.raises(AlgorithmError, match="Resume with the data and options .* or delete the checkpoint"):
+    with pytest.raises(AlgorithmError, match=r"Resume with the data and options .* or delete the checkpoint"):
         calibrate(tilted, BREEDING, state=tmp_path, resume=True)
 
 
