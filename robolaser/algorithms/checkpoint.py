@@ -244,6 +244,6 @@ def _unreadable(path: Path, reason: str) -> AlgorithmError:
 def _foreign(path: Path, what: str, found: object, expected: object) -> AlgorithmError:
     return AlgorithmError(
         f"{path} belongs to another run: {what} is {found}, here it is {expected}."
-        " Resume with what the run was started with (other operators than the paper's by `algorithm`), or delete the"
-        " checkpoint to start over."
+        " Resume with the data and options that the run was started with (other operators than the paper's by"
+        " `algorithm`), or delete the checkpoint to start over."
     )

@@ -1,8 +1,7 @@
 """Where the fit starts: near the global optimum, found on a subsample."""
 
-import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
 
@@ -14,7 +13,7 @@ from robolaser.calibration.given_placements import start_of_data
 from robolaser.calibration.misread_joints import misread_joints
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, search
-from robolaser.data.dataset import Dataset
+from robolaser.data.fingerprint import fingerprint
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, multistart, subsampled
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
@@ -158,7 +157,7 @@ def _searched(
             seed=plan.seed,
             state=state,
             resume=resume,
-            fingerprint=_fingerprint(thin.dataset, plan),
+            fingerprint=fingerprint(thin.dataset, plan),
             progress=progress,
         )
     return found, problem.completed(found.candidates)
@@ -205,13 +204,3 @@ def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
     if not np.isfinite(costs.min()):
         raise no_finite_residuals()
     return x[int(np.argmin(costs))], evaluations
-
-
-def _fingerprint(dataset: Dataset, plan: Plan) -> str:
-    """A digest of what determines a search: the data, their nominal values and bounds, and the plan."""
-    points, poses = dataset.points, dataset.poses
-    arrays = (points.pose, points.pixel, points.xyz, poses.q, poses.T_base_flange)
-    digest = hashlib.sha256(repr((asdict(plan), sorted(dataset.parameters.items()))).encode())
-    for array in arrays:
-        digest.update(b"-" if array is None else array.tobytes())
-    return digest.hexdigest()

@@ -29,7 +29,7 @@ class Poses:
         names: Unique texts.
         time_s: (n,) [s], or only an order; None: unknown.
         q: Joint angles as read, (n, j) [rad or m]; None where flange poses were measured.
-        qd: Joint velocities at the exposure, (n, j) [rad/s or m/s].
+        qd: Joint velocities at the exposure, (n, j) [rad/s or m/s]; NaN where the path does not tell.
         qd_from_path: Whether nobody recorded them: they are differences along the path.
         T_base_flange: Measured flange poses, (n, 4, 4); None where joint angles were read.
         image: Path of each pose's image in the data set's folder.

@@ -1,4 +1,4 @@
-"""Joint velocities that nobody recorded, from the path: of arms that are measured while they move."""
+"""Joint velocities: as recorded, or from the path of an arm that is measured while it moves."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -24,6 +24,7 @@ WARNING = (
 def with_path_velocities(dataset: Dataset) -> Dataset:
     """The data set with velocities by finite differences along its path, and a warning that says so.
 
+    They are NaN at poses that no two others are close to in time: how fast the arm moved there nobody knows.
     Unchanged where velocities were recorded, where times or path are not known, or where poses are too far apart in
     time or way: then the arm may have stopped at each.
     """
@@ -32,7 +33,7 @@ def with_path_velocities(dataset: Dataset) -> Dataset:
         return dataset
     if dataset.time_is_order or not dataset.path_known:
         return dataset
-    qd, told, rough, way = np.zeros_like(poses.q), 0, 0.0, 0.0
+    qd, told, rough, way = np.full_like(poses.q, np.nan), 0, 0.0, 0.0
     for run in _runs(dataset, poses.time_s):
         t, q = poses.time_s[run], poses.q[run]
         qd[run] = np.gradient(q, t, axis=0)
@@ -43,6 +44,21 @@ def with_path_velocities(dataset: Dataset) -> Dataset:
     if told < LEAST_SHARE * len(poses) or not way > 0.0 or rough > ROUGHEST**2 * way:
         return dataset
     return replace(dataset, poses=replace(poses, qd=qd, qd_from_path=True), warnings=(*dataset.warnings, WARNING))
+
+
+def without_velocity(dataset: Dataset) -> Ints:
+    """Numbers of the poses with points at which the arm's velocity is not known, though at others it is."""
+    seen = np.unique(dataset.points.pose)
+    return seen[:0] if dataset.poses.qd is None else seen[np.isnan(dataset.poses.qd[seen]).any(axis=1)]
+
+
+def known_velocities(dataset: Dataset) -> Array | None:
+    """Joint velocities at the exposures, (n, j) [rad/s or m/s]; None where a pose with points lacks its own.
+
+    They are 0 where nothing was seen and nobody knows.
+    """
+    qd = dataset.poses.qd
+    return None if qd is None or len(without_velocity(dataset)) else np.nan_to_num(qd)
 
 
 def _runs(dataset: Dataset, time_s: Array) -> Iterator[Ints]:

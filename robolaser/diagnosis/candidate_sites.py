@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives, stage_derivatives
@@ -103,7 +104,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
         shift = placement[:, :3]
         for coordinate, basis in coordinates.run():
             yield Site(name, coordinate, shift, basis, poses)
-    qd = fit.model.dataset.poses.qd
+    qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:
         late = np.sum([free[name] * qd[poses][:, [column[name]]] for name in joints], axis=0)
         yield Site("timing", "velocity", late, alike, poses)

@@ -15,7 +15,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import TIME
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.local_unknown import GEOMETRY
-from robolaser.diagnosis.localization import Localization, localize
+from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.standard_errors import standard_errors
@@ -115,19 +115,41 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
     return {item.name.rsplit(".", 1)[1]: estimate(i, item.unit) for item, i in items}
 
 
-def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> list[Localization]:
-    """Where the gap lay, by what each effect explains of it."""
+def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], tried: int) -> list[Localization]:
+    """Where the gap lay, by what each effect explains of it.
+
+    Of several effects at one site the one that chance would imitate least says how improbable the site is by chance,
+    and what the gap depends on there.
+
+    Args:
+        start: The model without effects.
+        final: With all of them.
+        evidence: For each of them, in any order.
+        tried: Candidates that they were chosen among.
+    """
     excess = max(start.chi2 - start.freedoms, 1e-9)
     closed = float(np.clip((start.chi2 - final.chi2) / excess, 0.0, 1.0))
     total = max(sum(one.explained for one in evidence), 1e-9)
     places = localize(start)
-    found: dict[str, Localization] = {}
-    for one in evidence:
-        kind, site = one.candidate_effect.effect, one.candidate_effect.where
-        share = closed * one.explained / total + (found[site].share if site in found else 0.0)
-        p_value = float(chdtrc(len(kind.units()), max(one.explained, 0.0)))
-        found[site] = Localization(site, _coordinate(kind, site, places), share, one.explained, p_value)
-    return sorted(found.values(), key=lambda place: -place.share)
+    by_site: dict[str, list[EffectEvidence]] = {}
+    for one in sorted(evidence, key=lambda one: (_chance(one), -one.explained, one.candidate_effect.effect.name)):
+        by_site.setdefault(one.candidate_effect.where, []).append(one)
+    found = [
+        Localization(
+            site,
+            _coordinate(own[0].candidate_effect.effect, site, places),
+            closed * sum(one.explained for one in own) / total,
+            own[0].explained,
+            corrected(_chance(own[0]), tried),
+        )
+        for site, own in by_site.items()
+    ]
+    return sorted(found, key=lambda place: -place.share)
+
+
+def _chance(one: EffectEvidence) -> float:
+    """Of explaining as much by an effect that is not there, one candidate alone."""
+    return float(chdtrc(len(one.candidate_effect.effect.units()), max(one.explained, 0.0)))
 
 
 def _coordinate(kind: type[Effect], site: str, places: Sequence[Localization]) -> str:

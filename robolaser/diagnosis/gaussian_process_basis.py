@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.model.effects.run import Run
 
@@ -151,8 +152,9 @@ class OfPoses:
             approach = scene.approach[:, [column]]
             if np.ptp(approach) > 0:
                 yield f"direction of approach of {name}", approach.astype(np.float64)
-        if dataset.poses.qd is not None and np.ptp(dataset.poses.qd[:, column]) > 0:
-            yield f"velocity of {name}", dataset.poses.qd[:, [column]] / np.abs(dataset.poses.qd[:, column]).max()
+        qd = known_velocities(dataset)
+        if qd is not None and np.ptp(qd[:, column]) > 0:
+            yield f"velocity of {name}", qd[:, [column]] / np.abs(qd[:, column]).max()
 
 
 def _words(name: str) -> str:

@@ -1,6 +1,7 @@
 """The share of a gap that lies at each site: random functions there, their size by maximum likelihood."""
 
 import math
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import final
@@ -27,7 +28,7 @@ class Localization:
         coordinate: In which coordinate.
         share: Of the squared whitened gap beyond noise, what a function there explains beyond the price of its freedom.
         likelihood_ratio: Twice its logarithm, against no function there.
-        p_value: Of that, corrected for all sites and coordinates that were tried.
+        p_value: Of the best of what was tried at all sites, if there were only noise, see `corrected`.
         unknown: Whether the function may be of a form that the library of effects does not have.
     """
 
@@ -65,9 +66,17 @@ def _likelihood_ratios(normal: Array, gradient: Array, most: Array) -> tuple[Arr
     return np.maximum(0.0, ratios), np.take_along_axis(sizes, best, axis=1)[:, 0]
 
 
+def corrected(chance: float, tried: int) -> float:
+    """The p value of the best of so many candidates by the p value of that one (Bonferroni 1936).
+
+    It is positive: a chance that is below the least positive number is that number.
+    """
+    return min(1.0, tried * max(chance, sys.float_info.min))
+
+
 def p_value(ratio: float, tried: int) -> float:
     """Of a likelihood ratio of a variance that cannot be negative, the largest of so many (Self and Liang 1987)."""
-    return float(min(1.0, tried * 0.5 * math.erfc(math.sqrt(0.5 * max(ratio, 0.0)))))
+    return corrected(0.5 * math.erfc(math.sqrt(0.5 * max(ratio, 0.0))), tried)
 
 
 def localize(fit: Fit) -> list[Localization]:

@@ -233,7 +233,7 @@ def _where(
         return []
     if verdict == "unexplained":
         return probable_remainder(refits, final, evidence, classes, left)
-    return explained_sites(refits.start, final, evidence)
+    return explained_sites(refits.start, final, evidence, len(refits.effects))
 
 
 def _next_poses(final: Fit, evidence: Sequence[EffectEvidence], seed: int) -> tuple[Mapping[str, float], ...]:

@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.path_velocities import known_velocities
 from robolaser.errors import TrialError
 from robolaser.model.noise import pixel_from_repeats
 from robolaser.model.sensors import sensor_class
@@ -90,10 +91,11 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     target, level = stepped(points.xyz[rows], dataset.flange()[:, :3, 3].mean(axis=0))
     along = target.inside(points.xyz[rows])[:, :2]
     timed = poses.time_s is not None and not dataset.time_is_order
+    velocities = known_velocities(dataset)
     run = SyntheticRun(
         arm=PinocchioArm(dataset.robot),
         q=poses.q,
-        qd=np.zeros(poses.q.shape) if poses.qd is None else poses.qd,
+        qd=np.zeros(poses.q.shape) if velocities is None else velocities,
         time=np.asarray(poses.time_s if timed else 60.0 * _ranks(poses.time_s, len(poses))),
         middle=target.middle,
         radius=float(np.linalg.norm(along, axis=1).max()) / 2,

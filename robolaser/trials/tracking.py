@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.path_velocities import known_velocities
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.visibility import random_configurations
@@ -32,7 +33,8 @@ def build_tracked(
     if isinstance(source, ReferenceCell):
         (robot, q), poses = source.dataset.arm, source.dataset.poses
         time: Array = PAUSE_S[0] * np.arange(float(len(q))) if poses.time_s is None else poses.time_s
-        qd = np.zeros(q.shape) if poses.qd is None else poses.qd
+        known = known_velocities(source.dataset)
+        qd = np.zeros(q.shape) if known is None else known
     else:
         robot, n = source, int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
         q = random_configurations(robot, n, rng)

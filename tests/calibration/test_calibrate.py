@@ -167,6 +167,9 @@ def test_a_stopped_search_goes_on_to_the_same_result(
     assert np.array_equal(resumed.history.best, bred.history.best)
     with pytest.raises(AlgorithmError):
         calibrate(experiment.dataset, replace(BREEDING, seed=9), state=tmp_path, resume=True)
+    tilted = replace(experiment.dataset, bracket_quat=(0.01, 0.0, 0.0, np.sqrt(1 - 1e-4)))
+    with pytest.raises(AlgorithmError, match=r"Resume with the data and options .* or delete the checkpoint"):
+        calibrate(tilted, BREEDING, state=tmp_path, resume=True)
 
 
 def test_too_few_poses_say_how_many_are_needed(experiment: Simulated) -> None:

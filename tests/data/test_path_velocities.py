@@ -1,5 +1,6 @@
 """A time offset between arm and sensor, from poses in motion whose velocities nobody recorded."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,9 +10,11 @@ import pytest
 import robolaser
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.data.path_velocities import WARNING, with_path_velocities
+from robolaser.data.path_velocities import WARNING, known_velocities, with_path_velocities
 from robolaser.data.writing import save
+from robolaser.errors import EffectError
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
+from robolaser.model.effects.requirements import velocities
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -64,6 +67,49 @@ def test_a_time_offset_is_found_without_recorded_velocities(kind: str, tmp_path:
 def test_they_are_not_written_as_if_they_had_been_read(tmp_path: Path) -> None:
     save(with_path_velocities(in_motion(0.0)), tmp_path / "moving")
     assert "qd_" not in (tmp_path / "moving" / "poses.csv").read_text().splitlines()[0]
+
+
+def alone_in_time(*numbers: int) -> Callable[[Dataset], Dataset]:
+    """Poses that all others are more than a second away from."""
+
+    def pull(dataset: Dataset) -> Dataset:
+        late = np.zeros(len(dataset.poses))
+        for number in numbers:
+            late[number] += 3.0
+            late[number + 1 :] += 6.0
+        t = dataset.poses.time_s + late
+        return replace(dataset, poses=replace(dataset.poses, time_s=t))
+
+    return pull
+
+
+def test_a_gap_in_time_leaves_the_velocities_on_both_sides(tmp_path: Path) -> None:
+    moving = in_motion(DELAY_S)
+    late = np.where(np.arange(len(moving.poses)) < 60, 0.0, 30.0)
+    save(replace(moving, poses=replace(moving.poses, time_s=moving.poses.time_s + late)), tmp_path / "paused")
+    found = robolaser.calibrate(robolaser.load(tmp_path / "paused"), Plan(effects=("latency",)))
+    at = found.model.parameters.names.index("latency.timing.delay")
+    assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.03 * DELAY_S))
+
+
+def test_a_pose_alone_in_time_has_no_velocity_and_latency_waits_for_one(tmp_path: Path) -> None:
+    save(alone_in_time(20, 50)(in_motion(DELAY_S)), tmp_path / "moving")
+    loaded = robolaser.load(tmp_path / "moving")
+    assert np.flatnonzero(np.isnan(loaded.poses.qd).any(axis=1)).tolist() == [20, 50]
+    with pytest.raises(EffectError, match=r"not known at 2 poses with points, .* \(pose 20, 50\)"):
+        robolaser.calibrate(loaded, Plan(effects=("latency",)))
+    known = loaded.of_poses(~np.isnan(loaded.poses.qd).any(axis=1))
+    found = robolaser.calibrate(known, Plan(effects=("latency",)))
+    at = found.model.parameters.names.index("latency.timing.delay")
+    assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.03 * DELAY_S))
+
+
+def test_a_pose_alone_in_time_that_shows_nothing_hinders_nobody() -> None:
+    pulled = with_path_velocities(alone_in_time(20)(in_motion(0.0)))
+    assert known_velocities(pulled) is None
+    silent = replace(pulled, points=pulled.points.take(pulled.points.pose != 20))
+    assert np.isfinite(known_velocities(silent)).all()
+    assert velocities(silent) == ""
 
 
 def slow(dataset: Dataset) -> Dataset:

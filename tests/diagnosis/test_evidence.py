@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 import pytest
-from scipy.stats import kstest
+from scipy.stats import chi2, kstest
 
 import robolaser
 from robolaser.arrays import Array
@@ -17,9 +17,11 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
+from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.findings import explained_sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.localization import localize
+from robolaser.diagnosis.localization import localize, p_value
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import DetectionLimit
@@ -181,6 +183,34 @@ def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(
     assert (first.site, first.coordinate) == (site, coordinate)
     assert first.share > 0.7
     assert first.p_value < 1e-6
+
+
+def weighed(effect: str, explained: float) -> EffectEvidence:
+    (one,) = candidate_effects([effect], cell())
+    return EffectEvidence(one, explained, 1.0, 1.0, {one: 1.0}, None, ())  # type: ignore[arg-type]
+
+
+def test_of_two_effects_at_one_place_the_least_likely_by_chance_counts_in_any_order(
+    clean: tuple[AveragedData, Fit],
+) -> None:
+    _, fitted = clean
+    weak, strong = weighed("joint_offset:joint_3", 6.5), weighed("backlash:joint_3", 800.0)
+    (there,) = explained_sites(fitted, fitted, [weak, strong], 50)
+    (back,) = explained_sites(fitted, fitted, [strong, weak], 50)
+    assert there == back
+    assert there.p_value == pytest.approx(50 * chi2.sf(800.0, 1))
+
+
+def test_an_explained_place_pays_for_all_candidates_and_its_p_value_is_never_zero(
+    clean: tuple[AveragedData, Fit],
+) -> None:
+    _, fitted = clean
+    for tried in (1, 60):
+        (one,) = explained_sites(fitted, fitted, [weighed("joint_offset:joint_3", 9.0)], tried)
+        assert one.p_value == pytest.approx(tried * chi2.sf(9.0, 1))
+    (sure,) = explained_sites(fitted, fitted, [weighed("joint_offset:joint_3", 1e6)], 60)
+    assert 0.0 < sure.p_value < 1e-300
+    assert p_value(1e6, 60) > 0.0
 
 
 def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[AveragedData, Fit]) -> None:

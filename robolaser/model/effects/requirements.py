@@ -3,12 +3,14 @@
 from typing import final
 
 from robolaser.data.dataset import Dataset
+from robolaser.data.path_velocities import known_velocities, without_velocity
 from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import gravity_of, temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
 from robolaser.model.sensors import sensor_class
 from robolaser.model.stages import Stage
 
+MOST_LISTED = 6  # poses in a reason
 PARTS = {
     Stage.MOUNT: "bracket",
     Stage.PIXELS: "camera",
@@ -141,7 +143,15 @@ def velocities(dataset: Dataset) -> str:
         return joint_angles(dataset)
     if dataset.poses.qd is None:
         return NO_VELOCITIES
-    return "" if dataset.poses.qd.any() else AT_REST
+    if len(unknown := without_velocity(dataset)):
+        names = ", ".join(dataset.poses.names[pose] for pose in unknown[:MOST_LISTED])
+        return DataLack(
+            f"how fast the arm moved is not known at {len(unknown)} poses with points, which lie by themselves in time"
+            f" (pose {names}{', …' if len(unknown) > MOST_LISTED else ''})",
+            "the velocity of each joint at the exposure (columns qd_<joint>), or data without these poses",
+        )
+    qd = known_velocities(dataset)
+    return "" if qd is not None and qd.any() else AT_REST
 
 
 def flat_target(dataset: Dataset) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.path_velocities import known_velocities
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
@@ -72,8 +73,9 @@ class Run:
     @property
     def qd(self) -> Array:
         """Joint velocities at the exposures, (n, j) [rad/s or m/s]."""
-        assert self.poses.qd is not None  # effects that read them need velocities
-        return self.poses.qd
+        qd = known_velocities(self.dataset)
+        assert qd is not None  # effects that read them need velocities
+        return qd
 
     @property
     def time_s(self) -> Array:

@@ -133,9 +133,22 @@ class ScannerCorners(Sensor, registered=False):
         return np.asarray(residuals * self._pitch(values) * (depth / values["f"][:, None])[..., None])
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
-        """`pixel` [px], each row's own."""
-        m = len(self.dataset.points)
-        return [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), "px", stated=self.dataset.noise.pixel_px)]
+        """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
+        m, noise = len(self.dataset.points), self.dataset.noise
+        sources = [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), "px", stated=noise.pixel_px)]
+        if noise.target_m is not None:
+            moves = self._moves_with_target(values, T_base_flange, perturb)
+            place = self.dataset.points.place
+            sources.append(ErrorSource("target", moves, place, level="point", stated=noise.target_m))
+        return sources
+
+    def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Move of each residual by shifts of its corner in the camera frame, one candidate, (m, 2, 3) [px/m]."""
+        point = self._in_camera(values, T_base_flange, perturb)
+        image, depth = self._image_of(point, values["f"])[0], point[0, :, 2, None, None]
+        along_view = np.array([0.0, 0.0, 1.0])
+        by_point = (values["f"][0] * self._across(np.eye(3)).T - image[..., None] * along_view) / depth
+        return np.asarray(-by_point / self._pitch(values)[0, :, :, None])
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether corners lie in front of the camera, (m,)."""

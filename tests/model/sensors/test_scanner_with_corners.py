@@ -82,6 +82,28 @@ def test_derivatives_are_those_of_the_residuals(axis: str) -> None:
     assert exact / size == pytest.approx(numerical / size, abs=1e-6)
 
 
+@pytest.mark.parametrize("axis", ["u", "v"])
+def test_a_corner_that_is_off_moves_its_pixel_as_the_stated_noise_of_the_target_does(axis: str) -> None:
+    made = scanner(stripe_axis=axis, noise=Noise(target_m=3e-5))
+    model = Model(made.dataset)
+    values = {name: np.array([made.truth[name]]) for name in model.parameters.names}
+    sources = {one.name: one for one in model.sensor.row_errors(values, model.flange(values), model.perturb(values))}
+    noise = sources["camera.target"]
+    assert noise.stated == 3e-5
+
+    corners, xyz = made.dataset.points.sensor == 1, made.dataset.points["xyz"]
+
+    def residuals(shift: np.ndarray) -> np.ndarray:
+        moved = replace(made.dataset, points=replace(made.dataset.points, xyz=xyz + corners[:, None] * shift))
+        return Model(moved).residuals_at(values)[0, corners, :2]
+
+    by_shift = central_differences(lambda shifts: np.stack([residuals(one) for one in shifts]), np.full(3, 1e-6))
+    A = noise.effect[corners, :2]
+    covariance, expected = A @ np.swapaxes(A, 1, 2), by_shift @ np.swapaxes(by_shift, 1, 2)
+    assert covariance == pytest.approx(expected, rel=1e-5, abs=1e-7 * expected.max())
+    assert not noise.effect[~corners].any()
+
+
 def test_with_nothing_given_it_ends_where_it_ends_with_bounds(noisy: Simulated) -> None:
     given, nothing = calibrate(noisy.dataset), calibrate(with_nothing_given(noisy.dataset))
     assert nothing.rms_m == pytest.approx(given.rms_m, rel=1e-6)
