@@ -172,6 +172,8 @@ class Noise:
         pixel_px: Of a pixel.
         target_m: Of a target point; its repeats share one error.
         joint_rad: Of a joint reading.
+        repeatability_m: How well the arm comes back to a place of its flange, as its data sheet says (ISO 9283); no
+            standard deviation, but a limit: scatter of whole poses beyond it is a gap.
         point_m: Of a tracker's point, of a 6-D pose's place, of a profile's point.
         angle_rad: Of a 6-D pose's rotation, about each axis.
         distance_m: Of the known distances.
@@ -180,6 +182,7 @@ class Noise:
     pixel_px: Positive | None = None
     target_m: Positive | None = None
     joint_rad: Positive | None = None
+    repeatability_m: Positive | None = None
     point_m: Positive | None = None
     angle_rad: Positive | None = None
     distance_m: Positive | None = None

@@ -15,6 +15,8 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pareto_front import stepwise_order
+from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
+from robolaser.diagnosis.pose_scatter import PoseScatter
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass
@@ -44,6 +46,7 @@ def cause_classes(
     evidence: Sequence[EffectEvidence],
     left: Sequence[Localization],
     held_out: HeldOut,
+    scatter: PoseScatter | None = None,
 ) -> tuple[CauseClass, ...]:
     """Every class that may be at work, the most probable first; of equally probable ones, that which closes more.
 
@@ -54,6 +57,7 @@ def cause_classes(
         evidence: For each of its effects.
         left: Where its residuals still lie.
         held_out: Errors on held-out poses.
+        scatter: Of whole poses, beyond what counts as noise.
     """
     if verdict == "no_gap":
         return ()
@@ -73,6 +77,8 @@ def cause_classes(
             continue
         ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
         found.append(CauseClass(name, some, without_m, gap, ordered, tuple(filter(None, map(credible_set, own)))))
+    if scatter:
+        found.append(CauseClass(SCATTER, 1.0 - scatter.p_value, None, gap, site=scatter.where))
     strange = next((site for site in left if site.unknown), None)
     if strange and verdict == "unexplained":
         odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))

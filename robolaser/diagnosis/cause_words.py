@@ -18,6 +18,7 @@ NOUNS: Final[Mapping[str, str]] = {
     "laser": "the laser plane",
     "target": "the target",
     "measuring_system": "the measuring system",
+    "repeatability": "scatter of whole poses",
     "unknown": "a cause that no effect of the library describes",
 }
 FEW: Final = 3

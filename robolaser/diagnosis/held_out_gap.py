@@ -8,6 +8,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.folds import assign_folds, held_out
+from robolaser.model.noise import NoiseModel
 
 RESAMPLES = 2000
 TOLERANCE, SHARE = 0.1, 1e-4
@@ -65,6 +66,14 @@ class HeldOut:
     def gap(self, fit: Fit) -> float:
         """Their root mean square [m]."""
         return rms(self.errors(fit))
+
+
+def expected_gap(fit: Fit, noise: NoiseModel) -> float:
+    """The gap that noise alone would leave on poses that were not fitted: of rows and of the parameters [m]."""
+    rows = fit.at.plain.shape
+    moves = fit.noise.correlate(fit.at.Q[: len(fit.at.white)].T).reshape(-1, *rows)
+    by_parameters = sum(np.square(fit.in_metres(move)).sum() for move in moves) / rows[0]
+    return float(np.sqrt(fit.size_of(noise) ** 2 + by_parameters))
 
 
 def interval(errors: Array, pose: Ints, seed: int) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """The noise of averaged rows: what is stated, what repeats say, and what the residuals say of the rest."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -9,7 +9,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
-from robolaser.diagnosis.thresholds import LARGEST_SCATTER, NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA, ROWS_ALONE
+from robolaser.diagnosis.scatter_limits import scatter_limits
+from robolaser.diagnosis.thresholds import NOISE_CONTRADICTED, NOISE_CONTRADICTED_SIGMA, ROWS_ALONE
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
@@ -86,52 +87,89 @@ def whole_noise(data: AveragedData, model: Model, x: Array, J: Array, shots: Dat
     Where the rows of a pose contradict what is stated, the larger noise is used: else another source, of another shape,
     takes what was left out, and rows where that is too small look like gross errors.
     """
-    sources = _sources(data, model, x)
-    known = _known(sources, shots)
-    residuals = model.residuals(x[None])[0]
-    likelihood = NoiseLikelihood(sources, data.dataset.points.pose, residuals, J)
-    likeliest, cost = likelihood.likeliest(known)
-    noise = _within_reach(likeliest, likelihood, known)
-    rows = {source.name for source in sources if source.level != "pose"}
-    least = {name: size for name, (size, origin) in known.items() if name in rows and origin == "stated" and size > 0.0}
-    numbers = int(model.sensor.row_numbers.sum())
-    is_above = row_excess(noise, left_by(noise, residuals, J), numbers - J.shape[1]).is_above
-    if not is_above and (
-        not least
-        or len(known) == len(sources)
-        or likelihood.gain_of_growth(likeliest, least) < LEAST_SHOWN * NOISE_CONTRADICTED_SIGMA**2
-    ):
-        return noise
-    still = {name: size for name, size in known.items() if name not in least}
-    larger, less = likelihood.likeliest(still, least)
-    is_grown = any(larger.sigmas[name] > NOISE_CONTRADICTED * size for name, size in least.items())
-    if is_above or (is_grown and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2):
-        return _within_reach(larger, likelihood, still, least)
-    return noise
+    return PoseNoise.of(data, model, x, J, shots).limited()
 
 
-def _within_reach(
-    noise: NoiseModel, likelihood: NoiseLikelihood, known: Known, least: Mapping[str, float] | None = None
-) -> NoiseModel:
-    """Estimated noise without scatter of whole poses beyond that of any arm: more is a cause that the model lacks.
+@final
+@dataclass(frozen=True, eq=False)
+class PoseNoise:
+    """What residuals say of noise, errors of whole poses among it.
 
-    The other sources are estimated beside the scatter that is left. Where each pose has one row, the row's errors are
-    the pose's.
+    Attributes:
+        likelihood: Of the sizes of the sources.
+        known: Those that are stated, or that repeats give.
+        limits: What errors of whole poses are not above, by name, see `scatter_limits`.
+        residuals: Plain ones, (m, k).
+        J: What could explain them, (K, n).
+        numbers: How many whitened numbers there are.
     """
-    alone = np.bincount(likelihood.of_pose).max() == 1
-    limited = {
-        source.name: LARGEST_SCATTER[source.unit]
-        for source in noise.sources
-        if source.level == "pose" or (alone and source.unit in LARGEST_SCATTER)
-    }
-    while True:
-        beyond = [
-            name for name in noise.estimated if noise.sigmas[name] > limited.get(name, np.inf) and name not in known
-        ]
-        if not beyond:
+
+    likelihood: NoiseLikelihood
+    known: Known
+    limits: Mapping[str, float]
+    residuals: Array
+    J: Array
+    numbers: int
+
+    @classmethod
+    def of(cls, data: AveragedData, model: Model, x: Array, J: Array, shots: Dataset) -> "PoseNoise":
+        """From what columns J (K, n) leave of the residuals of a model at x (d,)."""
+        sources, residuals = _sources(data, model, x), model.residuals(x[None])[0]
+        likelihood = NoiseLikelihood(sources, data.dataset.points.pose, residuals, J)
+        limits = scatter_limits(sources, data.dataset, alone=bool(np.bincount(likelihood.of_pose).max() == 1))
+        return cls(likelihood, _known(sources, shots), limits, residuals, J, int(model.sensor.row_numbers.sum()))
+
+    def loosened(self, names: Collection[str], further: tuple[ErrorSource, ...] = ()) -> "PoseNoise":
+        """The same with some sources as large as the residuals say, whatever is stated of them.
+
+        Args:
+            names: Of these sources.
+            further: Sources that are added.
+        """
+        likelihood = replace(self.likelihood, sources=(*self.likelihood.sources, *further))
+        limits = {name: limit for name, limit in self.limits.items() if name not in names}
+        known = {name: size for name, size in self.known.items() if name not in names}
+        return replace(self, likelihood=likelihood, known=known, limits=limits)
+
+    def limited(self) -> NoiseModel:
+        """The likeliest noise within the limits."""
+        likelihood, known = self.likelihood, self.known
+        likeliest, cost = likelihood.likeliest(known)
+        noise = self._within_reach(likeliest, known)
+        rows = {source.name for source in likelihood.sources if source.level != "pose"}
+        least = {
+            name: size for name, (size, origin) in known.items() if name in rows and origin == "stated" and size > 0.0
+        }
+        white = left_by(noise, self.residuals, self.J)
+        is_above = row_excess(noise, white, self.numbers - self.J.shape[1]).is_above
+        if not is_above and (
+            not least
+            or len(known) == len(likelihood.sources)
+            or likelihood.gain_of_growth(likeliest, least) < LEAST_SHOWN * NOISE_CONTRADICTED_SIGMA**2
+        ):
             return noise
-        known = {**known, **{name: (limited[name], "estimated") for name in beyond}}
-        noise = likelihood.likeliest(known, least)[0]
+        still = {name: size for name, size in known.items() if name not in least}
+        larger, less = likelihood.likeliest(still, least)
+        is_grown = any(larger.sigmas[name] > NOISE_CONTRADICTED * size for name, size in least.items())
+        if is_above or (is_grown and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2):
+            return self._within_reach(larger, still, least)
+        return noise
+
+    def _within_reach(self, noise: NoiseModel, known: Known, least: Mapping[str, float] | None = None) -> NoiseModel:
+        """Estimated noise without scatter of whole poses beyond its limits: more is a gap.
+
+        The other sources are estimated beside the scatter that is left.
+        """
+        while True:
+            beyond = [
+                name
+                for name in noise.estimated
+                if noise.sigmas[name] > self.limits.get(name, np.inf) and name not in known
+            ]
+            if not beyond:
+                return noise
+            known = {**known, **{name: (self.limits[name], "estimated") for name in beyond}}
+            noise = self.likelihood.likeliest(known, least)[0]
 
 
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:

@@ -17,10 +17,11 @@ from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, t
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, listed, nested_fits, not_testable
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
+from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
@@ -31,7 +32,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.model.effects import EFFECTS, unknown_effect
@@ -136,10 +137,22 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     progress("judging the gap", 0.8)
     noise = preparation.noise_beside(data, final) if left else final.noise
     left = [] if hindrance else left
+    scatter = None
     gap = gap_of(start, final, noise, held_out, seed)
-    verdict = judge(_evidence(start, final, left, gap, noise))
-    classes = cause_classes(verdict, refits, final, evidence, left, held_out)
+    weighed = _evidence(start, final, left, gap, noise)
+    if not weighed.is_at_floor and (beyond := preparation.scatter_beside(data, final, smooth=bool(left))):
+        gap_beyond = gap_of(start, final, beyond.noise, held_out, seed)
+        weighed_beyond = _evidence(start, final, left, gap_beyond, beyond.noise)
+        if not weighed_beyond.is_at_floor:
+            noise, gap, weighed, scatter = beyond.noise, gap_beyond, weighed_beyond, beyond
+    scattered = scatter.located(gap.after_m, gap.noise_floor_m) if scatter else None
+    if scattered and scattered.share >= CREDIBLE_MASS:
+        left = []
+    verdict = "unexplained" if scatter else judge(weighed)
+    classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = _where(verdict, refits, final, evidence, classes, left)
+    if scattered:
+        where = beside(where, scattered)
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
     nested = nested_fits(refits, final, held_out, evidence)
@@ -150,7 +163,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, hindrance)
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, scatter, hindrance)
         + imitated_sentence(limits, classes),
         gap=gap,
         where=tuple(where),
@@ -173,6 +186,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
+        pose_scatter=scatter,
     )
 
 
@@ -214,7 +228,9 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
         freedoms=final.freedoms,
         localized=sum(place.likelihood_ratio for place in left),
         floor_m=gap.noise_floor_m,
+        expected_m=expected_gap(final, noise),
         gap_m=gap.after_m,
+        least_m=gap.after_ci95_m[0],
         gap_before_m=gap.calibrated_m,
         has_effects=bool(final.effects),
         estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),

@@ -14,9 +14,10 @@ from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.noise_estimate import left_by, row_noise, whole_noise
+from robolaser.diagnosis.noise_estimate import PoseNoise, left_by, row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
+from robolaser.diagnosis.pose_scatter import PoseScatter, pose_scatter
 from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MIN_POSES, SCATTER_CHANGE
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
@@ -109,6 +110,19 @@ class Preparation:
         For weights and likelihoods all that a model leaves is chance; what is smooth is no noise, though.
         """
         return self._noise_of(data, final, smooth=True) if _scatter_is_seen(final) else final.noise
+
+    def scatter_beside(self, data: AveragedData, final: Fit, *, smooth: bool) -> PoseScatter | None:
+        """Scatter of whole poses beyond what counts as noise; None where there is none, or it cannot be seen.
+
+        Args:
+            data: The rows.
+            final: The model that leaves it.
+            smooth: Whether its residuals speak for smooth functions at some sites: those are no scatter.
+        """
+        if not _scatter_is_seen(final):
+            return None
+        columns = explained(final, smooth=smooth)
+        return pose_scatter(final, PoseNoise.of(data, final.model, final.x, columns, self.dataset))
 
     def _noise_of(self, data: AveragedData, final: Fit, *, smooth: bool) -> NoiseModel:
         return whole_noise(data, final.model, final.x, explained(final, smooth=smooth), self.dataset)

@@ -7,11 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import LARGEST_SCATTER
 from robolaser.model.noise.covariance import NoiseModel, Origin
-
-NEAR = 1e-6
-"""Relative distance from a limit, within which a size is on it."""
 
 
 @final
@@ -40,23 +36,17 @@ class Repeatability:
     Attributes:
         sources: What scatters: joint readings, flange poses, a tracker's probe; by name.
         at_sensor_m: What that makes of a row, root mean square in three dimensions [m].
+        is_stated: Whether the data set states how well the arm repeats.
     """
 
     sources: Mapping[str, NoiseSource]
     at_sensor_m: float
+    is_stated: bool = False
 
     @property
     def is_estimated(self) -> bool:
         """Whether nobody stated it."""
         return any(source.origin != "stated" for source in self.sources.values())
-
-    @property
-    def is_limited(self) -> bool:
-        """Whether it is estimated as large as chance may be on any arm: then more may scatter."""
-        return any(
-            source.origin == "estimated" and source.value >= (1.0 - NEAR) * LARGEST_SCATTER[source.unit]
-            for source in self.sources.values()
-        )
 
 
 def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:
@@ -77,4 +67,7 @@ def repeatability_of(fit: Fit, noise: NoiseModel) -> Repeatability:
     alone = noise.at({source.name: 0.0 for source in noise.sources if source.level != "pose"})
     nothing = noise.at(dict.fromkeys(noise.sigmas, 0.0))
     sources = {name: source for name, source in noise_sources(noise).items() if source.of_poses}
-    return Repeatability(sources, float(np.sqrt(fit.size_of(alone) ** 2 - fit.size_of(nothing) ** 2)))
+    stated = fit.model.dataset.noise.repeatability_m
+    return Repeatability(
+        sources, float(np.sqrt(fit.size_of(alone) ** 2 - fit.size_of(nothing) ** 2)), stated is not None
+    )

@@ -7,6 +7,7 @@ from typing import final
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.pose_scatter import PoseScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -209,6 +210,7 @@ class Diagnosis:
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
         hindrance: Why no effect was looked for, as a sentence; empty where they were.
+        pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
 
     Examples:
         >>> from robolaser.diagnosis import examine
@@ -241,3 +243,4 @@ class Diagnosis:
     seconds: float
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
+    pose_scatter: PoseScatter | None = None

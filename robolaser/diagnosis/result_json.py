@@ -3,8 +3,9 @@
 import json
 from typing import Any, final
 
+from robolaser.diagnosis.pose_scatter import CLASS, NAME, PoseScatter
 from robolaser.diagnosis.repeatability import NoiseSource
-from robolaser.diagnosis.result import CauseClass, DetectionLimit, Diagnosis, Finding, Validation
+from robolaser.diagnosis.result import CauseClass, DetectionLimit, Diagnosis, Finding, Gap, Validation
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.results import Result
 
@@ -51,8 +52,9 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for site in diagnosis.where
         ],
         "effects": [_finding(found) for found in diagnosis.findings]
+        + ([_pose_scatter(diagnosis.pose_scatter, gap)] if diagnosis.pose_scatter else [])
         + ([_outliers(diagnosis)] if len(diagnosis.outliers) else []),
-        "classes": [_class(one) for one in diagnosis.classes],
+        "classes": [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes],
         "gross_errors": diagnosis.outliers.tolist(),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
         "next_poses": [dict(pose) for pose in diagnosis.next_poses],
@@ -127,15 +129,35 @@ def _validation(one: Validation) -> dict[str, Any]:
     }
 
 
-def _class(one: CauseClass) -> dict[str, Any]:
+def _class(one: CauseClass, scatter: PoseScatter | None) -> dict[str, Any]:
+    members = [{**_named(member), "probability": probability} for member, probability in one.members]
+    if scatter and one.name == CLASS:
+        members = [{"effect": NAME, "where": scatter.where, "probability": scatter.probability}]
     return {
         "class": one.name,
         "probability": one.probability,
         "gap_mm_without": None if one.gap_without_m is None else _mm(one.gap_without_m),
         "gap_mm_with": _mm(one.gap_with_m),
-        "members": [{**_named(member), "probability": probability} for member, probability in one.members],
+        "members": members,
         "credible_sets": [[_pair(member) for member in some] for some in one.credible_sets],
         **({"site": one.site} if one.site else {}),
+    }
+
+
+def _pose_scatter(scatter: PoseScatter, gap: Gap) -> dict[str, Any]:
+    """Scatter of whole poses as a finding: it is chance, and closes no gap."""
+    after = _mm(gap.after_m)
+    return {
+        "effect": NAME,
+        "where": scatter.where,
+        "probability": scatter.probability,
+        "parameters": {
+            name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in scatter.sizes.items()
+        },
+        "gap_mm_before": after,
+        "gap_mm_after": after,
+        "gap_mm_without": after,
+        "indistinguishable_from": [],
     }
 
 

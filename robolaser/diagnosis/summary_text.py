@@ -8,6 +8,7 @@ from robolaser.arrays import Ints
 from robolaser.diagnosis.cause_classes import UNKNOWN, class_of
 from robolaser.diagnosis.cause_words import listed, members, named, noun, place
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PoseScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN, WORTH_SAYING
@@ -24,6 +25,7 @@ def sentence(
     gap: Gap,
     repeatability: Repeatability,
     gross: Ints,
+    scatter: PoseScatter | None = None,
     hindrance: str = "",
 ) -> str:
     """Say the verdict.
@@ -36,6 +38,7 @@ def sentence(
         gap: How far the gap shrinks.
         repeatability: How much whole poses scatter.
         gross: Rows that are gross errors.
+        scatter: Of whole poses, beyond what counts as noise.
         hindrance: Why no effect was looked for; empty where they were.
     """
     if hindrance:
@@ -49,14 +52,13 @@ def sentence(
     if gap.turns_rad is not None:
         before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
         text += f" Rotations on new poses err by {after}" + (f", {before} without it." if findings else ".")
-    if repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
-        size = millimetres(repeatability.at_sensor_m)
+    if scatter:
+        text += f" {scatters(scatter)}"
+    elif repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
+        limit = "the data sheet allows" if repeatability.is_stated else "arms do"
         text += (
-            f" Whole poses scatter by {size} or more with no cause that these data show; no more than that counts as"
-            " noise."
-            if repeatability.is_limited
-            else f" Whole poses scatter by {size} with no cause that these data show: that is taken for how well the"
-            " arm repeats, and counts as noise."
+            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause that these data show."
+            f" That is no more than {limit}, and counts as noise."
         )
     if not len(gross):
         return text
@@ -66,6 +68,27 @@ def sentence(
         else f"{len(gross)} rows of points.csv are gross errors"
     )
     return f"{text} {rows}, listed and left out."
+
+
+def scatters(scatter: PoseScatter) -> str:
+    """Say by how much whole poses scatter beyond noise, and what to ask."""
+    limit = "the data sheet allows" if scatter.is_stated else "arms do"
+    if scatter.where == FLANGE:
+        by = listed([_size(one.value, one.unit) for one in scatter.sizes.values()])
+        return (
+            f"The flange scatters by {by} from pose to pose, more than {limit}: did the arm stand still, and is all"
+            " that it carries tight?"
+        )
+    which = "Joint readings scatter" if scatter.where == JOINTS else f"Readings of {scatter.where} scatter"
+    (size,) = scatter.sizes.values()
+    return (
+        f"{which} by {_size(size.value, size.unit)}, more than {limit} ({_size(size.limit, size.unit)}): were they read"
+        " before the arm stood still? Are these commanded angles?"
+    )
+
+
+def _size(value: float, unit: str) -> str:
+    return f"{np.degrees(value):.2g}°" if unit == "rad" else millimetres(value)
 
 
 def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseClass]) -> str:
@@ -112,7 +135,8 @@ def _errs(gap: Gap) -> str:
 def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
-    lies = f" What is left lies at {place(where[0].site)} ({where[0].coordinate})." if where else ""
+    first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
+    lies = f" What is left lies at {place(first.site)} ({first.coordinate})." if first else ""
     if findings:
         return _causes("A part of the gap is explained", findings, classes, gap) + lies
     return (

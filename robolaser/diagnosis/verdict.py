@@ -96,7 +96,9 @@ class Evidence:
         freedoms: Residuals less parameters of the latter.
         localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
         floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
+        expected_m: The same of a row that was not fitted, beside parameters that are as well known as they can be [m].
         gap_m: Held-out gap that is left [m].
+        least_m: Lower end of its interval, by whole poses [m].
         gap_before_m: Of the model without effects [m].
         has_effects: Whether any effect was found.
         estimated_m: Size of noise that is known as what a model leaves alone [m]; of centimetres it is a wrong model.
@@ -107,22 +109,32 @@ class Evidence:
     freedoms: int
     localized: float
     floor_m: float
+    expected_m: float
     gap_m: float
+    least_m: float
     gap_before_m: float
     has_effects: bool
     estimated_m: float
 
+    @property
+    def is_at_floor(self) -> bool:
+        """Whether the held-out gap is that of noise: near it, or not above it for certain."""
+        return self.gap_m <= GAP_OVER_FLOOR * self.floor_m or self.least_m <= self.expected_m
+
 
 def judge(evidence: Evidence) -> str:
-    """`no_gap`, `explained` or `unexplained`."""
+    """`no_gap`, `explained` or `unexplained`: the held-out gap against the noise floor comes first.
+
+    Chi-squared alone would not do: where whole poses are free to scatter, they explain any gap.
+    """
     explained = evidence.chi2_before - evidence.chi2_after
     excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
     left = max(evidence.localized, excess)
-    if evidence.estimated_m >= SETUP_RMS_M:
-        return "unexplained"
-    if left <= 0:
-        return "explained" if evidence.has_effects else "no_gap"
     open_m2, before_m2 = (gap**2 - evidence.floor_m**2 for gap in (evidence.gap_m, evidence.gap_before_m))
     limit = OPEN_OVER_FLOOR if open_m2 <= OPEN_SHARE * before_m2 else GAP_OVER_FLOOR
     closed = evidence.gap_m <= limit * evidence.floor_m
+    if evidence.estimated_m >= SETUP_RMS_M or not (evidence.is_at_floor or (evidence.has_effects and closed)):
+        return "unexplained"
+    if left <= 0:
+        return "explained" if evidence.has_effects else "no_gap"
     return "explained" if evidence.has_effects and left <= FORM_SHARE * explained and closed else "unexplained"

@@ -13,6 +13,7 @@ FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
 SURE = 0.9  # a probability by which people act
 LIKELY = 0.5
 NORMAL_95 = 1.959964
+CHANCE = (OUTLIERS, "pose_scatter")  # named, but no cause that an effect models
 UNKNOWN = "unknown"  # the class of causes that no effect of the library describes
 
 _CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
@@ -62,12 +63,12 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     stated = tuple(
         (float(item["probability"]), (item["effect"], item["where"]) in as_good)
         for item in diagnosis["effects"]
-        if item["effect"] != OUTLIERS
+        if item["effect"] not in CHANCE
     )
     findings = [
         item
         for item in diagnosis["effects"]
-        if item["effect"] != OUTLIERS and (item["effect"], item["where"]) not in small - set(true)
+        if item["effect"] not in CHANCE and (item["effect"], item["where"]) not in small - set(true)
     ]
     named = tuple((item["effect"], item["where"]) for item in findings)
     alike = [{place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)]

@@ -26,7 +26,9 @@ CLEAN = Evidence(
     freedoms=1000,
     localized=0.0,
     floor_m=1e-4,
+    expected_m=1e-4,
     gap_m=1e-4,
+    least_m=0.9e-4,
     gap_before_m=1e-4,
     has_effects=False,
     estimated_m=0.0,
@@ -108,6 +110,17 @@ def test_the_largest_effect_is_no_alias():
 
 def test_noise_alone_is_no_gap():
     assert judge(CLEAN) == "no_gap"
+
+
+def test_a_gap_above_the_noise_for_certain_is_a_gap_however_well_chi_squared_is() -> None:
+    above = {"gap_m": 1.3e-4, "least_m": 1.1e-4}
+    assert judge(replace(CLEAN, **above)) == judge(replace(EXPLAINED, gap_before_m=3e-4, **above)) == "unexplained"
+
+
+def test_a_gap_near_the_noise_or_that_chance_may_make_is_none() -> None:
+    assert judge(replace(CLEAN, gap_m=1.09e-4, least_m=1.05e-4)) == "no_gap"
+    assert judge(replace(CLEAN, gap_m=1.3e-4, least_m=0.99e-4)) == "no_gap"
+    assert judge(replace(CLEAN, gap_m=1.3e-4, least_m=1.1e-4, expected_m=1.15e-4)) == "no_gap"
 
 
 def test_effects_that_leave_noise_explain_the_gap():

@@ -283,13 +283,26 @@ class NoiseLikelihood:
             noise: The likeliest with these sizes.
             names: Of these sources.
         """
-        shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
-        unit, log_sigma = [self._unit[name] for name in shaking], np.log(list(shaking.values()))
-        _, expected, there, curvature = reml.restricted(log_sigma, self._covariance({}), unit, *self._rows)
-        tried = np.isin(list(shaking), list(names))
+        shaking, (_, expected, there, curvature) = self._restricted(noise)
+        tried = np.isin(shaking, list(names))
         slope = np.where(tried, there - expected, 0.0)
         free = ~tried | (slope > 0.0)
         return 0.5 * float(slope[free] @ np.linalg.lstsq(curvature[np.ix_(free, free)], slope[free])[0])
+
+    def cost(self, noise: NoiseModel) -> tuple[float, dict[str, float]]:
+        """The negative log of the restricted likelihood of some noise, and the relative error of each size by name.
+
+        The value is up to a constant of the rows; the errors are standard deviations of the sizes' logarithms.
+        """
+        shaking, (value, _, _, curvature) = self._restricted(noise)
+        errors = np.sqrt(np.maximum(np.diag(np.linalg.pinv(curvature)), 0.0))
+        return value, dict(zip(shaking, errors.tolist(), strict=True))
+
+    def _restricted(self, noise: NoiseModel) -> tuple[list[str], tuple[float, Array, Array, Array]]:
+        """Names of the sources that shake, and `reml.restricted` of their sizes."""
+        shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
+        unit, log_sigma = [self._unit[name] for name in shaking], np.log(list(shaking.values()))
+        return list(shaking), reml.restricted(log_sigma, self._covariance({}), unit, *self._rows)
 
     @cached_property
     def _table(self) -> Ints:

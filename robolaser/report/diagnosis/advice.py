@@ -8,6 +8,8 @@ from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import joint_names, listed, named, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
+from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
@@ -24,6 +26,12 @@ FEW = 2
 """Alternatives that a caveat names."""
 
 _DIAGNOSE_AGAIN = "No effect was looked for: mend what the first sentence says, then diagnose again."
+
+_STAND_STILL = (
+    "Record the joint angles that are read, not those that are commanded, and only once the arm stands still. Then"
+    " return to some poses several times, from elsewhere, each return a pose of its own: that shows how much it"
+    " scatters."
+)
 
 SITES: Mapping[str, str] = {
     "camera": "the lens and how it is fixed",
@@ -91,7 +99,9 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         if not (one.effect.in_urdf and class_of(one) in in_one_urdf)
     ]
     said += _of_classes(diagnosis, doubtful)
-    if diagnosis.verdict == "unexplained":
+    if diagnosis.pose_scatter:
+        said.append(_STAND_STILL)
+    if diagnosis.verdict == "unexplained" and (_sites(diagnosis) or not diagnosis.pose_scatter):
         said.append(_look(diagnosis))
     if diagnosis.next_poses:
         said.append(_measure(diagnosis))
@@ -160,11 +170,17 @@ def _unseen(diagnosis: Diagnosis, name: str) -> str:
     )
 
 
+def _sites(diagnosis: Diagnosis) -> list[Localization]:
+    """Where a part of the gap lies that is no scatter of whole poses."""
+    return [lies for lies in diagnosis.where if lies.coordinate != BY_CHANCE]
+
+
 def _look(diagnosis: Diagnosis) -> str:
-    if not diagnosis.where:
+    where = _sites(diagnosis)
+    if not where:
         return "The rest lies at no single site. More poses, spread wider, may show where."
-    largest = diagnosis.where[0].share
-    alike = {lies.site: lies.coordinate for lies in reversed(diagnosis.where) if lies.share >= ALIKE * largest}
+    largest = where[0].share
+    alike = {lies.site: lies.coordinate for lies in reversed(where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
     pulled = [site for site in sites if alike[site] == FORCE]
     joints = [site for site in sites if site not in SITES and site not in pulled]
@@ -172,7 +188,7 @@ def _look(diagnosis: Diagnosis) -> str:
     checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
     checked += [SITES[site] for site in sites if site in SITES]
     said = f"Check {listed(checked)}. What is left there {_form(dict.fromkeys(alike[site] for site in sites))}"
-    if any(lies.unknown for lies in diagnosis.where if lies.site in sites):
+    if any(lies.unknown for lies in where if lies.site in sites):
         return f"{said}, but in no form that an effect of the library has. An effect of your own may."
     return (
         f"{said}. The library has effects of that form, but new poses are predicted no better with them: measure more"

@@ -1,0 +1,177 @@
+"""Whole poses that scatter by more than such an arm does: a gap, and which part scatters."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.localization import Localization, p_value
+from robolaser.diagnosis.noise_estimate import PoseNoise
+from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
+from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.noise.covariance import NoiseModel
+
+NAME, CLASS = "pose_scatter", "repeatability"
+"""Of the effect and of its class of causes in results."""
+JOINTS, FLANGE = "joints", "flange"
+"""Places: all joints alike, and the flange, of which nobody knows why it moves."""
+BY_CHANCE = "chance, from pose to pose"
+"""What the gap depends on where poses scatter."""
+ON_LIMIT = 1e-6
+"""Relative distance from a limit, within which a size is on it."""
+NUMBERS: Final = {"m": "shift", "rad": "turn"}
+"""What a standard deviation is called, by its unit."""
+
+
+@final
+@dataclass(frozen=True)
+class Spread:
+    """The size of a scatter.
+
+    Attributes:
+        value: Standard deviation.
+        std: Of that.
+        unit: Of both.
+        limit: The largest standard deviation that counts as noise.
+    """
+
+    value: float
+    std: float
+    unit: str
+    limit: float
+
+
+@final
+@dataclass(frozen=True)
+class PoseScatter:
+    """Scatter of whole poses beyond what counts as noise.
+
+    Attributes:
+        where: A joint, `joints` or `flange`.
+        probability: That it scatters there rather than at another of these places.
+        sizes: `turn` [rad] or `shift` [m], of a joint reading or of the flange.
+        is_stated: Whether the limit is the repeatability that the data set states.
+        likelihood_ratio: Twice its logarithm, against scatter within the limits.
+        p_value: Of that, corrected for the places that were tried.
+        size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
+        noise: All noise without what exceeds the limits.
+    """
+
+    where: str
+    probability: float
+    sizes: Mapping[str, Spread]
+    is_stated: bool
+    likelihood_ratio: float
+    p_value: float
+    size_m: float
+    noise: NoiseModel
+
+    def located(self, gap_m: float, floor_m: float) -> Localization:
+        """As a place of the gap, with its share of the squared gap above the noise floor."""
+        whole = max(gap_m**2 - floor_m**2, 1e-300)
+        share = float(np.clip((self.size_m**2 - floor_m**2) / whole, 0.0, 1.0))
+        return Localization(self.where, BY_CHANCE, share, self.likelihood_ratio, self.p_value, unknown=False)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A part that may scatter: the sources that are let loose, and those of them that are added for it."""
+
+    where: str
+    names: tuple[str, ...]
+    further: tuple[ErrorSource, ...] = ()
+
+
+def beside(where: Iterable[Localization], scattered: Localization) -> list[Localization]:
+    """Places of the rest beside the scatter, which leaves them the remaining share of the gap."""
+    rest = [replace(lies, share=(1.0 - scattered.share) * lies.share) for lies in where]
+    return sorted([scattered, *rest], key=lambda lies: -lies.share)
+
+
+def pose_scatter(fit: Fit, found: PoseNoise) -> PoseScatter | None:
+    """Where whole poses scatter by more than counts as noise; None where they do not.
+
+    Of each part the scatter is let loose by itself, and the likeliest is named.
+
+    Args:
+        fit: The final model.
+        found: What its residuals say of noise.
+    """
+    base = found.limited()
+    on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * found.limits.get(n, np.inf)]
+    if not on_limit:
+        return None
+    places = list(_places(fit, found))
+    loose = [found.loosened(place.names, place.further) for place in places]
+    noises = [one.limited() for one in loose]
+    costs = [one.likelihood.cost(noise) for one, noise in zip(loose, noises, strict=True)]
+    twice = 2.0 * np.array([cost for cost, _ in costs])
+    best = int(np.argmin(twice))
+    ratio = 2.0 * found.likelihood.cost(base)[0] - float(twice[best])
+    place, noise = places[best], noises[best]
+    limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in place.names}
+    if ratio < LIKELIHOOD_RATIO_OF_SITE or all(noise.sigmas[name] <= limits[name] for name in place.names):
+        return None
+    units = {source.name: source.unit for source in noise.sources}
+    sizes = {
+        NUMBERS[units[name]]: Spread(
+            float(noise.sigmas[name]),
+            float(noise.sigmas[name] * costs[best][1].get(name, 0.0)),
+            units[name],
+            limits[name],
+        )
+        for name in place.names
+    }
+    return PoseScatter(
+        where=place.where,
+        probability=float(posterior_weights(twice)[best]),
+        sizes=sizes,
+        is_stated=fit.model.dataset.noise.repeatability_m is not None,
+        likelihood_ratio=ratio,
+        p_value=p_value(ratio, len(places)),
+        size_m=fit.size_of(noise),
+        noise=_without_excess(noise, limits, place),
+    )
+
+
+def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
+    sources = {source.name: source for source in found.likelihood.sources}
+    if joint := sources.get("joint"):
+        yield _Place(JOINTS, ("joint",))
+        robot, _ = fit.model.dataset.arm
+        for column, number in enumerate(robot.chain):
+            name = robot.joints[number]
+            one = replace(
+                joint, name=f"joint {name}", effect=joint.effect[:, :, [column]], stated=None,
+                unit="m" if robot.prismatic[number] else "rad",
+            )  # fmt: skip
+            yield _Place(name, (one.name,), (one,))
+    elsewhere = tuple(name for name in found.limits if name in sources and name != "joint")
+    if elsewhere:
+        yield _Place(FLANGE, elsewhere)
+        return
+    values = fit.problem.parameters.values(fit.x[None])
+    perturb = fit.model.perturb(values)
+    shifts, turns = fit.model.sensor.moved_with_pose(values, fit.model.flange(values, perturb), perturb)
+    of_pose = fit.model.dataset.points.pose
+    further = (
+        ErrorSource("flange", shifts, of_pose, level="pose"),
+        ErrorSource("flange_turn", turns, of_pose, "rad", level="pose"),
+    )
+    yield _Place(FLANGE, tuple(one.name for one in further), further)
+
+
+def _without_excess(noise: NoiseModel, limits: Mapping[str, float], place: _Place) -> NoiseModel:
+    """Noise of which what was let loose is no larger than its limit, without what was added to be let loose."""
+    added = {source.name for source in place.further}
+    kept = noise.at({name: min(noise.sigmas[name], limits[name]) for name in place.names})
+    return replace(
+        kept,
+        sources=tuple(source for source in kept.sources if source.name not in added),
+        sigmas={name: size for name, size in kept.sigmas.items() if name not in added},
+        origin={name: origin for name, origin in kept.origin.items() if name not in added},
+    )

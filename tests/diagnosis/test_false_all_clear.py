@@ -1,0 +1,120 @@
+"""What errs by more than noise is a gap, also where every pose errs by chance."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+
+import jsonschema
+import numpy as np
+import pytest
+from robolaser.geometry.robots import find_robot
+
+from robolaser import load
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.writing import save
+from robolaser.diagnosis import Diagnosis, examine
+from robolaser.diagnosis.result_json import DiagnosisResult
+from robolaser.errors import DataError
+from robolaser.report.diagnosis.advice import to_do
+from robolaser.simulation import simulate
+
+STATED = {
+    "stripe": Noise(pixel_px=0.1, target_m=3e-5),
+    "point": Noise(point_m=2e-5),
+    "camera": Noise(pixel_px=0.1),
+    "pose": Noise(point_m=2e-5, angle_rad=5e-5),
+}
+POINTS = {"stripe": 8, "point": 3, "camera": 20, "pose": 1}
+
+
+def measured(kind: str, joint_rad: float, seed: int = 1, **stated: float) -> Dataset:
+    noise = STATED[kind]
+    dataset = simulate(
+        find_robot("ur5"),
+        kind=kind,
+        poses=40,
+        points=POINTS[kind],
+        noise=replace(noise, joint_rad=joint_rad),
+        stated=noise,
+        seed=seed,
+    ).dataset
+    return replace(dataset, noise=replace(dataset.noise, **stated))
+
+
+@cache
+def scattered(kind: str, joint_rad: float) -> Diagnosis:
+    return examine(measured(kind, joint_rad), effects=[], seed=0)
+
+
+@pytest.mark.parametrize("kind", STATED)
+@pytest.mark.parametrize("joint_rad", [1e-3, 2e-3, 5e-3])
+def test_joints_that_scatter_more_than_arms_do_are_a_gap(kind: str, joint_rad: float) -> None:
+    found = scattered(kind, joint_rad)
+    assert found.verdict == "unexplained"
+    assert found.gap.after_m > found.gap.noise_floor_m
+    scatter = found.pose_scatter
+    assert scatter is not None
+    assert scatter.where == "joints"
+    assert scatter.sizes["turn"].value == pytest.approx(joint_rad, abs=4 * scatter.sizes["turn"].std)
+    assert scatter.sizes["turn"].std < 0.1 * joint_rad
+
+
+@pytest.mark.parametrize("kind", STATED)
+def test_joints_that_scatter_as_arms_do_are_none(kind: str) -> None:
+    found = scattered(kind, 1e-4)
+    assert found.verdict == "no_gap"
+    assert found.pose_scatter is None
+
+
+def test_the_scatter_is_said_where_it_is_and_what_it_may_be() -> None:
+    found = scattered("point", 5e-3)
+    assert "Joint readings scatter by 0.3" in found.sentence
+    assert "were they read before the arm stood still? Are these commanded angles?" in found.sentence
+    assert "how well the arm" not in found.sentence
+    assert any("once the arm stands still" in one for one in to_do(found))
+    assert not any("gear" in one for one in to_do(found))
+    written = json.loads(DiagnosisResult(found, 0).text)
+    jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
+    (effect,) = written["effects"]
+    assert (effect["effect"], effect["where"], written["where"][0]["site"]) == ("pose_scatter", "joints", "joints")
+    assert effect["gap_mm_before"] == effect["gap_mm_after"]
+    assert written["classes"][0]["class"] == "repeatability"
+
+
+@pytest.mark.parametrize("kind", ["point", "stripe"])
+def test_a_single_joint_that_scatters_is_named(kind: str) -> None:
+    dataset = measured(kind, 1e-6)
+    poses, joint = dataset.poses, dataset.robot.joints[2]
+    assert poses.q is not None
+    q = poses.q.copy()
+    q[:, 2] += 3e-3 * np.random.default_rng(3).normal(size=len(q))
+    found = examine(replace(dataset, poses=replace(poses, q=q)), effects=[], seed=0)
+    assert found.verdict == "unexplained"
+    assert found.pose_scatter is not None
+    assert found.pose_scatter.where == joint
+    assert found.pose_scatter.probability > 0.9
+    assert f"Readings of {joint} scatter by" in found.sentence
+
+
+@pytest.mark.parametrize(("repeatability_m", "verdict"), [(2e-5, "unexplained"), (1e-3, "no_gap")])
+def test_scatter_is_compared_with_the_data_sheet_where_it_is_stated(repeatability_m: float, verdict: str) -> None:
+    found = examine(measured("point", 1e-4, repeatability_m=repeatability_m), effects=[], seed=0)
+    assert found.verdict == verdict
+    assert ("by 0.006°, more than the data sheet allows" in found.sentence) is (verdict == "unexplained")
+
+
+def test_an_arm_of_large_stated_repeatability_may_scatter_more_than_others_do() -> None:
+    found = examine(measured("point", 1e-3, repeatability_m=3e-3), effects=[], seed=0)
+    assert found.verdict == "no_gap"
+    assert found.pose_scatter is None
+
+
+def test_the_repeatability_of_the_data_sheet_is_read_checked_and_written(tmp_path) -> None:
+    dataset = measured("point", 1e-4, repeatability_m=2e-5)
+    save(dataset, tmp_path / "set")
+    assert load(tmp_path / "set").noise.repeatability_m == 2e-5
+    file = tmp_path / "set" / "dataset.toml"
+    file.write_text(file.read_text().replace("repeatability_m = 2e-05", "repeatability_m = -1"))
+    with pytest.raises(DataError, match="repeatability_m: -1, expected a positive number"):
+        load(tmp_path / "set")
