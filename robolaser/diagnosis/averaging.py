@@ -64,9 +64,13 @@ class AveragedData:
         rows = np.arange(len(dataset.points), dtype=np.int64)
         return cls(dataset, np.ones_like(rows), rows)
 
-    def subsampled(self) -> "AveragedData":
-        """Only rows that say something new; where no path leads through them, only their poses too."""
-        kept = chosen_rows(self.dataset)
+    def subsampled(self, seed: int) -> "AveragedData":
+        """Only rows that say something new; where no path leads through them, only their poses too.
+
+        Args:
+            seed: Chooses among poses that are alike.
+        """
+        kept = chosen_rows(self.dataset, seed)
         if kept.all():
             return self
         number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)

@@ -37,12 +37,14 @@ class Preparation:
         sensor: The sensor's parameters.
         shots: Noise of each shot by itself.
         near: Parameters that fit robustly, while some rows may be gross errors, (d,).
+        seed: Chooses the poses that are used, where there are more than needed.
     """
 
     dataset: Dataset
     sensor: Parameters
     shots: NoiseModel
     near: Array
+    seed: int
 
     @classmethod
     def of(cls, dataset: Dataset, seed: int) -> tuple["Preparation", Bools]:
@@ -57,7 +59,7 @@ class Preparation:
         if len(np.unique(dataset.points.pose)) >= MIN_POSES:
             check_orientations(model)
         sensor = model.parameters
-        some = AveragedData.single(dataset).subsampled()
+        some = AveragedData.single(dataset).subsampled(seed)
         small = Model(some.dataset).sharing(sensor)
         start = find_start(small, Plan(seed=seed)).x
         noise = row_noise(some, small, start, dataset)
@@ -66,7 +68,9 @@ class Preparation:
         if len(some.dataset.points) < len(dataset.points):
             sources = tuple(source for source in error_sources(model, near) if source.name in noise.sigmas)
             shots = NoiseModel(sources, noise.sigmas)
-        return cls(dataset, sensor, shots, near), outliers_within_poses(Fit(problem_of(model, shots, sensor), near))
+        return cls(dataset, sensor, shots, near, seed), outliers_within_poses(
+            Fit(problem_of(model, shots, sensor), near)
+        )
 
     def misread_joints(self, outliers: Bools) -> str | None:
         """A sentence on joints that seem to be read wrongly: no effect is worth a search then; None if none seem so."""
@@ -81,7 +85,7 @@ class Preparation:
             outliers: Marks the gross errors, (rows of points.csv,).
             effects: Effects that may explain what is left.
         """
-        data = AveragedData.of(self.dataset, outliers).subsampled()
+        data = AveragedData.of(self.dataset, outliers).subsampled(self.seed)
         model, x = Model(data.dataset).sharing(self.sensor), self.near
         noise = row_noise(data, model, x, self.dataset)
         fit = Fit.of(problem_of(model, noise, self.sensor), x)

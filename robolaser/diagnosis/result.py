@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
+import numpy as np
+
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
@@ -244,3 +246,9 @@ class Diagnosis:
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
     pose_scatter: PoseScatter | None = None
+
+    @property
+    def poses(self) -> tuple[int, int]:
+        """How many poses are used, and how many have points."""
+        used, every = (len(np.unique(one.points.pose)) for one in (self.observed, self.dataset))
+        return used, every

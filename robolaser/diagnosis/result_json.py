@@ -38,6 +38,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "dataset": diagnosis.dataset.name,
+        "poses": dict(zip(("used", "all"), diagnosis.poses, strict=True)),
         "verdict": diagnosis.verdict,
         "sentence": diagnosis.sentence,
         "gap_mm": {

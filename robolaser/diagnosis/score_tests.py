@@ -93,7 +93,8 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
             continue
         grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
-        if tried > DENSE_GRID and one.effect.stage is Stage.JOINTS:
+        at_a_joint = one.effect.stage is Stage.JOINTS and one.where in fit.model.dataset.arm[0].joints
+        if tried > DENSE_GRID and at_a_joint:
             grid = motions.best_nonlinear(one, grid)
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)

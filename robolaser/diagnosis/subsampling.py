@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from robolaser.arrays import Bools, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import some_of_each
 
@@ -14,15 +14,18 @@ MIN_ROWS = 3
 """Of each pose, where it has as many: enough to tell a stripe's shift from its tilt."""
 
 
-def chosen_rows(dataset: Dataset) -> Bools:
-    """Mark rows of poses chosen by chance, the same each time, (m,).
+def chosen_rows(dataset: Dataset, seed: int) -> Bools:
+    """Mark rows of poses that are spread over time and configurations, (m,).
 
-    Where names mean the same point at every pose, with one row in each, whole poses are kept, some of each name; else
-    rows evenly taken along those of each pose.
+    Where names mean the same point at every pose, whole poses are kept; else rows evenly taken along those of each
+    pose. Where each pose shows one named point only, there are as many poses of each name.
+
+    Args:
+        dataset: Of which.
+        seed: Chooses among poses that are near each other; the same one makes the same choice.
     """
-    points, named = dataset.points, dataset.format.named_points and not dataset.format.many_rows
-    poses, first = np.unique(points.pose, return_index=True)
-    chosen = _some(poses, points.number[first] if named else np.zeros(len(poses), dtype=np.int64))
+    points = dataset.points
+    chosen = _some(dataset, seed)
     kept = np.zeros(len(points), dtype=bool)
     of_sensors = dataset.rows_of_sensors
     for of_sensor, has_names in of_sensors:
@@ -34,14 +37,57 @@ def chosen_rows(dataset: Dataset) -> Bools:
     return kept
 
 
-def _some(poses: Ints, group: Ints) -> Ints:
-    """At most about `MAX_POSES` of the poses, by chance, as many of each group."""
+def _some(dataset: Dataset, seed: int) -> Ints:
+    """At most about `MAX_POSES` of the poses with rows, as many of each name that stands alone in its poses."""
+    poses, first = np.unique(dataset.points.pose, return_index=True)
     if len(poses) <= MAX_POSES:
         return poses
-    rng, groups = np.random.default_rng(0), np.unique(group)
-    each = max(1, MAX_POSES // len(groups))
-    of_groups = [poses[group == number] for number in groups]
-    return np.sort(np.concatenate([rng.choice(own, min(each, len(own)), replace=False) for own in of_groups]))
+    name = dataset.points.number[first] if _one_name_a_pose(dataset) else np.zeros(len(poses), dtype=np.int64)
+    names, counts = np.unique(name, return_counts=True)
+    places, rng = _places(dataset)[poses], np.random.default_rng(seed)
+    own = [np.flatnonzero(name == one) for one in names]
+    most = [max(1, int(share)) for share in _shares(counts)]
+    return np.sort(poses[np.concatenate([_spread(places, *one, rng) for one in zip(own, most, strict=True)])])
+
+
+def _one_name_a_pose(dataset: Dataset) -> bool:
+    """Whether names mean the same point at every pose, and each pose shows one of them."""
+    if not dataset.format.named_points or dataset.format.many_rows:
+        return False
+    shown = np.unique(np.stack([dataset.points.pose, dataset.points.number]), axis=1)[0]
+    return len(shown) == len(np.unique(shown))
+
+
+def _shares(counts: Ints) -> Ints:
+    """How many of each group (g,) are kept: the same of each, and all of groups that have no more."""
+    shares, left = np.zeros_like(counts), MAX_POSES
+    for number, i in enumerate(np.argsort(counts, kind="stable")):
+        shares[i] = min(counts[i], left // (len(counts) - number))
+        left -= shares[i]
+    return shares
+
+
+def _places(dataset: Dataset) -> Array:
+    """When and in which configuration each pose was, and what else was measured, each from 0 to 1, (n, d)."""
+    poses, n = dataset.poses, len(dataset.poses)
+    configuration = poses.q if poses.q is not None else dataset.flange()[:, :3].reshape(n, -1)
+    when = np.arange(float(n)) if poses.time_s is None else poses.time_s
+    places = np.column_stack([when, configuration, *poses.coordinates.values()])
+    width = np.ptp(places, axis=0)
+    return np.asarray((places - places.min(axis=0)) / np.where(width > 0, width, 1.0))
+
+
+def _spread(places: Array, among: Ints, most: int, rng: np.random.Generator) -> Ints:
+    """So many of some places (n, d), one of each cell: cells are halved across their longest side."""
+    if most >= len(among):
+        return among
+    if most == 1:
+        return rng.choice(among, 1)
+    side = int(np.argmax(np.ptp(places[among], axis=0)))
+    order = among[np.argsort(places[among, side], kind="stable")]
+    half = most // 2
+    at = round(len(order) * half / most)
+    return np.concatenate([_spread(places, order[:at], half, rng), _spread(places, order[at:], most - half, rng)])
 
 
 def kept_poses(dataset: Dataset) -> Bools:

@@ -53,7 +53,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     found_in = RunSummary.of(diagnosis.dataset)
     effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
 
-    data = AveragedData.of(other).subsampled()
+    data = AveragedData.of(other).subsampled(seed)
     near = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
     gross = outliers_of(robust_fit(near.fit()))
     if gross.any():

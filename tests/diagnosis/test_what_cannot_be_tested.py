@@ -177,15 +177,15 @@ def test_large_data_keep_a_few_rows_of_many_poses():
     dataset = recorded("point", poses=8)
     rows = np.tile(np.arange(len(dataset.points)), 300)
     many = replace(dataset.points.take(rows), pose=np.repeat(np.arange(len(rows) // 3), 3))
-    kept = chosen_rows(replace(dataset, points=many))
+    kept = chosen_rows(replace(dataset, points=many), 0)
     assert len(np.unique(many.pose[kept])) == MAX_POSES
     assert kept.sum() == 3 * MAX_POSES
-    assert chosen_rows(dataset).all()
+    assert chosen_rows(dataset, 0).all()
 
 
 def test_large_data_keep_every_named_point():
     dataset = recorded("socket", poses=MAX_POSES * 2, points=40)
-    kept = chosen_rows(dataset)
+    kept = chosen_rows(dataset, 0)
     assert kept.sum() <= MAX_POSES
     assert set(np.array(dataset.points.names)[kept]) == set(dataset.points.names)
 

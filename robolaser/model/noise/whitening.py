@@ -85,7 +85,7 @@ class GroupStage:
     def __call__(self, rows: Array) -> Array:
         """Whiten (m, k, c)."""
         grouped = self._grouped.apart(rows)
-        flat = grouped.reshape(len(grouped), -1, rows.shape[-1])
+        flat = grouped.reshape(len(grouped), grouped.shape[1] * grouped.shape[2], rows.shape[-1])
         if self._whole is None:
             U, KUt = self._factors
             white = flat - U @ (KUt @ flat)
@@ -131,7 +131,7 @@ class Whitener:
     def _rows(self, batch: Array) -> Array:
         """(c, m k) -> (m, k, c)."""
         m, k = self.root.shape[:2]
-        return np.ascontiguousarray(batch.reshape(len(batch), -1).T).reshape(m, k, len(batch))
+        return np.ascontiguousarray(batch.reshape(len(batch), m * k).T).reshape(m, k, len(batch))
 
     @staticmethod
     def _staged(rows: Array, stages: Sequence[GroupStage]) -> Array:

@@ -47,7 +47,7 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
     return Document(
         dataset.name,
         "diagnosed",
-        dataset.summary,
+        _used(diagnosis),
         f"{lead.rstrip('.')}.",
         sense,
         [Figures(figures(diagnosis))],
@@ -73,6 +73,12 @@ def page(diagnosis: Diagnosis, *, command: str = "") -> str:
         command: What to type to repeat it.
     """
     return render(document(diagnosis, command=command))
+
+
+def _used(diagnosis: Diagnosis) -> str:
+    """What was measured, and how many poses of it were used where these are not all."""
+    used, of = diagnosis.poses
+    return diagnosis.dataset.summary + (f"; {used} of {of} poses are used" if used < of else "")
 
 
 def figures(diagnosis: Diagnosis) -> list[Figure]:

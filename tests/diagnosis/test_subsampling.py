@@ -1,0 +1,91 @@
+"""Of many poses a diagnosis uses some: spread over time and configurations, whichever chance takes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robolaser import find_robot
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.averaging import AveragedData
+from robolaser.diagnosis.result_json import diagnosis_json
+from robolaser.diagnosis.subsampling import MAX_POSES, chosen_rows
+from robolaser.model.effects import EFFECTS
+from robolaser.report.diagnosis.page import document
+from robolaser.simulation import simulate
+
+SEEDS = 1, 2, 3
+SUSPECTED = [kind for kind in EFFECTS if kind.name in ("joint_offset", "backlash", "encoder_scale")]
+
+
+def tracked(poses: int = 700, **effects: float) -> Dataset:
+    wanted = {name.replace("__", ":"): size for name, size in effects.items()}
+    noise = Noise(point_m=2e-5)
+    return simulate(
+        find_robot("ur5e"), kind="point", poses=poses, points=3, noise=noise, effects=wanted, seed=5
+    ).dataset
+
+
+@pytest.fixture(scope="module")
+def sound() -> Dataset:
+    return tracked()
+
+
+def kept(dataset: Dataset, seed: int = 0) -> np.ndarray:
+    return np.unique(dataset.points.pose[chosen_rows(dataset, seed)])
+
+
+def test_gross_errors_at_one_reflector_cost_no_other_pose(sound: Dataset) -> None:
+    outliers = np.zeros(len(sound.points), dtype=bool)
+    outliers[[0, 30, 60, 90]] = True  # the first reflector of a few poses
+    used = AveragedData.of(sound, outliers).subsampled(0).dataset.points.pose
+    assert len(np.unique(used)) == MAX_POSES
+
+
+def test_seeds_choose_other_poses_and_one_seed_the_same(sound: Dataset) -> None:
+    np.testing.assert_array_equal(kept(sound, 1), kept(sound, 1))
+    assert len(np.setdiff1d(kept(sound, 1), kept(sound, 2))) > MAX_POSES / 10
+
+
+def test_every_part_of_a_run_and_of_each_joints_range_is_kept(sound: Dataset) -> None:
+    for along in (sound.poses.time_s, *sound.poses.q.T):
+        edges = np.quantile(along, np.linspace(0.0, 1.0, 11))
+        counts, _ = np.histogram(along[kept(sound)], edges)
+        assert counts.min() > 0.6 * MAX_POSES / 10
+        assert counts.max() < 1.5 * MAX_POSES / 10
+
+
+def test_sockets_have_as_many_poses_each_and_rare_ones_all_of_theirs() -> None:
+    dataset = simulate(
+        find_robot("ur5e"), kind="socket", poses=700, points=6, noise=Noise(joint_rad=1e-5), seed=1
+    ).dataset
+    rare = np.flatnonzero(dataset.points.number == 0)
+    fewer = replace(dataset, points=dataset.points.take(np.setdiff1d(np.arange(len(dataset.points)), rare[10:])))
+    chosen = fewer.points.number[chosen_rows(fewer, 0)]
+    _, counts = np.unique(chosen, return_counts=True)
+    assert counts.sum() == MAX_POSES
+    assert counts.min() == 10
+    assert np.ptp(np.sort(counts)[1:]) <= 1
+
+
+def test_poses_that_are_all_alike_are_thinned_too(sound: Dataset) -> None:
+    q = np.repeat(sound.poses.q[:1], len(sound.poses), axis=0)
+    still = replace(sound, poses=replace(sound.poses, q=q, time_s=None))
+    assert len(kept(still)) == MAX_POSES
+
+
+@pytest.mark.parametrize("effects", [{}, {"backlash__elbow_joint": 0.002}], ids=["none", "one"])
+def test_three_thinnings_give_one_answer(effects: dict[str, float]) -> None:
+    dataset = tracked(**effects)
+    found = [diagnosis_json(examine(dataset, SUSPECTED, seed=seed)) for seed in SEEDS]
+    assert {one["verdict"] for one in found} == {"explained" if effects else "no_gap"}
+    certain = [{kind["class"] for kind in one["classes"] if kind["probability"] > 0.95} for one in found]
+    assert certain == [{"transmission"} if effects else set()] * len(SEEDS)
+
+
+def test_the_first_lines_say_how_many_poses_are_used(sound: Dataset) -> None:
+    many, few = examine(sound, [], seed=0), examine(tracked(20), [], seed=0)
+    assert diagnosis_json(many)["poses"] == {"used": MAX_POSES, "all": 700}
+    assert f"{MAX_POSES} of 700 poses are used" in document(many).setting
+    assert "are used" not in document(few).setting
