@@ -56,67 +56,64 @@ def judged(line: Mapping[str, Any]) -> Judgement | None:
 
 
 def compare(before: Path, after: Path) -> int:
-    """Print what got better, worse or merely other, then counts and CPU; 1 if anything got worse."""
+    """Print for each data set what got better, worse or merely other, then counts and CPU; 1 if anything got worse."""
     was, now = ({line["name"]: line for line in lines(file)} for file in (before, after))
     shared = [name for name in was if name in now]
-    worse_at_all = alike = 0
+    worse = alike = 0
     for name in shared:
-        better, worse, other = _differences(was[name], now[name])
-        worse_at_all += bool(worse)
-        alike += not (better or worse or other)
-        for mark, texts in (("better", better), ("WORSE", worse), ("other", other)):
+        told = _differences(was[name], now[name])
+        worse += bool(told["WORSE"])
+        alike += not any(told.values())
+        print(f"{name}: CPU of {_cpu(was[name], now[name])}{'' if any(told.values()) else '; alike'}")
+        for mark, texts in told.items():
             for text in texts:
-                print(f"{name}: {mark}: {text}")
-    print(f"\n{alike} of {len(shared)} data sets alike, {worse_at_all} worse", end="")
-    print(f"; {len(was) - len(shared)} only before, {len(now) - len(shared)} only after\n")
+                print(f"  {mark}: {text}")
+    only = f"{len(was) - len(shared)} only before, {len(now) - len(shared)} only after"
+    print(f"\n{alike} of {len(shared)} data sets alike, {worse} worse; {only}\n")
     _counts([was[name] for name in shared], [now[name] for name in shared])
     for command in COMMANDS:
         pairs = [(was[n][command]["cpu_s"], now[n][command]["cpu_s"]) for n in shared if command in was[n]]
-        if pairs:
-            ratios = [b / a for a, b in pairs if a > 0]
+        ratios = [b / max(a, 0.01) for a, b in pairs]
+        if ratios:
             total = sum(b for _, b in pairs) / sum(a for a, _ in pairs)
-            print(
-                f"CPU of {command}, after / before: median {statistics.median(ratios):.2f}, most {max(ratios):.2f},"
-                f" sum {total:.2f}"
-            )
-    return int(worse_at_all > 0)
+            middle = f"median {statistics.median(ratios):.2f}, most {max(ratios):.2f}"
+            print(f"CPU of {command}, after / before: {middle}, sum {total:.2f}")
+    return int(worse > 0)
 
 
-def _differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> tuple[list[str], list[str], list[str]]:
-    better: list[str] = []
-    worse: list[str] = []
-    other: list[str] = []
+def _differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, list[str]]:
+    told: dict[str, list[str]] = {"better": [], "WORSE": [], "other": []}
     if was["data"] != now["data"]:
-        other.append(f"not the same data: {now['data']}, was {was['data']}")
+        told["other"].append(f"not the same data: {now['data']}, was {was['data']}")
     for command in COMMANDS:
-        a, b = was.get(command), now.get(command)
-        if a is None or b is None:
-            continue
+        a, b = was.get(command, {}), now.get(command, {})
         if ("fails" in a) != ("fails" in b):
-            (worse if "fails" in b else better).append(
-                f"{command} {b.get('fails', 'answers')}, was {a.get('fails', 'answered')}"
-            )
-        elif "fails" not in a:
-            other += _calibrations(a, b) if command == "calibrate" else _diagnoses(a, b)
-        ratio = b["cpu_s"] / max(a["cpu_s"], 0.01)
-        if other or better or worse:
-            other += [f"CPU of {command} {b['cpu_s']} s, was {a['cpu_s']} s ({ratio:.2f})"]
+            ends = f"{command} {b.get('fails', 'answers')}, was {a.get('fails', 'an answer')}"
+            told["WORSE" if "fails" in b else "better"].append(ends)
+        elif a and b and "fails" not in a:
+            told["other"] += _calibrations(a, b) if command == "calibrate" else _diagnoses(a, b)
     before, after = judged(was), judged(now)
     if before and after:
         for what, held in after.right.items():
-            if held != before.right[what]:
-                (better if held else worse).append(
+            if None not in (held, before.right[what]) and held != before.right[what]:
+                told["better" if held else "WORSE"].append(
                     f"{what} {'right' if held else 'wrong'}: {_said(now)}, was {_said(was)}"
                 )
-        for names, of_before, up, down in (
-            (after.true, before.true, better, worse),
-            (after.false, before.false, worse, better),
-            (after.sure_false, before.sure_false, worse, better),
+        for kind, a_names, b_names, more_is in (
+            ("true", before.true, after.true, "better"),
+            ("false", before.false, after.false, "WORSE"),
+            ("false and sure", before.sure_false, after.sure_false, "WORSE"),
         ):
-            kind = {id(after.true): "true", id(after.false): "false"}.get(id(names), "false and sure")
-            up += [f"{kind}: {name}, which was not named" for name in sorted(names - of_before)]
-            down += [f"{kind}: {name}, no longer" for name in sorted(of_before - names)]
-    return better, worse, other
+            if len(b_names) != len(a_names):  # one for another that is as good, or as bad, is neither better nor worse
+                mark = more_is if len(b_names) > len(a_names) else ({"better", "WORSE"} - {more_is}).pop()
+                told[mark].append(f"names {kind}: {sorted(b_names)}, was {sorted(a_names)}")
+    return told
+
+
+def _cpu(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """Ratios of the commands that both have."""
+    both = [command for command in COMMANDS if command in was and command in now]
+    return ", ".join(f"{command} {now[command]['cpu_s'] / max(was[command]['cpu_s'], 0.01):.2f}" for command in both)
 
 
 def _said(line: Mapping[str, Any]) -> str:
