@@ -1,0 +1,166 @@
+"""The data sets of the frozen answers, group by group, each with what is known of its truth."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import robolaser
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.errors import RobolaserError
+from robolaser.simulation import simulate
+from robolaser.trials.building import Ranges
+from robolaser.trials.kinds import IN_IMAGES, KINDS
+from robolaser.trials.making import make
+from robolaser.trials.outcome import UNKNOWN
+
+REAL = ("ur5-tracker", "mukca-dinova_1", "rosi-two-axis", "mukca-panda_1", "mukca-panda_3", "ur3e-hand-eye-2",
+        "etna-s1", "etna-s2", "ur10-tracker-b")  # fmt: skip
+SLOW = ("ur10-tracker-a", "etna-s3")  # real sets that take over a minute of CPU
+IMAGES = ("etna-s1", "etna-s2", "etna-s3")  # recordings, which `extract` makes data sets of
+
+SCATTER_RAD = (1e-4, 1e-3, 2e-3, 5e-3)  # of all joints, in no data set stated
+HARMLESS_RAD = 1e-4  # such scatter is no gap
+SEEN_BY = {  # sensor, seed, and the noise beside the scatter, which is stated
+    "point": (301, Noise(point_m=2e-5)),
+    "stripe": (302, Noise(pixel_px=0.1, target_m=3e-5)),
+    "camera": (303, Noise(pixel_px=0.1)),
+    "pose": (304, Noise(point_m=2e-5, angle_rad=5e-5)),
+}
+
+OF_BLIND = {  # what the library calls effects that are sealed under names of their own
+    "form:soft base": "base_compliance",
+    "soft_base": "base_compliance",
+    "form:bracket sags": "hand_eye_sag",
+}
+CLEAR = 1e6  # squared misfit of an effect for which the truth states none
+KEPT = ("effect", "where", "misfit", "rivals", "also_right", "sites", "classes", "withheld")
+
+CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
+"""Arm of a fresh world, and whether a tracker sees it, in turns."""
+RANGES = Ranges(poses=(30, 45), points=(5, 7))
+ROUNDS = 10
+GROUPS = ("real", "scatter", "blind-dev", "blind-hard", "removed", "fresh", "slow")
+
+
+@dataclass(frozen=True)
+class World:
+    """A data set to be answered on."""
+
+    name: str
+    group: str
+    load: Callable[[], tuple[Dataset, dict[str, Any] | None]]  # the data, and the truth as far as it is known
+    without: tuple[str, ...] = ()  # effects taken out of the library
+
+
+def worlds(group: str, data: Path, seed: int) -> Iterator[World]:
+    """Those of a group; `seed` is of the fresh ones."""
+    if group in ("real", "slow"):
+        yield from (_real(data / name, group) for name in (REAL if group == "real" else SLOW))
+    elif group == "scatter":
+        yield from (_scattered(sensor, rad) for sensor in SEEN_BY for rad in SCATTER_RAD)
+    elif group == "fresh":
+        yield from (_fresh(kind, j, i, seed) for i in range(ROUNDS) for j, kind in enumerate(KINDS))
+    elif group == "removed":
+        yield from _removed(data / "blind-dev")
+        yield from _removed(data / "blind-hard")
+    else:
+        for name, truth in _truths(data / group):
+            yield World(name, group, lambda name=name, truth=truth: (robolaser.load(data / group / name), truth))
+
+
+def _real(folder: Path, group: str) -> World:
+    def load() -> tuple[Dataset, None]:
+        points = _cache(folder.name) if folder.name in IMAGES else folder
+        if not (points / "points.csv").exists():
+            command = [sys.executable, "-m", "robolaser", "extract", str(folder), "--output", str(points), "--force"]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        return robolaser.load(points), None
+
+    return World(folder.name, group, load)
+
+
+def _scattered(sensor: str, rad: float) -> World:
+    """A UR5 whose joints scatter, and of which nobody says so."""
+
+    def load() -> tuple[Dataset, dict[str, Any]]:
+        seed, noise = SEEN_BY[sensor]
+        drawn = Noise(**{**{k: v for k, v in vars(noise).items() if v}, "joint_rad": rad})
+        made = simulate(robolaser.find_robot("ur5"), kind=sensor, poses=40, noise=drawn, stated=noise, seed=seed)
+        return made.dataset, {"scatter_rad": rad}
+
+    return World(f"{sensor}-{1e3 * rad:g}-mrad", "scatter", load)
+
+
+def _truths(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    for name, truth in json.loads((folder / "truth.json").read_text(encoding="utf-8")).items():
+        yield name, compact(truth)
+
+
+def _removed(folder: Path) -> Iterator[World]:
+    """The worlds of a folder, each without its effects in the library."""
+    library = {effect.name for effect in robolaser.EFFECTS}
+    for name, truth in _truths(folder):
+        gone = tuple(sorted({item["effect"] for item in truth["each"]} & library))
+        if gone:
+            for item in truth["each"]:
+                item["withheld"] = item["effect"] in gone
+            yield World(
+                f"{name}-removed",
+                "removed",
+                lambda name=name, truth=truth: (robolaser.load(folder / name), truth),
+                without=gone,
+            )
+
+
+def _fresh(kind: str, j: int, i: int, seed: int) -> World:
+    """One that `challenge` makes; kept between runs, so that a later state is asked the same."""
+    (robot, tracked), own = CELLS[(i + j) % len(CELLS)], seed + i * len(KINDS) + j
+    tracked = tracked and kind not in IN_IMAGES and kind != "physics"
+
+    def load() -> tuple[Dataset, dict[str, Any]]:
+        folder = _cache(f"{kind}-{own}")
+        if not (folder / "truth.json").exists():
+            made = make(robolaser.find_robot(robot), kind, seed=own, ranges=RANGES, tracked=tracked)
+            robolaser.save(made.dataset, folder, overwrite=True)
+            (folder / "truth.json").write_text(json.dumps(compact(made.truth)), encoding="utf-8")
+        return robolaser.load(folder), json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+
+    return World(f"{kind}-{own}", "fresh", load)
+
+
+def compact(truth: Mapping[str, Any]) -> dict[str, Any]:
+    """Of a sealed truth what decides whether an answer is right, in today's names; older truths state less."""
+    classes = {effect.name: effect.cause or effect.name for effect in robolaser.EFFECTS}
+    each = []
+    for given in truth.get("each") or [{"effect": effect, "where": where} for effect, where in truth["effects"]]:
+        effect = OF_BLIND.get(given["effect"], given["effect"])
+        defaults = {
+            "rivals": [],
+            "also_right": truth.get("also_right", []),
+            "sites": truth.get("sites") or [given["where"]],
+            "classes": [classes.get(effect, UNKNOWN)],
+        }
+        item = {**defaults, **given, "effect": effect, "misfit": round(given.get("misfit") or CLEAR)}
+        each.append({key: item[key] for key in KEPT if key in item})
+    return {"kind": truth.get("kind", ""), "each": each, "background": truth.get("background", [])}
+
+
+def _cache(name: str) -> Path:
+    folder = Path(os.environ.get("ROBOLASER_FROZEN", Path(tempfile.gettempdir()) / "robolaser-frozen")) / name
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def made(world: World) -> tuple[Dataset, dict[str, Any] | None] | None:
+    """A world's data and truth; None where chance gave a fault that its cell cannot have."""
+    try:
+        return world.load()
+    except RobolaserError as e:
+        print(f"{world.name}: {e}", file=sys.stderr)
+        return None
