@@ -121,7 +121,7 @@ def _removed(folder: Path) -> Iterator[World]:
 def _fresh(kind: str, j: int, i: int, seed: int) -> World:
     """One that `challenge` makes; kept between runs, so that a later state is asked the same."""
     (robot, tracked), own = CELLS[(i + j) % len(CELLS)], seed + i * len(KINDS) + j
-    tracked = tracked and kind not in IN_IMAGES and kind != "physics"
+    tracked = tracked and kind not in IN_IMAGES
 
     def load() -> tuple[Dataset, dict[str, Any]]:
         folder = _cache(f"{kind}-{own}")
