@@ -6,7 +6,7 @@ from typing import Any
 
 from robolaser import Calibration
 
-OF_STD = 1e-3  # of its standard error is what a number is rounded to
+OF_STD = 1e-2  # of its standard error is what a number is rounded to
 GAPS = ("nominal", "calibrated", "after", "noise_floor")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from answers import GAPS, as_written
-from worlds import HARMLESS_RAD
+from worlds import HARMLESS_RAD, sealed
 
 from robolaser.trials.outcome import SURE, outcome
 
@@ -46,6 +46,7 @@ def judged(line: Mapping[str, Any]) -> Judgement | None:
         held = {name for name, (_, (effect, _)) in stated.items() if effect == SCATTER and not harmless}
         right: dict[str, bool | None] = {"verdict": verdict, "whole": verdict and held == set(stated)}
     else:
+        truth = sealed(truth)
         seen = outcome(truth, as_written(found))
         right = {"verdict": seen.verdict_right, "class": seen.class_right, "place": seen.site, "whole": seen.right}
         good = [*truth["background"], *([e["effect"], e["where"]] for e in truth["each"])]

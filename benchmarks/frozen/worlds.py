@@ -39,6 +39,7 @@ OF_BLIND = {  # what the library calls effects that are sealed under names of th
     "form:bracket sags": "hand_eye_sag",
 }
 CLEAR = 1e6  # squared misfit of an effect for which the truth states none
+CLASSES = {effect.name: effect.cause or effect.name for effect in robolaser.EFFECTS}
 KEPT = ("effect", "where", "misfit", "rivals", "also_right", "sites", "classes", "withheld")
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
@@ -121,7 +122,7 @@ def _removed(folder: Path) -> Iterator[World]:
 def _fresh(kind: str, j: int, i: int, seed: int) -> World:
     """One that `challenge` makes; kept between runs, so that a later state is asked the same."""
     (robot, tracked), own = CELLS[(i + j) % len(CELLS)], seed + i * len(KINDS) + j
-    tracked = tracked and kind not in IN_IMAGES and kind != "physics"
+    tracked = tracked and kind not in IN_IMAGES
 
     def load() -> tuple[Dataset, dict[str, Any]]:
         folder = _cache(f"{kind}-{own}")
@@ -136,19 +137,33 @@ def _fresh(kind: str, j: int, i: int, seed: int) -> World:
 
 def compact(truth: Mapping[str, Any]) -> dict[str, Any]:
     """Of a sealed truth what decides whether an answer is right, in today's names; older truths state less."""
-    classes = {effect.name: effect.cause or effect.name for effect in robolaser.EFFECTS}
     each = []
-    for given in truth.get("each") or [{"effect": effect, "where": where} for effect, where in truth["effects"]]:
-        effect = OF_BLIND.get(given["effect"], given["effect"])
-        defaults = {
-            "rivals": [],
-            "also_right": truth.get("also_right", []),
-            "sites": truth.get("sites") or [given["where"]],
-            "classes": [classes.get(effect, UNKNOWN)],
-        }
-        item = {**defaults, **given, "effect": effect, "misfit": round(given.get("misfit") or CLEAR)}
-        each.append({key: item[key] for key in KEPT if key in item})
-    return {"kind": truth.get("kind", ""), "each": each, "background": truth.get("background", [])}
+    for given in truth.get("each") or [
+        {"effect": effect, "where": where} for effect, where in truth.get("effects", [])
+    ]:
+        item = {name: truth[name] for name in ("also_right", "sites") if name in truth} | dict(given)
+        item["effect"] = OF_BLIND.get(given["effect"], given["effect"])
+        item["misfit"] = round(given.get("misfit") or CLEAR)
+        usual = _usual(item)
+        each.append({key: item[key] for key in KEPT if item.get(key) and item[key] != usual.get(key)})
+    background: dict[str, list[str]] = {}
+    for effect, where in truth.get("background", []):
+        background.setdefault(effect, []).append(where)
+    short: dict[str, Any] = {"each": each}
+    return short | {name: some for name, some in (("kind", truth.get("kind")), ("background", background)) if some}
+
+
+def sealed(short: Mapping[str, Any]) -> dict[str, Any]:
+    """The truth that was made compact, as `trials.outcome` reads it."""
+    background = [[effect, where] for effect, places in short.get("background", {}).items() for where in places]
+    each = [_usual(item) | item for item in short["each"]]
+    return {"kind": short.get("kind", ""), "each": each, "background": background}
+
+
+def _usual(item: Mapping[str, Any]) -> dict[str, Any]:
+    """What is not kept of a true effect, unless it is otherwise."""
+    cause = CLASSES.get(item["effect"], UNKNOWN)
+    return {"rivals": [], "also_right": [], "sites": [item["where"]], "classes": [cause], "values": {}}
 
 
 def _cache(name: str) -> Path:
