@@ -7,6 +7,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.model.noise import NoiseModel
 
@@ -66,6 +67,15 @@ class HeldOut:
     def gap(self, fit: Fit) -> float:
         """Their root mean square [m]."""
         return rms(self.errors(fit))
+
+
+def is_lower(before: Array, after: Array, pose: Ints) -> bool:
+    """Whether squared errors (m, j) fall by more than chance from pose (m,) to pose would make them."""
+    _, number = np.unique(pose, return_inverse=True)
+    falls = np.bincount(number, (before**2 - after**2).sum(axis=-1))
+    if len(falls) < 2:
+        return False
+    return bool(falls.mean() > SIGMA_OF_95_PERCENT * falls.std(ddof=1) / np.sqrt(len(falls)))
 
 
 def expected_gap(fit: Fit, noise: NoiseModel) -> float:

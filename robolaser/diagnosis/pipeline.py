@@ -1,8 +1,9 @@
 """From a data set to its diagnosis."""
 
 import time
+import typing
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -17,11 +18,11 @@ from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, t
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, listed, nested_fits, not_testable
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
-from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
+from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
-from robolaser.diagnosis.pose_scatter import beside
+from robolaser.diagnosis.pose_scatter import PoseScatter, beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
@@ -135,20 +136,15 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     final = refits.of(pruned)
 
     progress("judging the gap", 0.8)
-    noise = preparation.noise_beside(data, final) if left else final.noise
     left = [] if hindrance else left
-    scatter = None
-    gap = gap_of(start, final, noise, held_out, seed)
-    weighed = _evidence(start, final, left, gap, noise)
-    if not weighed.is_at_floor and (beyond := preparation.scatter_beside(data, final, smooth=bool(left))):
-        gap_beyond = gap_of(start, final, beyond.noise, held_out, seed)
-        weighed_beyond = _evidence(start, final, left, gap_beyond, beyond.noise)
-        if not weighed_beyond.is_at_floor:
-            noise, gap, weighed, scatter = beyond.noise, gap_beyond, weighed_beyond, beyond
+    judged = _judged(preparation, data, start, final, left, held_out, seed)
+    if judged.verdict == "unexplained" and final.effects and not _explains(start, final, held_out):
+        final, evidence, left = start, [], [] if hindrance else localize(start)
+        judged = _judged(preparation, data, start, final, left, held_out, seed)
+    verdict, noise, gap, scatter = judged.verdict, judged.noise, judged.gap, judged.scatter
     scattered = scatter.located(gap.after_m, gap.noise_floor_m) if scatter else None
     if scattered and scattered.share >= CREDIBLE_MASS:
         left = []
-    verdict = "unexplained" if scatter else judge(weighed)
     classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = _where(verdict, refits, final, evidence, classes, left)
     if scattered:
@@ -218,6 +214,45 @@ def _selected(
         data, start = preparation.fit(outliers, effects)
         refits, final = again(start, 0.5)
     return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+
+
+@typing.final
+@dataclass(frozen=True)
+class _Judged:
+    """What a final model leaves, and the verdict on it."""
+
+    verdict: str
+    noise: NoiseModel
+    gap: Gap
+    scatter: PoseScatter | None = None
+
+
+def _judged(
+    preparation: Preparation,
+    data: AveragedData,
+    start: Fit,
+    final: Fit,
+    left: Sequence[Localization],
+    held_out: HeldOut,
+    seed: int,
+) -> _Judged:
+    noise = preparation.noise_beside(data, final) if left else final.noise
+    gap = gap_of(start, final, noise, held_out, seed)
+    evidence = _evidence(start, final, left, gap, noise)
+    scatter = None if evidence.is_at_floor else preparation.scatter_beside(data, final, smooth=bool(left))
+    if scatter:
+        beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
+        if not _evidence(start, final, left, beside_gap, scatter.noise).is_at_floor:
+            return _Judged("unexplained", scatter.noise, beside_gap, scatter)
+    return _Judged(judge(evidence), noise, gap)
+
+
+def _explains(start: Fit, final: Fit, held_out: HeldOut) -> bool:
+    """Whether effects lower the held-out error for certain.
+
+    Asked where something else is left: there chi-squared is not that of noise, and only other poses can tell.
+    """
+    return is_lower(held_out.errors(start), held_out.errors(final), final.model.dataset.points.pose)
 
 
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:

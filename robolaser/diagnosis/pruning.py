@@ -109,7 +109,10 @@ def _incredible(
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:
-    """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first."""
+    """Without effects that do not help to predict held-out poses, taken out one by one, the least explaining first.
+
+    And without any, where all of them together do not.
+    """
     gap = held_out.gap(final)
     while final.effects:
         progress(f"leaving out each of {len(final.effects)} effects")
@@ -117,7 +120,7 @@ def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) 
         if held_out.gap(less) > gap:
             break
         final, gap = less, held_out.gap(less)
-    return final
+    return refits.start if final.effects and gap >= held_out.gap(refits.start) else final
 
 
 def probable_remainder(

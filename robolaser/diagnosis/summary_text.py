@@ -129,6 +129,11 @@ def millimetres(length_m: float) -> str:
 
 
 def _errs(gap: Gap) -> str:
+    if gap.after_ci95_m[1] < gap.noise_floor_m:
+        return (
+            f"the model errs by {millimetres(gap.after_m)}. That is less than the {millimetres(gap.noise_floor_m)} of the"
+            " noise that [noise] states: repeats and residuals scatter less, and effects may hide in what is stated."
+        )
     return f"the model errs by {millimetres(gap.after_m)}, and noise alone gives {millimetres(gap.noise_floor_m)}."
 
 
@@ -214,7 +219,12 @@ def _clauses(findings: Sequence[Finding]) -> str:
 
 
 def _shrinks(gap: Gap) -> str:
+    floor = (
+        f"less than the noise that [noise] states ({millimetres(gap.noise_floor_m)})"
+        if gap.after_ci95_m[1] < gap.noise_floor_m
+        else f"where noise alone gives {millimetres(gap.noise_floor_m)}"
+    )
     return (
         f"With that in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
-        f" to {millimetres(gap.after_m)}, where noise alone gives {millimetres(gap.noise_floor_m)}"
+        f" to {millimetres(gap.after_m)}, {floor}"
     )

@@ -11,12 +11,11 @@ from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
-from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.outliers import outliers_of, robust_fit
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
-from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -78,7 +77,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         calibrated_m=rms(before),
         after_m=rms(errors),
         noise_floor_m=floor,
-        is_better=_is_better(before, errors, data.dataset),
+        is_better=is_lower(before, errors, data.dataset.points.pose),
         rows=len(errors),
         remarks=tuple(remarks),
     )
@@ -162,12 +161,3 @@ def _item(item: Parameter, value: float, held: Mapping[str, float]) -> Parameter
         return replace(item, nominal=float(np.clip(value, item.lower, item.upper)))
     span = (item.upper - item.lower) / 2
     return replace(item, nominal=value, lower=value - span, upper=value + span)
-
-
-def _is_better(before: Array, after: Array, dataset: Dataset) -> bool:
-    """Whether squared errors (m, j) fall by more than chance from pose to pose would make them."""
-    _, pose = np.unique(dataset.points.pose, return_inverse=True)
-    falls = np.bincount(pose, (before**2 - after**2).sum(axis=-1))
-    if len(falls) < 2:
-        return False
-    return bool(falls.mean() > SIGMA_OF_95_PERCENT * falls.std(ddof=1) / np.sqrt(len(falls)))

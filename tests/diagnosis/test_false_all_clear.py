@@ -118,3 +118,11 @@ def test_the_repeatability_of_the_data_sheet_is_read_checked_and_written(tmp_pat
     file.write_text(file.read_text().replace("repeatability_m = 2e-05", "repeatability_m = -1"))
     with pytest.raises(DataError, match="repeatability_m: -1, expected a positive number"):
         load(tmp_path / "set")
+
+
+def test_noise_that_is_stated_too_large_is_not_what_the_error_would_be_below() -> None:
+    dataset = replace(measured("stripe", 1e-6), noise=Noise(pixel_px=0.3, target_m=9e-5))
+    found = examine(dataset, effects=[], seed=0)
+    assert found.gap.after_ci95_m[1] < found.gap.noise_floor_m
+    assert "noise alone" not in found.sentence
+    assert "of the noise that [noise] states: repeats and residuals scatter less" in found.sentence
