@@ -67,7 +67,9 @@ class Preparation:
         if len(some.dataset.points) < len(dataset.points):
             sources = tuple(source for source in error_sources(model, near) if source.name in noise.sigmas)
             shots = NoiseModel(sources, noise.sigmas)
-        return cls(dataset, sensor, shots, near, seed), outliers_within_poses(Fit(problem_of(model, shots, sensor), near))
+        return cls(dataset, sensor, shots, near, seed), outliers_within_poses(
+            Fit(problem_of(model, shots, sensor), near)
+        )
 
     def misread_joints(self, outliers: Bools) -> str | None:
         """A sentence on joints that seem to be read wrongly: no effect is worth a search then; None if none seem so."""

@@ -22,7 +22,9 @@ SUSPECTED = [kind for kind in EFFECTS if kind.name in ("joint_offset", "backlash
 def tracked(poses: int = 700, **effects: float) -> Dataset:
     wanted = {name.replace("__", ":"): size for name, size in effects.items()}
     noise = Noise(point_m=2e-5)
-    return simulate(find_robot("ur5e"), kind="point", poses=poses, points=3, noise=noise, effects=wanted, seed=5).dataset
+    return simulate(
+        find_robot("ur5e"), kind="point", poses=poses, points=3, noise=noise, effects=wanted, seed=5
+    ).dataset
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,9 @@ def test_every_part_of_a_run_and_of_each_joints_range_is_kept(sound: Dataset) ->
 
 
 def test_sockets_have_as_many_poses_each_and_rare_ones_all_of_theirs() -> None:
-    dataset = simulate(find_robot("ur5e"), kind="socket", poses=700, points=6, noise=Noise(joint_rad=1e-5), seed=1).dataset
+    dataset = simulate(
+        find_robot("ur5e"), kind="socket", poses=700, points=6, noise=Noise(joint_rad=1e-5), seed=1
+    ).dataset
     rare = np.flatnonzero(dataset.points.number == 0)
     fewer = replace(dataset, points=dataset.points.take(np.setdiff1d(np.arange(len(dataset.points)), rare[10:])))
     chosen = fewer.points.number[chosen_rows(fewer, 0)]
