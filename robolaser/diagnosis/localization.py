@@ -12,6 +12,7 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.random_functions import RandomFunctions
+from robolaser.diagnosis.score_tests import NEGLIGIBLE
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE, MAX_SITES
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
@@ -48,16 +49,26 @@ def likelihood_ratio(B: Array, residuals: Array, most: float) -> tuple[float, fl
         residuals: Whitened, (k,).
         most: Largest plausible size.
     """
-    ratios, sizes = _likelihood_ratios((B.T @ B)[None], (B.T @ residuals)[None], np.array([most]))
+    normal = B.T @ B
+    ratios, sizes = _likelihood_ratios(normal[None], (B.T @ residuals)[None], np.array([most]), np.zeros(1))
     return float(ratios[0]), float(sizes[0])
 
 
-def _likelihood_ratios(normal: Array, gradient: Array, most: Array) -> tuple[Array, Array]:
-    """The same of several functions, (n,) each, by the products of their derivatives (n, p, p) and (n, p)."""
+def _likelihood_ratios(normal: Array, gradient: Array, most: Array, least: Array) -> tuple[Array, Array]:
+    """The same of several functions, (n,) each.
+
+    Args:
+        normal: Products of their derivatives with each other, (n, p, p).
+        gradient: With the residuals, (n, p).
+        most: Largest plausible sizes, (n,).
+        least: Squared lengths up to which a direction is imitated: what is left of it is rounding, (n,).
+    """
     eigenvalues, V = np.linalg.eigh(normal)
-    eigenvalues = np.maximum(eigenvalues, 0.0)[:, None]
-    z2 = (np.swapaxes(V, 1, 2) @ gradient[..., None])[:, None, :, 0] ** 2
-    scale = 1.0 / np.sqrt(np.maximum(eigenvalues.mean(axis=2), 1e-300))
+    seen = eigenvalues > least[:, None]
+    eigenvalues = np.where(seen, eigenvalues, 0.0)[:, None]
+    z2 = np.where(seen, (np.swapaxes(V, 1, 2) @ gradient[..., None])[..., 0], 0.0)[:, None] ** 2
+    mean = eigenvalues.mean(axis=2)
+    scale = 1.0 / np.sqrt(np.where(mean > 0.0, mean, 1.0))
     sizes = np.minimum(scale * SIZES, most[:, None])
     t = sizes[..., None] ** 2
     value = (z2 * t / (1.0 + eigenvalues * t) - np.log1p(eigenvalues * t)).sum(axis=2)
@@ -128,6 +139,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
     """The sites that the residuals speak for; and how many were tried."""
     tried, functions = list(candidates), RandomFunctions(fit)
     normals = [functions.normal_equations(site) for site in tried]
+    least = np.array([NEGLIGIBLE * functions.largest_square(site) for site in tried])
     most, sizes = np.array([site.most for site in tried]), np.array([len(normal) for normal in normals])
     selected: list[_SelectedSite] = []
     for _ in range(MAX_SITES):
@@ -136,7 +148,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
         for p in np.unique(sizes):
             alike = np.flatnonzero(sizes == p)
             both = np.stack([normals[i] for i in alike]), np.stack([gradients[i] for i in alike])
-            ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike])
+            ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike], least[alike])
         best = int(np.argmax(ratios))
         if ratios[best] < LIKELIHOOD_RATIO_OF_SITE:
             break

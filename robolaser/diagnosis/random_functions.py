@@ -44,6 +44,11 @@ class RandomFunctions:
                 G[j, :, i] = G[i, :, j].T
         return np.asarray(G.reshape(q * p, q * p) - self.newly_imitated(site))
 
+    def largest_square(self, site: Site) -> float:
+        """Squared length of the longest of a function's columns, with what the parameters imitate."""
+        squares = np.diagonal(self._summed(site, "own", site.moves), axis1=1, axis2=2)
+        return float(((site.basis**2).T @ squares).max(initial=0.0))
+
     def newly_imitated(self, site: Site) -> Array:
         """What these lose to the parameters, or since then to the function that was believed last, (q p, q p)."""
         along = _over(site, self._summed(site, "imitated", self._imitated))

@@ -202,9 +202,10 @@ class JointMotions:
         for F in np.array_split(moves, max(1, moves.size // NUMBERS_AT_ONCE)):
             b = F @ gradient
             imitated = F @ shared
-            A = (F * own) @ np.swapaxes(F, 1, 2) - imitated @ np.swapaxes(imitated, 1, 2)
-            scale = np.trace(A, axis1=1, axis2=2)[:, None, None] / a
-            A = A + 1e-6 * scale * np.eye(a) + 1e-12 * np.eye(a)
+            whole = (F * own) @ np.swapaxes(F, 1, 2)
+            A = whole - imitated @ np.swapaxes(imitated, 1, 2)
+            squares, left = (np.trace(one, axis1=1, axis2=2)[:, None, None] / a for one in (whole, A))
+            A = A + (1e-6 * np.maximum(left, 0.0) + NEGLIGIBLE * squares + 1e-12) * np.eye(a)
             gains.append(np.einsum("ga,ga->g", b, np.linalg.solve(A, b[..., None])[..., 0]))
         return grid[[int(np.argmax(np.concatenate(gains)))]]
 

@@ -40,7 +40,7 @@ class GroupedRows:
     def apart(self, rows: Array) -> Array:
         """Rows (m, ...) by group, zero where a group has fewer, (g, r, ...)."""
         if self._order is None:
-            return rows.reshape(self.count, -1, *rows.shape[1:])
+            return rows.reshape(self.count, len(rows) // self.count, *rows.shape[1:])
         group, place = self._place
         grouped = np.zeros((self.count, int(place.max()) + 1, *rows.shape[1:]))
         grouped[group, place] = rows[self._order]
@@ -49,7 +49,7 @@ class GroupedRows:
     def together(self, grouped: Array) -> Array:
         """The rows (m, ...) of what `apart` returns."""
         if self._order is None:
-            return grouped.reshape(-1, *grouped.shape[2:])
+            return grouped.reshape(len(self.group), *grouped.shape[2:])
         rows = np.empty((len(self.group), *grouped.shape[2:]))
         rows[self._order] = grouped[self._place]
         return rows

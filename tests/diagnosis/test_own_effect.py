@@ -67,6 +67,38 @@ def test_it_explains_what_it_causes(diagnosis: Diagnosis) -> None:
     assert [(one["effect"], one["where"]) for one in said["effects"]] == [("joint_coupling", "joint_3")]
 
 
+@final
+@dataclass(frozen=True)
+class LaggingArm(Effect):
+    """All joints lag behind by a share of what they have turned, from some angle of the last one on."""
+
+    name: ClassVar[str] = "lagging_arm"
+    title: ClassVar[str] = "lags from some angle on"
+    reference: ClassVar[str] = "made up"
+    stage: ClassVar[Stage] = Stage.JOINTS
+    site: ClassVar[str] = "timing"
+
+    lag: Array = parameter(unit="", bound=0.1, prior_scale=2e-3)
+    begin: Array = nonlinear(unit="rad", lower=-3.0, upper=3.0, nominal=0.0)
+
+    @classmethod
+    def grid(cls, dataset: Dataset, where: str) -> Array:
+        return np.linspace(-3.0, 3.0, 60)[:, None]
+
+    def apply(self, value: Array, run: Run, /) -> Array:
+        beyond = value[:, :, -1:] > self.begin[:, None, None]
+        return np.asarray(value + self.lag[:, None, None] * value * beyond)
+
+
+def test_an_effect_of_all_joints_with_many_nonlinear_values_is_tried() -> None:
+    noise = Noise(point_m=2e-5)
+    cell = simulate(robolaser.find_robot("scorbot_er7"), kind="point", poses=40, noise=noise, seed=1).dataset
+    q = cell.poses.q
+    read = q / (1.0 + 0.01 * (q[:, -1:] > 0.5))
+    found = examine(replace(cell, poses=replace(cell.poses, q=read)), [LaggingArm], seed=1)
+    assert [str(one.candidate_effect) for one in found.findings] == ["lagging_arm at timing"]
+
+
 def test_its_title_stands_in_the_report(diagnosis: Diagnosis) -> None:
     assert "dragged along by the joint before it" in page(diagnosis, command="robolaser diagnose")
 

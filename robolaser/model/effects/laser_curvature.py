@@ -36,7 +36,7 @@ class LaserCurvature(Effect):
 
     def apply(self, point: Array, run: Run, /) -> Array:
         """Slide each point P along its ray to σ P, with σ (1 - t (r - s) / n · P) = 1 + κ (σ y)² / (2 n · P)."""
-        theta = _nominal_theta(run)
+        theta = run.laser_angle
         x, y, z = np.moveaxis(point, -1, 0)
         away = np.cos(theta) * x + np.sin(theta) * z
         ahead = np.abs(z / np.cos(theta))
@@ -48,9 +48,5 @@ class LaserCurvature(Effect):
 
     def compiled_terms(self, run: Run) -> tuple[float, ...]:
         """Curvature, tangent of the cone, and the nominal plane's normal along x and z."""
-        theta = _nominal_theta(run)
+        theta = run.laser_angle[0]
         return (float(self.curvature[0]), float(np.tan(self.cone[0])), float(np.cos(theta)), float(np.sin(theta)))
-
-
-def _nominal_theta(run: Run) -> float:
-    return run.dataset.parameters["theta"].nominal

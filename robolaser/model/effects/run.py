@@ -14,7 +14,7 @@ from robolaser.data.path_velocities import known_velocities
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.surface_tilt import surface_tilt
 from robolaser.model.effects.target_plane import TargetPlane, plane_of
-from robolaser.model.sensors import parts_with_lens, sensor_class
+from robolaser.model.sensors import parts_with_lens, parts_with_parameters, sensor_class
 from robolaser.robot.kinematics import DOWN, Robot
 
 
@@ -188,13 +188,33 @@ class Run:
 
     @cached_property
     def tilt(self) -> Array:
-        """Tangent of the surface's tilt against each ray, across the stripe, by the nominal model, (m,)."""
+        """Tangent of the surface's tilt against each ray, across the stripe, by the nominal model, (m,).
+
+        Zero in rows of sensors that are no scanners.
+        """
         session = self.dataset.session_of_pose[self.points.pose]
-        tilt = np.empty(len(session))
-        for rows in (np.flatnonzero(session == number) for number in np.unique(session)):
-            own = replace(self.dataset, points=self.points.take(rows))
-            tilt[rows] = surface_tilt(own, self.flange, self.target)
+        tilt = np.zeros(len(session))
+        for of_scanner, scanner in self._scanners:
+            for number in np.unique(session[of_scanner]):
+                there = session[of_scanner] == number
+                own = replace(scanner, points=scanner.points.take(there))
+                tilt[of_scanner[there]] = surface_tilt(own, self.flange, self.target)
         return tilt
+
+    @cached_property
+    def laser_angle(self) -> Array:
+        """The nominal θ of each row's scanner, (m,) [rad]; (1,) for all rows alike, 0 in rows of other sensors."""
+        if not self.dataset.members:
+            return np.array([self.dataset.parameters["theta"].nominal])
+        angle = np.zeros(len(self.points))
+        for rows, scanner in self._scanners:
+            angle[rows] = scanner.parameters["theta"].nominal
+        return angle
+
+    @cached_property
+    def _scanners(self) -> tuple[tuple[Ints, Dataset], ...]:
+        """Rows of each stripe scanner and what it saw, with its parameters by its own names."""
+        return tuple((rows, part) for rows, part in parts_with_parameters(self.dataset) if "theta" in part.parameters)
 
 
 def gravity_of(dataset: Dataset) -> Array:

@@ -143,7 +143,7 @@ class NoiseModel:
             moved = rows if source.isotropic else np.swapaxes(source.effect, -1, -2) @ rows
             shared = self.sigmas[source.name] ** 2 * group_sums(moved, source.group)[source.group]
             total = total + (shared if source.isotropic else source.effect @ shared)
-        return total.transpose(2, 0, 1).reshape(len(white), -1)
+        return total.transpose(2, 0, 1).reshape(white.shape)
 
     def seen_through(self, J: Array) -> Array:
         """JᵀΣJ for a Jacobian (m k, d), -> (d, d)."""

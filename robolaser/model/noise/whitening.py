@@ -141,4 +141,4 @@ class Whitener:
 
     @staticmethod
     def _flat(rows: Array) -> Array:
-        return rows.reshape(-1, rows.shape[-1]).T
+        return rows.reshape(len(rows) * rows.shape[1], rows.shape[-1]).T

@@ -7,6 +7,9 @@ package announces it by an entry point in the group `robolaser.sensors`.
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
+
+from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Member
 from robolaser.model.sensors.camera import CameraSensor
 from robolaser.model.sensors.per_session import PerSession
@@ -55,6 +58,12 @@ def _member(dataset: Dataset, part: Dataset, number: int) -> Sensor:
     """One of several sensors: a camera that is a stripe scanner's has the scanner's parameters."""
     scanner = _scanner_of(dataset, dataset.members[number])
     return _one(part, sensor_class(part.kind)) if scanner is None else _one(seen_by(scanner, part), ScannerCorners)
+
+
+def parts_with_parameters(dataset: Dataset) -> tuple[tuple[Ints, Dataset], ...]:
+    """Rows of each of several sensors and what it saw, with its parameters by its own names; else all rows, itself."""
+    sensor = sensor_of(dataset) if dataset.members else None
+    return sensor.seen if isinstance(sensor, Several) else ((np.arange(len(dataset.points)), dataset),)
 
 
 def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:

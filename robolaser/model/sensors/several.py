@@ -57,6 +57,11 @@ class Several(Composite):
             has_laser_plane=lambda: any(part.sensor.has_laser_plane() for part in self._parts),
         )
 
+    @property
+    def seen(self) -> tuple[tuple[Ints, Dataset], ...]:
+        """Rows of each sensor and what it saw, with its parameters by its own names."""
+        return tuple((part.rows, part.sensor.dataset) for part in self._parts)
+
     def fix_gauge(self, values: Values) -> Values:
         """Each sensor's, one after the other."""
         for part in self._parts:

@@ -20,7 +20,7 @@ from robolaser.estimation.folds import assign_folds
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.derivatives import jacobian
-from robolaser.model.effects import candidate_effects
+from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.radial_distortion import CORNER_M, RadialDistortion
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
@@ -131,6 +131,39 @@ def test_a_joint_that_is_off_is_found_by_all_sensors_together() -> None:
     assert [(str(one.candidate_effect), one.probability > 0.9) for one in found.findings] == [
         ("backlash at elbow_joint", True)
     ]
+
+
+@pytest.fixture(scope="module")
+def two_scanners() -> tuple[Dataset, Dataset]:
+    """What one stripe scanner saw, the elbow's play in it, and the same as that of two, each in every other pose."""
+    one = simulate(find_robot("ur10"), kind="stripe", poses=16, points=3, noise=Noise(pixel_px=0.1),
+                   effects={"backlash:elbow_joint": 0.004}, seed=3).dataset  # fmt: skip
+    even = one.points.pose % 2 == 0
+    both = together(one, {"left": (one, one.points.take(even)), "right": (one, one.points.take(~even))})
+    named = {f"{side}.{name}": item for side in ("left", "right") for name, item in one.parameters.items()}
+    return one, replace(
+        both,
+        members=tuple(replace(member, camera=member.name) for member in both.members),
+        parameters={name: replace(item, name=name) for name, item in named.items()},
+    )
+
+
+def test_effects_read_the_values_of_the_scanner_that_they_act_on(two_scanners: tuple[Dataset, Dataset]) -> None:
+    one, both = two_scanners
+    angle = both.parameters["right.theta"]
+    turned = replace(angle, nominal=angle.nominal + 0.01)
+    both = replace(both, parameters={**both.parameters, "right.theta": turned})
+    rights = both.points.sensor == 1
+    run, alone = Model(both).run, Model(one).run
+    np.testing.assert_array_equal(run.laser_angle, np.where(rights, turned.nominal, angle.nominal))
+    even = one.points.pose % 2 == 0
+    np.testing.assert_allclose(run.tilt[~rights], alone.tilt[even])
+
+
+def test_an_arm_is_diagnosed_with_two_stripe_scanners(two_scanners: tuple[Dataset, Dataset]) -> None:
+    kinds = [kind for kind in EFFECTS if kind.name in ("backlash", "laser_curvature", "stripe_bias")]
+    found = examine(two_scanners[1], kinds, seed=0)
+    assert [str(one.candidate_effect) for one in found.findings] == ["backlash at elbow_joint"]
 
 
 def test_robust_loss_and_known_distances_count_for_all(trackers: Dataset) -> None:
