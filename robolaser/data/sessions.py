@@ -1,15 +1,31 @@
 """Several campaigns in one data set: what each has for itself, and what all share."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import TypeVar, final
+from typing import Any, TypeVar, final
 
 T = TypeVar("T")
 
 OWN = ("base.*", "target.*", "socket.*", "ball.*")
 """Parameters that are each session's own unless `[sessions] own` says otherwise: where things were put."""
+STANDING = "hand_eye.*"  # of a sensor that stands in the cell: it is put somewhere as a tracker is
+TOOL = "tool.*"  # stays on the flange between sessions, but not until another campaign
 FEWEST_POSES = 3  # poses with points that each session must have: fewer leave the place of its base or target open
+
+
+def put_anew(options: Any) -> tuple[str, ...]:
+    """Patterns of the parameters that say where things were put, which is each session's own.
+
+    Args:
+        options: What `[sensor]` says of the sensor; with `mount = "base"` it stands in the cell.
+    """
+    return (*OWN, STANDING) if getattr(options, "mount", "flange") == "base" else OWN
+
+
+def matches(parameter: str, patterns: Iterable[str]) -> bool:
+    """Whether one of the patterns is that of a parameter."""
+    return any(fnmatchcase(parameter, pattern) for pattern in patterns)
 
 
 @final
@@ -22,7 +38,7 @@ class Sessions:
 
     def is_own(self, parameter: str) -> bool:
         """Whether each session has a copy of a parameter."""
-        return any(fnmatchcase(parameter, pattern) for pattern in self.own)
+        return matches(parameter, self.own)
 
     def named(self, parameter: str, session: str) -> str:
         """What a sensor's parameter is called in a session: `base.x@SESSION` where it is its own, `tool.a.x` else."""

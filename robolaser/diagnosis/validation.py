@@ -1,8 +1,8 @@
 """Does it carry over? Other data of the same arm, predicted with what a diagnosis found."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import TypeVar, final
 
 import numpy as np
 
@@ -22,10 +22,11 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
+from robolaser.model.sensors import sensor_of
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.parameters import Parameter, Parameters
 
-OWN = ("base.", "target.", "tool.", "socket.", "ball.")
-"""Parameters that are fitted anew: where things were put for a campaign."""
+T = TypeVar("T")
 
 
 def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Diagnosis:
@@ -43,17 +44,18 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
 
 def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     names = diagnosis.model.sensor.free + diagnosis.model.sensor.derived
-    calibrated = _shared(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)))
+    anew = _put_anew(diagnosis.model.sensor) | _put_anew(sensor_of(other))
+    calibrated = _without(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)), anew)
     found = dict(zip(diagnosis.model.parameters.names, diagnosis.x.tolist(), strict=True))
-    shared = {name: item for name, item in diagnosis.dataset.parameters.items() if not name.startswith(OWN)}
-    given = {**shared, **other.parameters}
+    held = _without(found, anew)
+    given = {**_without(diagnosis.dataset.parameters, anew), **other.parameters}
     nominal = calibrated | {name: given[name].nominal for name in calibrated if name in given}
     other = replace(other, parameters=given)
     found_in = RunSummary.of(diagnosis.dataset)
     effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
 
     data = AveragedData.of(other).subsampled(seed)
-    near = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
+    near = _Transfer.of(data, other, found_in, effects, held | numbers)
     gross = outliers_of(robust_fit(near.fit()))
     if gross.any():
         remarks.append(
@@ -61,13 +63,13 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         )
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)
-    after = _Transfer.of(data, other, found_in, effects, _shared(found) | numbers)
+    after = _Transfer.of(data, other, found_in, effects, held | numbers)
     scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
     floor = after.fit().size_of(
         after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
     )
     errors = after.held_out(seed)
-    before = errors if not effects and calibrated == _shared(found) else None
+    before = errors if not effects and calibrated == held else None
     if before is None:
         before = _Transfer.of(data, other, found_in, (), calibrated).held_out(seed)
     sim = before if nominal == calibrated else _Transfer.of(data, other, found_in, (), nominal).held_out(seed)
@@ -83,9 +85,13 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     )
 
 
-def _shared(values: Mapping[str, float]) -> dict[str, float]:
-    """Parameters that hold in other data too."""
-    return {name: value for name, value in values.items() if not name.startswith(OWN)}
+def _put_anew(sensor: Sensor) -> set[str]:
+    """Parameters that are fitted anew; those of sessions also by the name that stands for all sessions."""
+    return {name for own in sensor.put_anew for name in (own, own.partition("@")[0])}
+
+
+def _without(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:
+    return {name: value for name, value in values.items() if name not in names}
 
 
 def _carried(

@@ -30,6 +30,15 @@ CHORDS, SHORTER = 8, 0.3
 """Steps of all those fits with the derivatives of the fit to all poses: a tenth of the poses moves little. A step that
 does not lower the cost is tried again, shorter."""
 
+ONE_GROUP = (
+    "There is only one socket, which cannot be held out: the error on new poses is that of poses in this socket, which"
+    " the others locate. Poses in a second one would tell more."
+)
+DIVIDED = (
+    "Known distances connect all sockets, so that none can be held out with all those connected to it: each is held out"
+    " alone or with its nearest neighbour, and {} known distances lead from sockets that are held out to others."
+)
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -40,6 +49,7 @@ class Folds:
     # whether folds are the sensor's groups of rows: whatever only these rows locate is located from them
     whole: bool = False
     copies: int = 0  # how many poses repeat another pose's configuration
+    remark: str = ""  # why rows are not held out as they should be
 
     @property
     def count(self) -> int:
@@ -49,9 +59,11 @@ class Folds:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know."""
+        remarks = (self.remark,) if self.remark else ()
         if not self.copies:
-            return ()
+            return remarks
         return (
+            *remarks,
             f"{self.copies} poses repeat the configuration of another pose. They are held out together with it, since "
             "a pose says nothing about how well its own copy is predicted.",
         )
@@ -61,7 +73,7 @@ def assign_folds(model: Model, seed: int) -> Folds | None:
     """Assign rows to folds, whole poses always; None where there are too few poses.
 
     Poses of equal configuration share a fold. Where the sensor holds out more than poses together (sockets: whole
-    sockets, with those at known distances from them), so does this.
+    sockets, with those at known distances from them), so does this, and a remark says where it cannot.
 
     Args:
         model: Data and sensor.
@@ -70,14 +82,26 @@ def assign_folds(model: Model, seed: int) -> Folds | None:
     dataset = model.dataset
     of_pose, groups = dataset.points.pose, model.sensor.held_out_groups
     if groups is not None and groups.max() > 0:
-        return Folds(groups % FOLDS, whole=True)
+        return Folds(groups % FOLDS, whole=True, remark=_divided(dataset, groups))
     number, copies = _configurations(dataset)
     seen = np.unique(number[np.unique(of_pose)])
     if len(seen) < FEWEST:
         return None
     fold = np.full(len(dataset.poses), -1, dtype=np.int64)
     fold[np.random.default_rng(seed).permutation(seen)] = np.arange(len(seen)) % min(FOLDS, len(seen))
-    return Folds(fold[number[of_pose]], copies=copies)
+    return Folds(fold[number[of_pose]], copies=copies, remark="" if groups is None else ONE_GROUP)
+
+
+def _divided(dataset: Dataset, groups: Ints) -> str:
+    """What to know where points at a known distance from each other are held out apart; "" where none are."""
+    session = dataset.session_of_pose[dataset.points.pose].tolist()
+    group = dict(zip(zip(session, dataset.points.names, strict=True), groups.tolist(), strict=True))
+    apart = sum(
+        len({group[one, point] for point in pair[:2] if (one, point) in group}) > 1
+        for one in set(session)
+        for pair in dataset.distances_m
+    )
+    return DIVIDED.format(apart) if apart else ""
 
 
 def _configurations(dataset: Dataset) -> tuple[Ints, int]:

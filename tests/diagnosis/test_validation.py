@@ -14,6 +14,7 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.summary_text import transfer_sentence
 from robolaser.errors import DataError
 from robolaser.model.effects import EFFECTS
+from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -107,6 +108,26 @@ def test_campaigns_with_sessions_predict_and_are_predicted():
     for here, there in ((both, campaign(2)), (campaign(2), both)):
         (validation,) = examine(here, OFFSETS, seed=1, validate=[there]).validation
         assert validation.after_m < 1.3 * validation.noise_floor_m
+
+
+def standing_camera(**moved_by: float):
+    """A campaign before a standing camera, seen once more with camera or board moved."""
+    made = simulate(
+        find_robot("ur5"), kind="camera", mount="base", placed=False, poses=20, noise=Noise(pixel_px=0.05), seed=3
+    )
+    dataset, model = made.dataset, Model(made.dataset)
+    there = {name: made.truth[name] + moved_by.get(name, 0.0) for name in model.parameters.names}
+    here, there = ({name: np.array([value]) for name, value in one.items()} for one in (made.truth, there))
+    moves = model.residuals_at(here)[0] - model.residuals_at(there)[0]
+    points = replace(dataset.points, pixel=dataset.points["pixel"] + moves)
+    return replace(dataset, name="friday", points=points, parameters={})
+
+
+@pytest.mark.parametrize("what", ["hand_eye.x", "target.x"])
+def test_a_standing_camera_and_its_board_may_both_be_put_elsewhere(what):
+    (validation,) = examine(standing_camera(), OFFSETS, seed=1, validate=[standing_camera(**{what: 0.004})]).validation
+    assert validation.after_m < 1.3 * validation.noise_floor_m
+    assert validation.after_m < 5e-4
 
 
 def other_arm():

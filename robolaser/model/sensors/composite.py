@@ -79,6 +79,11 @@ class Composite(Sensor, registered=False):
         return self._names(lambda sensor: sensor.fixed)
 
     @property
+    def put_anew(self) -> tuple[str, ...]:
+        """Those of all parts."""
+        return self._names(lambda sensor: sensor.put_anew)
+
+    @property
     def _largest_first(self) -> list[Part]:
         return sorted(self._parts, key=lambda part: -len(part.rows))
 

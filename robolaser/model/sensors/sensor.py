@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
+from robolaser.data.sessions import TOOL, matches, put_anew
 from robolaser.errors import DataError, near
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import pose
@@ -290,6 +291,12 @@ class Sensor(ABC):
     def undetermined(self, T_base_flange: Array) -> str:
         """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
         return ""
+
+    @property
+    def put_anew(self) -> tuple[str, ...]:
+        """Its parameters that say where things were put or mounted for a campaign: another one has others."""
+        patterns = (*put_anew(self.dataset.options), TOOL)
+        return tuple(name for name in self.free + self.derived if matches(name, patterns))
 
     @property
     def held_out_groups(self) -> Ints | None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from several import two_trackers
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
@@ -232,6 +233,24 @@ def test_a_table_of_sessions_without_the_column_is_an_error(tmp_path):
         file.write('\n[sessions]\nown = ["tool.*"]\n')
     with pytest.raises(DataError, match=r"poses\.csv has no column session"):
         load(tmp_path / "cell")
+
+
+@pytest.mark.parametrize("kind", ["camera", "profile"])
+def test_a_sensor_that_stands_in_the_cell_stands_elsewhere_in_each_session(kind):
+    made = simulate(find_robot("ur5"), kind=kind, mount="base", placed=False, poses=12, sessions=2, seed=1)
+    model = Model(made.dataset)
+    assert {"hand_eye.x@session-1", "hand_eye.x@session-2"} <= set(model.parameters.names)
+    left = model.residuals_at({name: np.array([made.truth[name]]) for name in model.parameters.names})
+    assert np.abs(left).max() < 1e-8
+    riding = simulate(find_robot("ur5"), kind=kind, poses=12, sessions=2, seed=1).dataset
+    assert "hand_eye.x" in Model(riding).parameters.names
+
+
+def test_what_another_campaign_puts_anew_is_what_sessions_own_and_the_tool():
+    two = two_trackers(12)
+    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).sensor.put_anew)
+    standing = simulate(find_robot("ur5"), kind="camera", mount="base", placed=False, poses=6).dataset
+    assert {name.partition(".")[0] for name in Model(standing).sensor.put_anew} == {"hand_eye", "target"}
 
 
 def test_what_is_own_must_be_a_parameter_of_the_sensor():
