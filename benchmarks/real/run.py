@@ -65,8 +65,9 @@ def main() -> None:
             found = examine(dataset, seed=1, validate=others)
             seconds = time.process_time() - began
             gap, mean = found.gap, float(np.linalg.norm(found.after_m, axis=1).mean())
+            nominal = "none" if gap.nominal_m is None else f"{1e3 * gap.nominal_m:.3f}"
             print(
-                f"| {name} | {found.verdict} | {1e3 * gap.nominal_m:.3f} | {1e3 * gap.calibrated_m:.3f} "
+                f"| {name} | {found.verdict} | {nominal} | {1e3 * gap.calibrated_m:.3f} "
                 f"| {1e3 * gap.after_m:.3f} | {1e3 * mean:.3f} | {1e3 * gap.noise_floor_m:.3f} | {TARGETS[name]} "
                 f"| {seconds:.0f} |",
                 flush=True,

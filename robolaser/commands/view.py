@@ -44,7 +44,7 @@ def view(
     """
     from robolaser.data.cell_config import load_cell
     from robolaser.data.loading import load
-    from robolaser.report.viewer.cell_model import CellModel, calibrated, nominal
+    from robolaser.report.viewer.cell_model import CellModel, calibrated, has_nominal, nominal
     from robolaser.report.viewer.downsampling import downsampled
     from robolaser.report.viewer.serving import ViewerApp
     from robolaser.scan import read_calibration
@@ -52,9 +52,10 @@ def view(
 
     stated = None if cell is None else load_cell(cell)
     data = load(dataset) if stated is None or dataset.is_dir() else _planned(stated, dataset)
-    models: tuple[CellModel, ...] = (nominal(data),)
-    if calibration is not None:
-        models = (*models, calibrated(read_calibration(calibration, data.robot), data))
+    found = None if calibration is None else read_calibration(calibration, data.robot)
+    models: tuple[CellModel, ...] = () if found is not None and not has_nominal(data) else (nominal(data),)
+    if found is not None:
+        models = (*models, calibrated(found, data))
     points = None if cloud is None else downsampled(map_ply(cloud))
     for warning in (*data.warnings, *(note for model in models for note in model.notes)):
         terminal.warn(warning)

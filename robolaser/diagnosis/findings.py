@@ -25,6 +25,8 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise import NoiseModel
 
+PLACED = {"base", "target", "tool", "socket", "ball"}
+"""First parts of parameters that say where things were put for a campaign."""
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
 
@@ -87,15 +89,28 @@ def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
     """The held-out gap, from the nominal model to the final one."""
-    given = any(item.given for item in start.sensor.items)
-    x = start.problem.parameters.nominal if given else start.x
-    nominal = start.model.in_metres(x, start.problem.plain(x[None])[0])
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
     floor = final.size_of(noise)
     has_turns = start.model.sensor.format.angles > 0
     turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
-    return Gap(rms(nominal), held_out.gap(start), rms(after), floor, interval(after, pose, seed), turns)
+    nominal, calibrated = _nominal_gap(start, held_out), held_out.gap(start)
+    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns)
+
+
+def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
+    """Of the sim as given; None where there is none: it needs the sensor's own numbers and where the arm carries it.
+
+    Base, target, tools, sockets and balls are found from the data wherever nobody measured them: where nothing else is
+    unknown and nothing is given, the arm is the nominal model.
+    """
+    items = start.sensor.items
+    if any(not item.given and not PLACED & set(item.name.split(".")[:-1]) for item in items):
+        return None
+    if any(item.given for item in items):
+        x = start.problem.parameters.nominal
+        return rms(start.model.in_metres(x, start.problem.plain(x[None])[0]))
+    return None if start.model.dataset.robot is None else held_out.gap(start)
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:

@@ -104,11 +104,12 @@ class Gap:
     """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m].
 
     Attributes:
+        nominal_m: Of the sim as given; None where none was given.
         turns_rad: The same of rotations, after the ordinary parameters were fitted and with all that was found; None
             where none are measured.
     """
 
-    nominal_m: float
+    nominal_m: float | None
     calibrated_m: float
     after_m: float
     noise_floor_m: float
@@ -161,7 +162,7 @@ class Validation:
 
     Attributes:
         dataset: Name of the other data set.
-        nominal_m: With the sim's arm and sensor.
+        nominal_m: With the sim's arm and sensor; None where there is no nominal model.
         calibrated_m: With the ordinary parameters that were found, without effects.
         after_m: With all effects found, as they carry over.
         noise_floor_m: What noise alone would give.
@@ -171,7 +172,7 @@ class Validation:
     """
 
     dataset: str
-    nominal_m: float
+    nominal_m: float | None
     calibrated_m: float
     after_m: float
     noise_floor_m: float

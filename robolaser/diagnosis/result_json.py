@@ -42,7 +42,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "sentence": diagnosis.sentence,
         "gap_mm": {
-            "nominal": _mm(gap.nominal_m),
+            "nominal": _mm_if_any(gap.nominal_m),
             "calibrated": _mm(gap.calibrated_m),
             "after": _mm(gap.after_m),
             "noise_floor": _mm(gap.noise_floor_m),
@@ -81,6 +81,10 @@ def _mm(metres: float) -> float:
     return 1e3 * metres
 
 
+def _mm_if_any(metres: float | None) -> float | None:
+    return None if metres is None else _mm(metres)
+
+
 def _named(candidate_effect: CandidateEffect) -> dict[str, str]:
     return {"effect": candidate_effect.effect.name, "where": candidate_effect.where}
 
@@ -97,7 +101,7 @@ def _limit(one: DetectionLimit) -> dict[str, Any]:
         "unit": one.unit,
         "identifiable": one.identifiable,
         "rival": None if one.rival is None else _pair(one.rival),
-        "at_tool_mm": None if one.at_tool_m is None else _mm(one.at_tool_m),
+        "at_tool_mm": _mm_if_any(one.at_tool_m),
         "is_imitated": one.is_imitated,
     }
 
@@ -121,7 +125,7 @@ def _finding(found: Finding) -> dict[str, Any]:
 def _validation(one: Validation) -> dict[str, Any]:
     return {
         "dataset": one.dataset,
-        "nominal_mm": _mm(one.nominal_m),
+        "nominal_mm": _mm_if_any(one.nominal_m),
         "calibrated_mm": _mm(one.calibrated_m),
         "after_mm": _mm(one.after_m),
         "noise_floor_mm": _mm(one.noise_floor_m),

@@ -75,7 +75,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     sim = before if nominal == calibrated else _Transfer.of(data, other, found_in, (), nominal).held_out(seed)
     return Validation(
         dataset=other.name,
-        nominal_m=rms(sim),
+        nominal_m=None if diagnosis.gap.nominal_m is None else rms(sim),
         calibrated_m=rms(before),
         after_m=rms(errors),
         noise_floor_m=floor,

@@ -34,7 +34,8 @@ class Calibrated:
     Attributes:
         name: Of the data set that it was calibrated from.
         origin: Where its numbers come from, in words.
-        parameters: The paper's fourteen, as they were before the calibration.
+        parameters: The paper's fourteen, as they were before the calibration; where nobody gave a nominal value, the
+            closed form's.
         values: The fourteen and the numbers of the effects as they were found, (1,) each.
         candidates: The effects, in their order.
         robot: The nominal arm; None where flange poses were measured.
@@ -83,7 +84,17 @@ class Calibrated:
         )
 
     def as_drawn(self) -> "Calibrated":
-        """The nominal scanner: before anything was fitted, and without effects."""
+        """The nominal scanner: before anything was fitted, and without effects.
+
+        Raises:
+            ScanError: Nobody gave nominal values for some of its parameters.
+        """
+        missing = [name for name, item in self.parameters.items() if not item.given]
+        if missing:
+            raise ScanError(
+                f"There is no nominal model of {self.name}: its [parameters] gave no {', '.join(missing)}, so the"
+                " calibration started from closed forms. Leave out --nominal."
+            )
         nominal = {name: np.array([item.nominal]) for name, item in self.parameters.items()}
         origin = f"by the nominal model of {self.name}"
         noise = {key: sigma for key, sigma in self.noise.items() if key == "pixel"}
@@ -189,8 +200,12 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
 
 
 def _parameter(name: str, part: JsonObject) -> Parameter:
+    unit = Stripe.format.unit_of(name)
+    if not part.has("nominal"):
+        start = part.number("start")
+        return Parameter(name, unit, start, -np.inf, np.inf, given=False)
     nominal, lower, upper = (part.number(key) for key in ("nominal", "lower", "upper"))
-    return Parameter(name, Stripe.format.unit_of(name), nominal, lower, upper)
+    return Parameter(name, unit, nominal, lower, upper)
 
 
 def _robot(path: Path, model: JsonObject, arm: Robot | None) -> Robot | None:

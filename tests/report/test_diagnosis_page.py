@@ -27,10 +27,11 @@ from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import DetectionLimit
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
 from robolaser.report.diagnosis.charts.waterfall import steps
-from robolaser.report.diagnosis.page import suspected
+from robolaser.report.diagnosis.page import figures, suspected
 from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent
 from robolaser.report.model_scene import CellPoses
@@ -224,3 +225,13 @@ def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_fr
     reach = np.linalg.norm(apart.flange()[:, :3, 3], axis=1).max()
     assert np.linalg.norm(drawn.known, axis=1).max() < reach + 0.3
     assert np.linalg.norm(drawn.tip - drawn.line[:, -1], axis=1).max() < 0.2
+
+
+def test_where_nobody_gave_a_nominal_model_nothing_is_said_to_come_from_one(made):
+    diagnosis = made["explained"]
+    diagnosis = replace(diagnosis, gap=replace(diagnosis.gap, nominal_m=None))
+    assert diagnosis_json(diagnosis)["gap_mm"]["nominal"] is None
+    (nominal,) = [figure for figure in figures(diagnosis) if figure.label == "nominal model"]
+    assert (nominal.value, nominal.share) == ("none", None)
+    assert next(step.label for step in steps(diagnosis)) == "parameters fitted"
+    assert "There is no nominal model" in page(diagnosis)

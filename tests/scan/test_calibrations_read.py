@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scanned import calibrated, dataset, written
 
-from robolaser.errors import DataError, EffectError
+from robolaser.errors import DataError, EffectError, ScanError
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.scan import read_calibration
+from robolaser.scan import prepare, read_calibration
 
 
 @pytest.fixture(scope="module")
@@ -169,3 +169,24 @@ def test_older_files_that_say_nothing_of_run_and_noise_are_read(folder):
     read = read_calibration(folder)
     assert read.run is None
     assert read.robot.gravity == (0.0, 0.0, -9.81)
+
+
+def unguessed(data):
+    """The same data, nobody having given a first guess of the scanner: the numbers are closed forms."""
+    items = {name: replace(item, given=False, origin="the board's corners") for name, item in data.parameters.items()}
+    return replace(data, parameters=items)
+
+
+def test_a_scanner_that_was_calibrated_without_a_guess_scans_as_well_as_one_with(data, tmp_path):
+    clouds = []
+    for name, one in (("given", data), ("unguessed", unguessed(data))):
+        folder = written(calibrated(one, ["laser_roll"], {"laser_roll.laser.angle": 0.1}), tmp_path / name)
+        pieces = prepare(read_calibration(folder), data).cloud.pieces(lambda what, share: None)
+        clouds.append(np.concatenate(list(pieces)))
+    assert len(clouds[0])
+    assert clouds[0].tobytes() == clouds[1].tobytes()
+
+
+def test_a_scanner_without_nominal_values_cannot_be_drawn_and_says_so(data, tmp_path):
+    with pytest.raises(ScanError, match="no nominal model"):
+        read_calibration(written(calibrated(unguessed(data)), tmp_path)).as_drawn()

@@ -126,7 +126,8 @@ def _parameters(calibration: Calibration) -> list[Block]:
         nominal = Column("Nominal", "text", 13, "nominal")
         blocks.append(Table([PARAMETER, VALUE, nominal, within], given, note=reading, printed=MOST_PRINTED))
     if placed:
-        start = "These need no nominal values: they start from a closed-form estimate."
+        why = "These need no nominal values" if given else "There is no nominal model: nobody gave nominal values"
+        start = f"{why}; they start from a closed-form estimate."
         blocks.append(Table([PARAMETER, VALUE, REMARK], placed, closed_form, start, MANY,
                             0 if given else MOST_PRINTED))  # fmt: skip
     if effects := effect_rows(calibration):

@@ -88,14 +88,20 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
     lines = [
-        ("", "nominal model", gap.nominal_m, "before anything was fitted"),
+        (
+            "",
+            "nominal model",
+            gap.nominal_m,
+            "nobody gave nominal values" if gap.nominal_m is None else "before anything was fitted",
+        ),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
         ("held-out", "with the effects" if has_effects else "calibrated", gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
     ]
     origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
     return [
-        Figure(kind, label, millimetres(size), remark, None if i == 0 else 100 * size / largest,
+        Figure(kind, label, "none" if size is None else millimetres(size), remark,
+               None if size is None or i == 0 else 100 * size / largest,
                f"noise {origins}" if kind == "noise" and origins else "")
         for i, (kind, label, size, remark) in enumerate(lines)
         if has_effects or i != 1

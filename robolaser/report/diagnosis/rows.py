@@ -205,7 +205,8 @@ def validation_table(diagnosis: Diagnosis) -> Table:
     columns = [Column("Data set", "name", 24), Column("Nominal"), Column("Calibrated"), Column("With the effects"),
                Column("Noise alone"), Column("What did not carry over", "wide")]  # fmt: skip
     rows: list[Sequence[Cell | str]] = [
-        (one.dataset, *map(millimetres, (one.nominal_m, one.calibrated_m, one.after_m, one.noise_floor_m)),
+        (one.dataset, "none" if one.nominal_m is None else millimetres(one.nominal_m),
+         *map(millimetres, (one.calibrated_m, one.after_m, one.noise_floor_m)),
          Cell(note="\n".join(one.remarks)))
         for one in diagnosis.validation
     ]  # fmt: skip

@@ -161,6 +161,15 @@ class CellModel:
         return ordered[np.isfinite(ordered).all(axis=1)]
 
 
+def has_nominal(dataset: Dataset) -> bool:
+    """Whether dataset.toml gives all nominal values that drawing the cell takes."""
+    return not (sensor_class(dataset.kind).has_laser_plane() and _not_given(dataset))
+
+
+def _not_given(dataset: Dataset) -> list[str]:
+    return [name for name in SCANNER if name not in dataset.parameters]
+
+
 def nominal(dataset: Dataset) -> CellModel:
     """The cell by the nominal values of dataset.toml.
 
@@ -169,11 +178,11 @@ def nominal(dataset: Dataset) -> CellModel:
     """
     if not sensor_class(dataset.kind).has_laser_plane():
         return CellModel("nominal", dataset, None, None)
-    missing = [name for name in SCANNER if name not in dataset.parameters]
-    if missing:
+    if missing := _not_given(dataset):
         raise DataError(
             f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {dataset.kind} sensor needs "
-            "{ nominal, lower, upper } for each.",
+            "{ nominal, lower, upper } for each. Or name a calibration beside it:"
+            " `robolaser view DATASET CALIBRATION`.",
             file="dataset.toml",
             column="parameters",
         )

@@ -1,6 +1,7 @@
 """What `robolaser view` says before anything is to be seen."""
 
 import builtins
+from dataclasses import replace
 
 import pytest
 from emulated_cell import cell_folder
@@ -91,3 +92,15 @@ def test_a_cell_of_another_arm_is_wrong_usage(cell, served, tmp_path, capsys):
     (folder / "dataset.toml").write_text(described.replace('"joint_1"', '"axis_1"'))
     assert main(["view", str(cell / "data"), "--cell", str(folder), "--no-browser"]) == 2
     assert "axis_1" in capsys.readouterr().err
+
+
+def test_a_scanner_that_nobody_guessed_is_shown_as_it_was_calibrated(cell, tmp_path, served, capsys):
+    data = dataset(poses=6)
+    unguessed = replace(data, parameters={name: replace(one, given=False) for name, one in data.parameters.items()})
+    written(calibrated(unguessed), tmp_path / "calibration")
+    recorded(replace(data, parameters={}), tmp_path / "data")
+    assert main(["view", str(tmp_path / "data"), str(tmp_path / "calibration"), "--no-browser"]) == 0
+    ((models, *_),) = served
+    assert [model.name for model in models] == ["calibrated"]
+    assert main(["view", str(tmp_path / "data"), "--no-browser"]) != 0
+    assert "name a calibration" in " ".join(capsys.readouterr().err.split())

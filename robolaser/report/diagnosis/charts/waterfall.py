@@ -51,10 +51,12 @@ class Step:
 def steps(diagnosis: Diagnosis) -> list[Step]:
     """The dots, from the top."""
     gap = diagnosis.gap
-    nominal, calibrated, after, floor = (
-        max(LEAST, 1e3 * length) for length in (gap.nominal_m, gap.calibrated_m, gap.after_m, gap.noise_floor_m)
+    calibrated, after, floor = (
+        max(LEAST, 1e3 * length) for length in (gap.calibrated_m, gap.after_m, gap.noise_floor_m)
     )
-    found = [Step("nominal model", MUTED, None, nominal), Step("parameters fitted", MUTED, nominal, calibrated)]
+    nominal = None if gap.nominal_m is None else max(LEAST, 1e3 * gap.nominal_m)
+    found = [] if nominal is None else [Step("nominal model", MUTED, None, nominal)]
+    found.append(Step("parameters fitted", MUTED, nominal, calibrated))
     for finding in diagnosis.findings[:MOST]:
         label = named(finding.candidate_effect)
         found.append(Step(label, FITTED, max(LEAST, 1e3 * finding.gap_before_m), max(LEAST, 1e3 * finding.gap_after_m)))
@@ -93,13 +95,18 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
     tooltip = hover("step", before="gap before [mm]", after="gap after [mm]")
     interval = records(step=LEFT, low=ci[0], high=ci[1])
+    gap = diagnosis.gap
+    first, begin = (
+        ("There is no nominal model: from the ordinary parameters fitted, through", gap.calibrated_m)
+        if gap.nominal_m is None
+        else ("From the nominal model, through the ordinary parameters fitted and", gap.nominal_m)
+    )
     scale = " The axis is logarithmic." if logarithmic else ""
     return chart(
         "How far the gap shrinks",
-        "From the nominal model, through the ordinary parameters fitted and each effect added, to what is left on"
-        " poses that were not fitted; the number is the gap after the step. Black line: its 95 % interval. Dashed:"
-        f" what noise alone would give.{scale}",
-        f"The gap falls from {millimetres(diagnosis.gap.nominal_m)} to {millimetres(diagnosis.gap.after_m)}; noise"
+        f"{first} each effect added, to what is left on poses that were not fitted; the number is the gap after the"
+        f" step. Black line: its 95 % interval. Dashed: what noise alone would give.{scale}",
+        f"The gap falls from {millimetres(begin)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
         [
             layer({"type": "rule", "strokeWidth": 3, "opacity": 0.45}, data, tooltip=tooltip,
