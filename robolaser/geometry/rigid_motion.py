@@ -5,7 +5,6 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 
 _X, _Y, _Z = 0, 1, 2
-SMALL_RAD = 1e-4  # of a turn, below which the first terms of a series are exact to rounding
 
 
 def _turn(angle: Array, axis: int) -> Array:
@@ -66,18 +65,6 @@ def log_so3(R: Array) -> Array:
     return q[..., :3] * np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 2.0 / cosine)[..., None]
 
 
-def log_slopes(turn: Array) -> Array:
-    """How the turn vector of exp(turn) exp(δ) moves with a small δ, (..., 3) -> (..., 3, 3); for angles below 2π.
-
-    Source: Chirikjian 2012, Stochastic Models, Information Theory, and Lie Groups, eq. 10.86.
-    """
-    angle = np.linalg.norm(turn, axis=-1)[..., None, None]
-    half = np.where(angle < SMALL_RAD, 1.0, 0.5 * angle)
-    second = np.where(angle < SMALL_RAD, 1.0 / 12.0, (1.0 - half / np.tan(half)) / np.square(2.0 * half))
-    K = skew(turn)
-    return np.eye(3) + 0.5 * K + second * (K @ K)
-
-
 def pose(R: Array, t: Array) -> Array:
     """Put rotations (..., 3, 3) and translations (..., 3) [m] together, -> (..., 4, 4)."""
     lead = np.broadcast_shapes(R.shape[:-2], t.shape[:-1])
@@ -135,14 +122,6 @@ def from_angles(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Arra
     """R_x(w) R_y(φ) R_z(ψ), or with `order` "zyz" R_z(w) R_y(φ) R_z(ψ) (eq. 10); (...) [rad] -> (..., 3, 3)."""
     first = rot_x(w) if order == "xyz" else rot_z(w)
     return first @ rot_y(phi) @ rot_z(psi)
-
-
-def angle_axes(w: Array, phi: Array, psi: Array, *, order: str = "xyz") -> Array:
-    """Axes that `from_angles` turns about as each angle grows: dR = skew(axis) R; (...) [rad] -> rows (..., 3, 3)."""
-    first, x_or_z = (rot_x(w), _X) if order == "xyz" else (rot_z(w), _Z)
-    second = first @ rot_y(phi)
-    axis = np.broadcast_to(np.eye(3)[x_or_z], (*np.shape(w), 3))
-    return np.stack([axis, first[..., :, _Y], second[..., :, _Z]], axis=-2)
 
 
 def to_angles(R: Array, *, order: str = "xyz") -> tuple[Array, Array, Array]:

@@ -13,7 +13,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.duals import Dual
 from robolaser.finite_differences import central_quotients
-from robolaser.model.stages import Stage, on_rows
+from robolaser.geometry.rigid_motion import common_length
+from robolaser.model.stages import Perturbation, Stage, on_rows
 from robolaser.parameters import Values
 
 
@@ -40,6 +41,16 @@ class ChainRule:
     def __init__(self, effects: Sequence[Acting], values: Values, steps: Array) -> None:
         self._effects, self._values, self._steps = effects, values, steps
         self._number = {name: number for number, name in enumerate(values)}
+
+    @classmethod
+    def of(cls, perturb: Perturbation, steps: Array) -> "ChainRule":
+        """The same for effects whose own numbers stay as they are.
+
+        Args:
+            perturb: The effects.
+            steps: Of the numerical derivative by each number that moves what they act on, (q,).
+        """
+        return cls(tuple(Acting(stage, (), _of_value(act)) for stage, act in perturb.steps), {}, steps)
 
     def of_rows(self, rows: Ints, count: int) -> "ChainRule":
         """The same for a sensor that sees only some rows (m,) of as many as there are, and all poses."""
@@ -75,13 +86,17 @@ class ChainRule:
         of = (*(self._number[name] for name in effect.names), *at.of)
         if not of:
             return value
-        c, q, steps = len(next(iter(self._values.values()))), len(of), self._steps[list(of)]
+        c, q, steps = common_length(at.value, *values.values()), len(of), self._steps[list(of)]
         moved = {name: np.repeat(numbers, 2 * q).reshape(c, q, 2) for name, numbers in values.items()}
         for column, name in enumerate(effect.names):
             moved[name][:, column] += steps[column] * np.array([1.0, -1.0])
         ends = effect.act(_shifted(at, q, c, steps), {name: numbers.ravel() for name, numbers in moved.items()})
         slopes = central_quotients(ends.reshape(c, q, 2, *ends.shape[1:]), steps)
         return Dual(np.broadcast_to(value, (c, *value.shape[1:])), slopes.swapaxes(0, 1), of)
+
+
+def _of_value(act: Callable[[Array], Array]) -> Callable[[Array, Values], Array]:
+    return lambda value, _: act(value)
 
 
 def _some(dual: Dual, which: Bools) -> Dual:

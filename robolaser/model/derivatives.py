@@ -9,13 +9,13 @@ from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.chain_rule import ChainRule
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.pose_motions import in_six_ways
+from robolaser.model.sensors.sensor import TWIST_STEP
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
-from robolaser.robot.flange_motion import moved_by_twists
 
 STEP = 1e-5
 """Of a central difference, in units of a parameter's range: truncation and rounding are both near 1e-10 there."""
-TWIST_STEP = 1e-5  # the same for twists of the flange [m or rad]
 WAYS = 6  # in which a flange can move
 
 
@@ -34,7 +34,8 @@ def jacobian(model: Model, x: Array) -> Array:
     flange = model.moving_flange(chain)
     if not isinstance(flange, Dual) or len(flange.of) <= WAYS:
         return _by_numbers(model, x, flange, chain, count)
-    J = _by_numbers(model, x, _six_ways(flange.value, count), chain, count + WAYS)
+    # however many parameters move joints and links, they move the flange in six ways, and each row by that of its pose
+    J = _by_numbers(model, x, in_six_ways(flange.value, np.zeros(3), count), chain, count + WAYS)
     moves = np.moveaxis(_twists(flange), 0, -1)[:, model.dataset.points.pose]
     by_way = np.moveaxis(J[:, count:], 1, -1)
     J = J[:, :count].copy()
@@ -50,15 +51,6 @@ def _by_numbers(model: Model, x: Array, flange: Array | Dual, chain: ChainRule, 
     if isinstance(residuals, Dual):
         J[:, list(residuals.of)] = np.swapaxes(residuals.slopes, 0, 1)
     return J
-
-
-def _six_ways(T: Array, first: int) -> Dual:
-    """T_base_flange, (c or 1, n, 4, 4), moved in the six ways alone, numbered from a number on.
-
-    However many parameters move joints and links, they move the flange in six ways, and each row by that of its pose.
-    """
-    slopes = moved_by_twists(T, np.eye(WAYS)[None, :, None])
-    return Dual(T, slopes.swapaxes(0, 1), tuple(range(first, first + WAYS)))
 
 
 def _twists(flange: Dual) -> Array:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from robolaser.geometry.kinematics import Robot
-from robolaser.geometry.robots import find_robot
 
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.data.fingerprint import fingerprint
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 DATASET = simulate(find_robot("ur5"), kind="pose", poses=12).dataset

@@ -8,7 +8,6 @@ from importlib.resources import files
 import jsonschema
 import numpy as np
 import pytest
-from robolaser.geometry.robots import find_robot
 
 from robolaser import load
 from robolaser.data.dataset import Dataset, Noise
@@ -17,6 +16,7 @@ from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.errors import DataError
 from robolaser.report.diagnosis.advice import to_do
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 STATED = {

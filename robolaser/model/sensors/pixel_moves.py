@@ -1,17 +1,18 @@
 """How a stripe's residuals move with their pixels."""
 
-from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.finite_differences import central_differences
+from robolaser.duals import Dual, bare
+from robolaser.model.chain_rule import ChainRule
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
-PIXEL_STEP_PX = 0.25  # far above rounding, far below the lens's curvature
+PIXEL_STEP_PX = 0.25  # of what effects do with pixels: far above rounding, far below the lens's curvature
 
 
 def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -26,18 +27,11 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
     dataset = sensor.dataset
     pixel = dataset.points["pixel"]
 
-    def slopes(of_pixel: Callable[[Array], Array]) -> Array:
-        def shifted(shifts: Array) -> Array:
-            return np.stack([of_pixel(pixel[None] + shift) for shift in shifts])
-
-        return central_differences(shifted, np.full(2, PIXEL_STEP_PX))
-
-    def predicted(at: Array) -> Array:
-        seen: Array = sensor.in_base(values, T_base_flange, perturb, pixel=at)[0]
-        return seen
-
+    chain = cast("Perturbation", ChainRule.of(perturb, np.full(2, PIXEL_STEP_PX)))
+    at: Any = Dual(pixel[None], np.broadcast_to(np.eye(2)[:, None, None], (2, 1, *pixel.shape)), (0, 1))
+    seen: Any = sensor.in_base(values, T_base_flange, chain, pixel=at)[0]
     if dataset.board is None:
-        return -slopes(predicted)
+        return np.asarray(-np.moveaxis(seen.slopes, 0, -1))
 
     centre = (T_base_flange @ sensor.mount(values, perturb))[0, :, :3, 3]
     centre = np.broadcast_to(centre, (len(dataset.poses), 3))[dataset.points.pose]
@@ -48,14 +42,8 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
         T_base_target = motion(values, "target")[0]
         origin, normal = T_base_target[:3, 3], T_base_target[:3, 2]
 
-    def ray(at: Array) -> tuple[Array, Array]:
-        seen = predicted(at) - centre
-        length = np.linalg.norm(seen, axis=-1, keepdims=True)
-        return seen / length, length
-
-    def gap(at: Array) -> Array:
-        direction, to_plane = ray(at)
-        to_board: Array = ((origin - centre) @ normal)[:, None] / (direction @ normal)[:, None]
-        return to_board - to_plane
-
-    return ray(pixel[None])[0][:, :, None] * slopes(gap)
+    along = seen - centre
+    to_plane = np.linalg.norm(along, axis=-1, keepdims=True)
+    ray = along / to_plane
+    gap: Any = ((origin - centre) @ normal)[:, None] / (ray @ normal)[:, None] - to_plane
+    return np.asarray(bare(ray)[:, :, None] * np.moveaxis(gap.slopes, 0, -1))

@@ -3,7 +3,8 @@
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.geometry.rigid_motion import exp_so3, pose, skew
+from robolaser.duals import Dual
+from robolaser.geometry.rigid_motion import skew
 from robolaser.model.error_source import along_each_axis
 
 
@@ -20,7 +21,14 @@ def pose_centroids(points: Array, of_pose: Ints, poses: int) -> Array:
     return mean
 
 
-def twisted(T_base_flange: Array, twist: Array, pivot: Array) -> Array:
-    """Poses (1, n, 4, 4) moved by a shift and a turn (6,) in the base frame, turned about pivots (n, 3)."""
-    R = exp_so3(twist[3:])
-    return pose(R, pivot + twist[:3] - pivot @ R.T)[None] @ T_base_flange
+def in_six_ways(T_base_flange: Array, pivot: Array, first: int = 0) -> Dual:
+    """Poses (c or 1, n, 4, 4) that may be shifted along the base's axes, and turned about them at pivots (n or 1, 3).
+
+    The six motions have numbers from the first on.
+    """
+    slopes = np.zeros((6, *T_base_flange.shape))
+    slopes[:3, ..., :3, 3] = np.eye(3)[:, None, None]
+    arms = T_base_flange[..., :3, :].copy()
+    arms[..., 3] -= pivot
+    slopes[3:, ..., :3, :] = skew(np.eye(3))[:, None, None] @ arms
+    return Dual(T_base_flange, slopes, tuple(range(first, first + 6)))

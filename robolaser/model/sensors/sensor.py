@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -12,19 +12,19 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import TOOL, matches, put_anew
 from robolaser.errors import DataError, near
-from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import pose
+from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import pose_centroids, twisted
+from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
-TWIST_STEP = 1e-5  # [m or rad], of derivatives by small motions of the flange
+TWIST_STEP = 1e-5  # [m or rad], of what effects do with small motions of the flange
 
 REGISTERED: dict[str, "type[Sensor]"] = {}  # by kind; a subclass enters itself, in place of an earlier one of its name
 
@@ -197,10 +197,9 @@ class Sensor(ABC):
         """
         pivot = self.pivots(values, T_base_flange, perturb)
 
-        def moved(twists: Array) -> Array:
-            return np.stack([self.residuals(values, twisted(T_base_flange, t, pivot), perturb)[0] for t in twists])
-
-        slopes = central_differences(moved, np.full(6, TWIST_STEP))
+        flange, chain = in_six_ways(T_base_flange, pivot), ChainRule.of(perturb, np.full(6, TWIST_STEP))
+        moved: Any = self.residuals(values, cast("Array", flange), cast("Perturbation", chain))
+        slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
         return slopes[..., :3], slopes[..., 3:]
 
     def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:

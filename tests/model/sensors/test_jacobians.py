@@ -7,7 +7,6 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.finite_differences import differences
-from robolaser.geometry.rigid_motion import angle_axes, from_angles, skew
 from robolaser.model.derivatives import STEP, jacobian, jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -94,12 +93,3 @@ def test_candidates_are_worked_out_side_by_side():
     batch = np.stack([near_the_truth(model, dict(made.truth)), model.parameters.nominal])
     for one, slopes in zip(batch, jacobian(model, batch), strict=True):
         np.testing.assert_allclose(slopes, jacobian(model, one[None])[0], rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("order", ["xyz", "zyz"])
-def test_a_growing_angle_turns_about_its_axis(order):
-    angles = np.array([0.3, -0.7, 1.1])
-    axes = angle_axes(*angles, order=order)
-    for number, step in enumerate(1e-6 * np.eye(3)):
-        turned = (from_angles(*(angles + step), order=order) - from_angles(*(angles - step), order=order)) / 2e-6
-        np.testing.assert_allclose(turned, skew(axes[number]) @ from_angles(*angles, order=order), atol=1e-9)
