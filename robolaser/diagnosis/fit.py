@@ -31,6 +31,9 @@ SAME_SCATTER, LEAST_FACTOR, MOST_ROUNDS = 1.1, 1e-2, 4
 SINGULAR = 1e-5
 """Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
 
+CORRELATED = 1e-12
+"""Eigenvalues of correlations, over the largest, that are rounding: double precision with four digits to spare."""
+
 
 def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
     """The problem that a diagnosis solves: bounds count as a prior, a uniform distribution's standard deviation wide.
@@ -177,9 +180,15 @@ class Fit:
         return marginal_cost(self.x[own], self.at.covariance[np.ix_(own, own)], prior[own])
 
     def wald(self, candidate_effect: CandidateEffect) -> float:
-        """Chi-squared by which an effect's parameters differ from zero; those on a bound are left out."""
-        own = self._free_parameters([candidate_effect])
-        return float(self.x[own] @ np.linalg.solve(self.at.covariance[np.ix_(own, own)], self.x[own]))
+        """Chi-squared by which an effect's parameters differ from zero; those on a bound are left out.
+
+        Directions that move no row, whose covariance is zero, count for nothing.
+        """
+        own = np.flatnonzero(self._free_parameters([candidate_effect]))
+        own = own[self.deviations[own] > 0.0]
+        unit, covariance = self.x[own] / self.deviations[own], self.at.covariance[np.ix_(own, own)]
+        correlation = covariance / np.outer(self.deviations[own], self.deviations[own])
+        return float(unit @ np.linalg.pinv(correlation, rcond=CORRELATED, hermitian=True) @ unit)
 
     def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
         keys = [key for one in effects for key in one.parameters.names]

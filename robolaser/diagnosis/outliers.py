@@ -9,6 +9,7 @@ from robolaser.diagnosis.thresholds import (
     FREE_POSE_M,
     FREE_POSE_ROWS,
     LEVER_M,
+    MIN_POSES,
     MOST_POSES_OFF,
     OUTLIER_SIGMA,
 )
@@ -70,7 +71,9 @@ def outliers_within_poses(fit: Fit) -> Bools:
 
 
 def outliers_of(fit: Fit) -> Bools:
-    """Mark rows that a model which explains the others leaves far off, (m,)."""
+    """Mark rows that a model which explains the others leaves far off, (m,); none of fewer poses than tell a model."""
+    if len(fit.poses) < MIN_POSES:
+        return np.zeros(len(fit.model.dataset.points), dtype=bool)
     return _far((_roots(fit) @ fit.at.plain[..., None])[..., 0], fit.model.dataset.points.pose)
 
 

@@ -58,3 +58,9 @@ def _compare(
         size = float((site.columns**2).sum())
         np.testing.assert_allclose(products, columns.T @ columns, atol=1e-9 * size)
         np.testing.assert_allclose(functions.gradient(site), columns.T @ residuals, atol=1e-7 * np.sqrt(size))
+
+
+def test_the_largest_square_is_that_of_the_longest_column(fitted: Fit) -> None:
+    functions = RandomFunctions(fitted)
+    for site in sites(fitted):
+        assert functions.largest_square(site) == pytest.approx(np.square(site.columns).sum(axis=0).max())

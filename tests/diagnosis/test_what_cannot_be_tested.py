@@ -177,7 +177,8 @@ def test_large_data_keep_a_few_rows_of_many_poses():
     dataset = recorded("point", poses=8)
     rows = np.tile(np.arange(len(dataset.points)), 300)
     many = replace(dataset.points.take(rows), pose=np.repeat(np.arange(len(rows) // 3), 3))
-    kept = chosen_rows(replace(dataset, points=many), 0)
+    poses = dataset.poses.take(np.tile(np.arange(len(dataset.poses)), 300))
+    kept = chosen_rows(replace(dataset, poses=poses, points=many), 0)
     assert len(np.unique(many.pose[kept])) == MAX_POSES
     assert kept.sum() == 3 * MAX_POSES
     assert chosen_rows(dataset, 0).all()
