@@ -110,9 +110,12 @@ class Dual(NDArrayOperatorsMixin):
         keys = key if isinstance(key, tuple) else (key,)
         if isinstance(item, Dual):
             self._grow(item.of)
-            ndim = self.value[key].ndim
-            for number, slope in zip(item.of, item.slopes, strict=True):
-                self.slopes[self.of.index(number)][key] = _padded(slope[None], ndim)[0]
+            where, slopes = _union(self.of, item.of)[2], _padded(item.slopes, self.value[key].ndim)
+            if any(isinstance(one, (np.ndarray, list)) for one in keys):
+                for number, slope in zip(item.of, slopes, strict=True):
+                    self.slopes[self.of.index(number)][key] = slope
+            else:
+                self.slopes[(slice(None), *keys)][where] = slopes
         elif len(self.of):
             self._grow(self.of)
             self.slopes[(slice(None), *keys)] = 0.0
@@ -206,7 +209,8 @@ def _union(one: Numbers, other: Numbers) -> tuple[Numbers, Any, Any]:
     every = one + tuple(number for number in other if number not in one)
     place = {number: i for i, number in enumerate(every)}
     own = [place[number] for number in other]
-    return every, slice(len(one)), own if own != list(range(own[0], own[0] + len(own))) else slice(own[0], own[-1] + 1)
+    in_a_row = own == list(range(own[0], own[0] + len(own))) if own else True
+    return every, slice(len(one)), slice(own[0], own[-1] + 1) if own and in_a_row else own
 
 
 def _joined(value: Array, terms: Sequence[tuple[Numbers, Array]]) -> Dual:
@@ -323,6 +327,11 @@ def _zeros_like(array: Any, dtype: Any = float, shape: Any = None) -> Dual:
     return Dual(np.zeros(shape, dtype), np.zeros((0, *shape)), ())
 
 
+def _take_along_axis(array: Dual, indices: Ints, axis: int = -1) -> Dual:
+    value = np.take_along_axis(array.value, indices, axis=axis)
+    return Dual(value, np.take_along_axis(array.slopes, indices[None], axis=_after(axis)), array.of)
+
+
 def _broadcast_to(array: Dual, shape: tuple[int, ...]) -> Dual:
     value = np.broadcast_to(array.value, shape)
     return _joined(value, [(array.of, _padded(array.slopes, value.ndim))])
@@ -373,6 +382,7 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.broadcast_to: _broadcast_to,
     np.swapaxes: Dual.swapaxes,
     np.take: Dual.take,
+    np.take_along_axis: _take_along_axis,
     np.reshape: Dual.reshape,
     np.sum: Dual.sum,
     np.mean: Dual.mean,
@@ -381,7 +391,7 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
 
 LINEAR = frozenset(
     {np.cumsum, np.diff, np.expand_dims, np.flip, np.insert, np.moveaxis, np.ravel, np.repeat, np.roll, np.squeeze}
-    | {np.take_along_axis, np.tile, np.transpose}
+    | {np.tile, np.transpose}
 )  # functions that act on each derivative as on the value
 
 VALUES_ONLY = frozenset(

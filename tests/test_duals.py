@@ -20,6 +20,7 @@ def filled(x: Any) -> Any:
     out[..., 0] = x
     out[..., 1] = 2.0 * x * x
     out[0, 1] = 5.0
+    out[1, [0, 2]] = out[0, [2, 0]]
     return out
 
 
@@ -50,6 +51,14 @@ CODE: dict[str, tuple[Callable[..., Any], tuple[int, ...], tuple[int, ...]]] = {
     "broadcast_to": (lambda a, b: np.broadcast_to(a * b, (4, 2, 3)), (2, 3), (2, 3)),
     "swapaxes": (lambda a, b: np.swapaxes(a, 0, 1) @ b.swapaxes(-1, -2).swapaxes(0, 1), (2, 3), (2, 3)),
     "take": (lambda a, b: np.take(a, [1, 0, 1], axis=1) * b, (2, 3), (2, 3)),
+    "take_along_axis": (
+        lambda a, b: (
+            np.take_along_axis(a * b, np.array([[0], [2]]), axis=1)
+            + np.take_along_axis(a, np.array([[1, 0, 1]]), axis=0)
+        ),
+        (2, 3),
+        (2, 3),
+    ),
     "reshape": (lambda a, b: np.reshape(a, (3, 2)) * b.reshape(3, 2), (2, 3), (2, 3)),
     "sum": (lambda a, b: np.sum(a * b, axis=0) + a.sum(axis=-1, keepdims=True), (2, 3), (2, 3)),
     "mean": (lambda a, b: np.mean(a * b, axis=-1), (2, 3), (2, 3)),
@@ -81,7 +90,6 @@ LINEAR_CODE: dict[Any, Callable[[Any], Any]] = {
     np.repeat: lambda x: np.repeat(x, 2, axis=0),
     np.roll: lambda x: np.roll(x, 1, axis=1),
     np.squeeze: np.squeeze,
-    np.take_along_axis: lambda x: np.take_along_axis(x, np.array([[0], [2]]), axis=1),
     np.tile: lambda x: np.tile(x, 2),
     np.transpose: np.transpose,
 }

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
+from robolaser.duals import Dual, is_dual
 from robolaser.parameters import Values
 
 USUAL_M = 5e-5  # standard deviation where `[noise] distance_m` does not state one: a plate from a milling machine
@@ -40,16 +41,11 @@ class KnownDistances:
 
     def jacobian(self, values: Values, names: Sequence[str]) -> Array:
         """Derivatives of the residuals by the named parameters, (c, r, len(names)); zero by all that are no points."""
-        apart = self._apart(values)
-        with np.errstate(invalid="ignore"):
-            along = np.nan_to_num(apart / np.linalg.norm(apart, axis=-1, keepdims=True))
-        column = {name: i for i, name in enumerate(names)}
-        slopes = np.zeros((*along.shape[:2], len(names)))
-        for row, (first, second) in enumerate(zip(self.first, self.second, strict=True)):
-            for axis in range(3):
-                for point, sign in ((first, 1.0), (second, -1.0)):
-                    if (at := column.get(point[axis])) is not None:
-                        slopes[:, row, at] += sign * along[:, row, axis]
+        moving = {name: Dual.parameter(values[name], i) for i, name in enumerate(names) if name in values}
+        left: Any = self.residuals(cast("Values", {**values, **moving}))
+        slopes = np.zeros((*left.shape, len(names)))
+        if is_dual(left):
+            slopes[..., list(left.of)] = np.moveaxis(left.slopes, 0, -1)
         return slopes
 
     def _apart(self, values: Values) -> Array:

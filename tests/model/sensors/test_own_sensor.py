@@ -19,6 +19,8 @@ from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.model.derivatives import jacobian
+from robolaser.model.effects import candidate_effects
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
@@ -184,3 +186,14 @@ def test_it_is_diagnosed_as_any_other(mount: str) -> None:
     assert found.verdict == "explained"
     assert [str(one.candidate_effect) for one in found.findings] == ["joint_offset at shoulder_lift_joint"]
     assert found.findings[0].parameters["offset"].value == pytest.approx(5e-3, rel=0.1)
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_its_derivatives_are_those_of_differences_though_it_wrote_none(mount: str) -> None:
+    dataset, _ = board_cell(mount)
+    model = Model(dataset, candidate_effects(["joint_offset:shoulder_lift_joint"], dataset))
+    x, width = model.parameters.nominal, model.parameters.width
+    ahead, behind = (model.residuals(x + way * np.diag(1e-5 * width)) for way in (1, -1))
+    expected = (ahead - behind) / 2e-5
+    found = jacobian(model, x[None])[0] * width[:, None, None]
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-7 * np.abs(expected).max())
