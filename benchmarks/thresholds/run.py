@@ -65,7 +65,8 @@ NUMERICAL = (
     "gaussian_process_basis.KEPT",
     "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
     "held_out_gap.RESAMPLES", "held_out_gap.SHARE", "held_out_gap.TOLERANCE", "noise_estimate.LEAST_SHOWN",
-    "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT", "scatter_limits.STEP_RAD",
+    "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT",
+    "scatter_limits.STEP_RAD",
     "score_tests.DENSE_GRID", "score_tests.NEGLIGIBLE", "stage_derivatives.IMAGE_M", "stage_derivatives.PIXEL_PX",
     "stage_derivatives.SHIFT_M", "stage_derivatives.TURN_RAD", "standard_errors.MOST_LEVERAGE",
 )  # fmt: skip
