@@ -32,8 +32,8 @@ MAX_ALTERNATIVES = 6
 def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
     """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
 
-    One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable to
-    be listed come last.
+    One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable
+    to be listed come last.
     """
     gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
     folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}

@@ -132,7 +132,8 @@ def _errs(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
             f"the model errs by {millimetres(gap.after_m)}. That is less than the {millimetres(gap.noise_floor_m)} of"
-            " the noise that [noise] states: repeats and residuals scatter less, and effects may hide in what is stated."
+            " the noise that [noise] states: repeats and residuals scatter less, and effects may hide in what is"
+            " stated."
         )
     return f"the model errs by {millimetres(gap.after_m)}, and noise alone gives {millimetres(gap.noise_floor_m)}."
 
