@@ -16,7 +16,15 @@ from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
-from robolaser.diagnosis.findings import explained_sites, findings_of, gap_of, listed, nested_fits, not_testable
+from robolaser.diagnosis.findings import (
+    explained_sites,
+    explaining,
+    findings_of,
+    gap_of,
+    listed,
+    nested_fits,
+    not_testable,
+)
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
 from robolaser.diagnosis.localization import Localization, localize
@@ -154,7 +162,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out, lambda what: progress(what, 0.9))
     errors = standard_errors(final, refits.score_tests(final), evidence)
-    findings = findings_of(refits, nested, evidence, held_out, errors)
+    findings = explaining(findings_of(refits, nested, evidence, held_out, errors))
     repeatability = repeatability_of(final, noise)
     return Diagnosis(
         dataset=dataset,

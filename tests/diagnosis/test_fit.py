@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from robolaser.geometry.robots import find_robot
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.outliers import outliers_of
 from robolaser.diagnosis.preparation import Preparation
-from robolaser.geometry.robots import find_robot
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of

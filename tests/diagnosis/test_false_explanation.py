@@ -1,0 +1,46 @@
+"""What does not lower the error on new poses is no explanation."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from robolaser.geometry.robots import find_robot
+
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.held_out_gap import is_lower
+from robolaser.model.effects import EFFECTS
+from robolaser.model.forward_model import Model
+from robolaser.simulation import simulate
+
+FEW = [kind for kind in EFFECTS if kind.name in ("hand_eye_sag", "link_geometry", "joint_compliance")]
+
+
+def breathing(size: float) -> Dataset:
+    """A camera whose focal length follows the square of the distance."""
+    made = simulate(find_robot("ur5"), kind="camera", poses=20, points=20, noise=Noise(pixel_px=0.1), seed=4)
+    dataset, truth, model = made.dataset, made.truth, Model(made.dataset)
+    values = model.parameters.values(np.array([[truth[name] for name in model.parameters.names]]))
+    perturb = model.perturb(values)
+    away = model.sensor.ranges(values, model.flange(values, perturb), perturb).reshape(-1)
+    centre = np.array([truth["cx"], truth["cy"]])
+    pixel = centre + (dataset.points.pixel - centre) * (1.0 + size * ((away / away.mean()) ** 2 - 1.0))[:, None]
+    return replace(dataset, points=replace(dataset.points, pixel=pixel))
+
+
+@pytest.mark.parametrize("size", [0.05])
+def test_a_focus_that_breathes_is_explained_by_nothing_that_does_not_help_new_poses(size: float) -> None:
+    found = examine(breathing(size), effects=FEW, seed=0)
+    for one in found.findings:
+        assert one.gap_after_m < one.gap_before_m
+    assert found.verdict == "unexplained"
+    assert "The gap is explained" not in found.sentence
+
+
+def test_errors_are_lower_where_they_fall_at_most_poses_and_not_where_chance_would_do() -> None:
+    rng, pose = np.random.default_rng(0), np.repeat(np.arange(20), 5)
+    before = rng.normal(size=(100, 3))
+    assert is_lower(before, 0.8 * before, pose)
+    assert not is_lower(before, rng.normal(size=(100, 3)), pose)
+    assert not is_lower(before, 1.1 * before, pose)
+    assert not is_lower(before[:5], 0.5 * before[:5], pose[:5])
