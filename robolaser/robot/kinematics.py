@@ -1,20 +1,20 @@
-"""A serial arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
+"""A robot's arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
 
-from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self, final
+from typing import Any, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.errors import RobotError
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rotation_to_axis
+from robolaser.geometry.rigid_motion import inverse
 from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
+from robolaser.robot.pinocchio_model import PinocchioModel
 
 DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
 
@@ -34,10 +34,7 @@ class Robot:
     urdf: str  # the URDF as it was read
     lower: Array  # (j,) [rad] or [m]; -inf for continuous joints
     upper: Array  # (j,) [rad] or [m]; inf for continuous joints
-    placements: Array  # each joint on the listed joint (or base) before it, (j, 4, 4); unlisted ones are at neutral
-    axes: Array  # unit axis in the joint frame, (j, 3)
     prismatic: Bools  # (j,)
-    end: Array  # last joint of the chain to flange, (4, 4)
     chain: tuple[int, ...]  # indices into `joints` of those that move the flange, from base to flange
 
     @classmethod
@@ -93,10 +90,7 @@ class Robot:
             urdf=text,
             lower=np.array([joint.lower for joint in listed]),
             upper=np.array([joint.upper for joint in listed]),
-            placements=np.array([_since_listed(tree.path(joint.child), index) for joint in listed]),
-            axes=np.array([joint.axis for joint in listed]),
             prismatic=np.array([joint.kind == "prismatic" for joint in listed]),
-            end=_fold([joint.origin for joint in path[_last(path, index) + 1 :]]),
             chain=chain,
         )
 
@@ -110,8 +104,8 @@ class Robot:
         Returns:
             T_base_flange, (c, n, 4, 4).
         """
-        last = deque(self._along(q, placements), maxlen=1)
-        return _poses(last[0], self._from_axis[self.chain[-1]] @ self.end)
+        frames: Array = self.by_pinocchio.frames(q, placements)[:, :, self.chain[-1]]
+        return frames @ self.end
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """Where the joints of the chain are, from base to flange, each turned by its own value.
@@ -123,26 +117,7 @@ class Robot:
         Returns:
             T_base_joint, (c, n, len(chain), 4, 4).
         """
-        steps = zip(self.chain, self._along(q, placements), strict=True)
-        return np.stack([_poses(T, self._from_axis[i]) for i, T in steps], axis=2)
-
-    def _along(self, q: Array, placements: Array | None) -> Iterator[Array]:
-        """The frames of the chain's joints, z along each axis, by columns, (c, 4, 3, n)."""
-        P = self.placements[None, None] if placements is None else placements
-        c, n = np.broadcast_shapes(q.shape[:2], P.shape[:2])
-        values = np.ascontiguousarray(np.moveaxis(q, -1, 0))[:, :, None]
-        sin, cos = np.sin(values), np.cos(values)
-        T = np.broadcast_to(np.eye(4)[None, :, :3, None], (c, 4, 3, n))
-        before = np.eye(4)
-        for i in self.chain:
-            T = _times(T, before @ P[:, :, i] @ self._to_axis[i])
-            before = self._from_axis[i]
-            x, y, z = T[:, 0], T[:, 1], T[:, 2]
-            if self.prismatic[i]:
-                T[:, 3] += values[i] * z
-            else:
-                T[:, 0], T[:, 1] = cos[i] * x + sin[i] * y, cos[i] * y - sin[i] * x
-            yield T
+        return self.by_pinocchio.frames(q, placements)[:, :, list(self.chain)]
 
     def gravity_torques(self, q: Array) -> Array:
         """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
@@ -153,11 +128,7 @@ class Robot:
         Returns:
             Generalised gravity, (..., j) [Nm] or [N]; zeros for a URDF without masses.
         """
-        frames, masses, moments = self._loads(q.reshape(-1, q.shape[-1]))
-        axes = (frames[..., :3, :3] @ self.axes[..., None])[..., 0]
-        lever = np.where(self.prismatic[:, None], masses[:, None] * axes, np.cross(axes, moments))
-        torques: Array = -(lever @ np.array(self.gravity)).reshape(q.shape)
-        return torques
+        return self.by_pinocchio.gravity_torques(q.reshape(-1, q.shape[-1])).reshape(q.shape)
 
     def carried(self, q: Array) -> tuple[Array, Array]:
         """The mass of all that each joint carries, by the URDF, and where its centre is.
@@ -168,58 +139,41 @@ class Robot:
         Returns:
             Masses (j,) [kg] and centres in the base frame (n, j, 3) [m]; where there is no mass, the joint's origin.
         """
-        frames, masses, moments = self._loads(q)
-        return masses, frames[..., :3, 3] + moments / np.where(masses > 0.0, masses, 1.0)[:, None]
-
-    def _loads(self, q: Array) -> tuple[Array, Array, Array]:
-        """What the listed joints carry at q (n, j).
-
-        Returns:
-            T_base_joint, each turned by its own value, (n, j, 4, 4); masses (j,) [kg]; and their first moments about
-            the joint's origin, along the axes of the base, (n, j, 3) [kg m].
-        """
-        before, masses, moments = self._bodies
-        frames = np.empty((*q.shape, 4, 4))
-        for i in before:
-            along = q[:, [i]] * self.axes[i]
-            motion = pose(np.eye(3), along) if self.prismatic[i] else pose(exp_so3(along), np.zeros(3))
-            base = np.eye(4) if before[i] is None else frames[:, before[i]]
-            frames[:, i] = base @ self.placements[i] @ motion
-        masses, moments = masses.copy(), (frames[..., :3, :3] @ moments[..., None])[..., 0]
-        for i in reversed(before):
-            if (carrier := before[i]) is not None:
-                moments[:, carrier] += moments[:, i] + masses[i] * (frames[:, i] - frames[:, carrier])[:, :3, 3]
-                masses[carrier] += masses[i]
-        return frames, masses, moments
+        return self.by_pinocchio.carried(q)
 
     @cached_property
     def _tree(self) -> Tree:
         return urdf.parse(self.urdf)
 
     @cached_property
-    def _bodies(self) -> tuple[dict[int, int | None], Array, Array]:
-        """The listed joint before each, from the base on; and mass and first moment of what each alone carries.
+    def by_pinocchio(self) -> PinocchioModel:
+        """The arm as Pinocchio has it, from the URDF as it was checked; joints that are not listed are held there."""
+        tree, moving = self._tree, {name: f"joint_{i}" for i, name in enumerate(self.joints)}
+        return PinocchioModel(urdf.minimal(tree, moving), f"link_{list(tree.links).index(self.flange)}", self.gravity)
 
-        Both as `_loads` has them, (j,) and (j, 3), but along the axes of the joint.
-        """
-        tree, index = self._tree, {name: i for i, name in enumerate(self.joints)}
-        masses, moments = np.zeros(len(index)), np.zeros((len(index), 3))
-        for link in tree.links.values():
-            path = tree.path(link.name)
-            if (last := _last(path, index)) >= 0:
-                T = _fold([joint.origin for joint in path[last + 1 :]])
-                masses[index[path[last].name]] += link.mass
-                moments[index[path[last].name]] += link.mass * (T[:3, :3] @ link.com + T[:3, 3])
-        before: dict[int, int | None] = {}
-        for path in sorted((tree.path(tree.joints[name].child) for name in index), key=len):
-            last = _last(path[:-1], index)
-            before[index[path[-1].name]] = None if last < 0 else index[path[last].name]
-        return before, masses, moments
+    @cached_property
+    def placements(self) -> Array:
+        """Each joint on the listed joint, or base, before it, (j, 4, 4); unlisted ones are at neutral."""
+        return self.by_pinocchio.placements
+
+    @cached_property
+    def axes(self) -> Array:
+        """Unit axis in the joint's frame, (j, 3)."""
+        return self.by_pinocchio.axes
+
+    @property
+    def end(self) -> Array:
+        """From the last joint of the chain to the flange, (4, 4)."""
+        return self.by_pinocchio.end
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but Pinocchio's model, which another process builds for itself."""
+        return {name: value for name, value in self.__dict__.items() if name != "by_pinocchio"}
 
     @cached_property
     def has_masses(self) -> bool:
         """Whether any link that a listed joint moves has a mass."""
-        return bool(self._bodies[1].any())
+        return bool((self.by_pinocchio.masses > 0.0).any())
 
     def urdf_with(self, placements: Array) -> str:
         """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
@@ -234,32 +188,6 @@ class Robot:
             },
         )
 
-    @cached_property
-    def _to_axis(self) -> Array:
-        """Turns that lay z along each joint's axis, (j, 4, 4): about z, turning is two columns mixed."""
-        return pose(np.array([rotation_to_axis(axis) for axis in self.axes]), np.zeros((len(self.axes), 3)))
-
-    @cached_property
-    def _from_axis(self) -> Array:
-        return inverse(self._to_axis)
-
-
-def _times(T: Array, P: Array) -> Array:
-    """T @ P, for P (c or 1, n or 1, 4, 4) and T by columns, (c, 4, 3, n): long rows multiply fast."""
-    if P.shape[1] == 1:
-        product: Array = np.swapaxes(P[:, 0], -1, -2) @ T.reshape(T.shape[0], 4, -1)
-        return product.reshape(T.shape)
-    columns = np.ascontiguousarray(np.moveaxis(P, 1, -1))[:, :, :, None]
-    return np.stack([(columns[:, :, i] * T).sum(axis=1) for i in range(4)], axis=1)
-
-
-def _poses(T: Array, onward: Array) -> Array:
-    """T @ onward, for T by columns, (c, 4, 3, n), and one `onward` (4, 4), -> (c, n, 4, 4)."""
-    out = np.zeros((T.shape[0], T.shape[3], 4, 4))
-    out[..., :3, :] = np.moveaxis(_times(T, onward[None, None]), 3, 1).swapaxes(-1, -2)
-    out[..., 3, 3] = 1.0
-    return out
-
 
 def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[Joint]:
     if names is None:
@@ -270,18 +198,3 @@ def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[
         if name in names[:i]:
             raise RobotError(f"Joint '{name}' of {tree.source} is listed twice. List each joint once.")
     return [tree.joints[name] for name in names]
-
-
-def _last(path: list[Joint], index: dict[str, int]) -> int:
-    return max((i for i, joint in enumerate(path) if joint.name in index), default=-1)
-
-
-def _since_listed(path: list[Joint], index: dict[str, int]) -> Array:
-    return _fold([joint.origin for joint in path[_last(path[:-1], index) + 1 :]])
-
-
-def _fold(origins: list[Array]) -> Array:
-    T = np.eye(4)
-    for origin in origins:
-        T = T @ origin
-    return T

@@ -11,7 +11,7 @@ from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.visibility import TILT, View, configurations_looking_down, farthest_first, limits
 from robolaser.simulation.nominal import facing_outward, scanner
-from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import SyntheticCell, Target
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
@@ -94,7 +94,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
     cell = SyntheticCell(
-        run=SyntheticRun(PinocchioArm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
+        run=SyntheticRun(ScrewArm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
         pose=np.repeat(np.arange(n), count),

@@ -17,7 +17,7 @@ from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
 from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
-from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import SyntheticCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
@@ -93,7 +93,7 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     timed = poses.time_s is not None and not dataset.time_is_order
     velocities = known_velocities(dataset)
     run = SyntheticRun(
-        arm=PinocchioArm(dataset.robot),
+        arm=ScrewArm(dataset.robot),
         q=poses.q,
         qd=np.zeros(poses.q.shape) if velocities is None else velocities,
         time=np.asarray(poses.time_s if timed else 60.0 * _ranks(poses.time_s, len(poses))),

@@ -11,7 +11,7 @@ from robolaser.robot.kinematics import Robot
 from robolaser.robot.visibility import random_configurations
 from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
 from robolaser.trials.resampling import ReferenceCell
-from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.tracker import TrackerCell
 
@@ -40,7 +40,7 @@ def build_tracked(
         q = random_configurations(robot, n, rng)
         time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
         qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
-    arm = PinocchioArm(robot)
+    arm = ScrewArm(robot)
     flange = arm.forward(q)[:, :3, 3]
     radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
     run = SyntheticRun(arm, q, qd, time, flange.mean(axis=0), radius, float(rng.uniform(*PAYLOAD_KG)))

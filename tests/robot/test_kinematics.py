@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from screws import Screws, origin
 
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
@@ -67,25 +68,10 @@ MIXED = """
 CHAIN = ("lift", "table", "wrist")
 
 
-def pinocchio_says(joints, q, flange="flange", moved=None, gravity=(0.0, 0.0, -9.81), text=MIXED):
-    """Flange poses (n, 4, 4) and gravity torques (n, j) by Pinocchio alone; `moved` replaces joint placements."""
-    pinocchio = pytest.importorskip("pinocchio")
-    model = pinocchio.buildModelFromXML(text)
-    model.gravity.linear = np.array(gravity)
-    for name, T in (moved or {}).items():
-        model.jointPlacements[model.getJointId(name)] = pinocchio.SE3(T)
-    data = model.createData()
-    poses, torques = [], []
-    for row in q:
-        full = pinocchio.neutral(model)
-        for name, value in zip(joints, row, strict=True):
-            joint = model.joints[model.getJointId(name)]
-            full[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else [np.cos(value), np.sin(value)]
-        pinocchio.framesForwardKinematics(model, data, full)
-        poses.append(data.oMf[model.getFrameId(flange)].homogeneous.copy())
-        weight = pinocchio.computeGeneralizedGravity(model, data, full)
-        torques.append([weight[model.joints[model.getJointId(name)].idx_v] for name in joints])
-    return np.array(poses), np.array(torques)
+def screws_say(joints, q, flange="flange", moved=None, gravity=(0.0, 0.0, -9.81), text=MIXED):
+    """Flange poses (n, 4, 4) and gravity torques (n, j) by products of exponentials; `moved` replaces placements."""
+    arm = Screws(text, joints, moved)
+    return arm.forward(q, flange), arm.torques(q, gravity)
 
 
 @pytest.fixture
@@ -105,17 +91,17 @@ def turned_a_little(robot, rng, c, n):
     return robot.placements @ slight
 
 
-def test_the_flange_is_where_pinocchio_says(robot, rng):
+def test_the_flange_is_where_screws_say(robot, rng):
     q = rng.uniform(-3, 3, (20, 3))
     assert robot.joints == CHAIN
     assert robot.chain == (0, 1, 2)
-    poses, _ = pinocchio_says(CHAIN, q)
+    poses, _ = screws_say(CHAIN, q)
     np.testing.assert_allclose(robot.forward(q[None])[0], poses, rtol=0, atol=1e-12)
 
 
-def test_joints_bear_the_weight_that_pinocchio_says(robot, rng):
+def test_joints_bear_the_weight_that_screws_say(robot, rng):
     q = rng.uniform(-3, 3, (20, 3))
-    _, torques = pinocchio_says(CHAIN, q)
+    _, torques = screws_say(CHAIN, q)
     np.testing.assert_allclose(robot.gravity_torques(q), torques, rtol=0, atol=1e-12)
     assert robot.has_masses
 
@@ -124,7 +110,7 @@ def test_on_a_wall_gravity_pulls_sideways(rng):
     sideways = (9.81, 0.0, 0.0)
     robot = Robot.from_urdf(MIXED, flange="flange", gravity=sideways)
     q = rng.uniform(-3, 3, (5, 3))
-    _, torques = pinocchio_says(CHAIN, q, gravity=sideways)
+    _, torques = screws_say(CHAIN, q, gravity=sideways)
     np.testing.assert_allclose(robot.gravity_torques(q), torques, rtol=0, atol=1e-12)
 
 
@@ -132,7 +118,7 @@ def test_columns_follow_the_listed_order_and_joints_beside_the_chain_do_not_move
     listed = ("finger", "wrist", "lift", "table")
     robot = Robot.from_urdf(MIXED, flange="flange", joints=listed)
     q = rng.uniform(-2, 2, (10, 4))
-    poses, torques = pinocchio_says(listed, q)
+    poses, torques = screws_say(listed, q)
     assert robot.chain == (2, 3, 1)
     np.testing.assert_allclose(robot.forward(q[None])[0], poses, rtol=0, atol=1e-12)
     np.testing.assert_allclose(robot.gravity_torques(q), torques, rtol=0, atol=1e-12)
@@ -141,20 +127,20 @@ def test_columns_follow_the_listed_order_and_joints_beside_the_chain_do_not_move
 def test_unlisted_joints_stay_at_neutral(rng):
     robot = Robot.from_urdf(MIXED, flange="flange", joints=["wrist", "lift"])
     q = rng.uniform(-2, 2, (10, 2))
-    poses, torques = pinocchio_says(("wrist", "lift"), q)
+    poses, torques = screws_say(("wrist", "lift"), q)
     np.testing.assert_allclose(robot.forward(q[None])[0], poses, rtol=0, atol=1e-12)
     np.testing.assert_allclose(robot.gravity_torques(q), torques, rtol=0, atol=1e-12)
 
 
-def test_moved_joints_carry_the_flange_as_in_pinocchio(robot, rng):
+def test_moved_joints_carry_the_flange_as_moved_screws_do(robot, rng):
     q = rng.uniform(-2, 2, (6, 3))
     moved = turned_a_little(robot, rng, 4, 1)
     found = robot.forward(q[None], moved)
     bracket = inverse(robot.placements[1]) @ moved[:, 0, 1]
-    own = Robot.from_urdf(MIXED, flange="arm", joints=["lift"]).end
+    own = origin(Screws(MIXED, CHAIN).above["arm"])
     for c in range(4):
         names = {"lift": moved[c, 0, 0], "table": own @ bracket[c], "wrist": moved[c, 0, 2]}
-        poses, _ = pinocchio_says(CHAIN, q, moved=names)
+        poses, _ = screws_say(CHAIN, q, moved=names)
         np.testing.assert_allclose(found[c], poses, rtol=0, atol=1e-12)
 
 
@@ -224,12 +210,44 @@ def test_a_robot_travels_to_another_process(robot, rng):
     assert np.array_equal(again.gravity_torques(q), expected[1])
 
 
-def test_kinematics_and_weights_do_not_wait_for_pinocchio():
+def test_pinocchio_is_loaded_only_where_an_arm_is_computed():
     code = (
-        "import sys, numpy, robolaser; robot = robolaser.find_robot('ur5');"
-        "robot.gravity_torques(numpy.zeros((1, 6))); sys.exit('pinocchio' in sys.modules)"
+        "import sys, numpy, robolaser; robot = robolaser.find_robot('ur5'); waits = 'pinocchio' not in sys.modules;"
+        "robot.forward(numpy.zeros((1, 1, 6))); sys.exit(not (waits and 'pinocchio' in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_what_a_joint_carries_is_the_masses_beyond_it_and_their_centre(robot, rng):
+    q, screws = rng.uniform(-2, 2, (4, 3)), Screws(MIXED, CHAIN)
+    masses, centres = robot.carried(q)
+    beyond = {"lift": ("carriage", "arm", "hand", "fingertip", "thumbtip"), "wrist": ("hand", "fingertip", "thumbtip")}
+    for joint, links in beyond.items():
+        bodies = {name: screws.links[name].find("inertial") for name in links}
+        weights = np.array([float(body.find("mass").get("value")) for body in bodies.values()])
+        for row, found in zip(q, centres[:, CHAIN.index(joint)], strict=True):
+            at = [(screws.link(name, row) @ origin(body))[:3, 3] for name, body in bodies.items()]
+            np.testing.assert_allclose(found, weights @ at / weights.sum(), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(masses[CHAIN.index(joint)], weights.sum(), rtol=1e-14)
+
+
+def test_a_joint_that_carries_no_mass_carries_none_at_its_origin(rng):
+    robot = Robot.from_urdf(MIXED.replace("<mass ", "<unknown ").replace("inertial>", "other>"), flange="flange")
+    q = rng.uniform(-2, 2, (3, 3))
+    masses, centres = robot.carried(q)
+    assert not masses.any()
+    np.testing.assert_allclose(centres, robot.joint_frames(q[None])[0, ..., :3, 3], rtol=0, atol=1e-15)
+
+
+def test_a_chain_as_long_as_the_check_lets_pass_does_not_end_the_process():
+    links = "".join(f'<link name="l{i}"/>' for i in range(2000))
+    fixed = "".join(
+        f'<joint name="f{i}" type="{"continuous" if i == 1000 else "fixed"}"><parent link="l{i}"/>'
+        f'<child link="l{i + 1}"/><origin xyz="0 0 0.001"/></joint>'
+        for i in range(1999)
+    )
+    robot = Robot.from_urdf(f'<robot name="snake">{links}{fixed}</robot>', flange="l1999")
+    np.testing.assert_allclose(robot.forward(np.zeros((1, 1, 1)))[0, 0, :3, 3], [0, 0, 1.999], rtol=0, atol=1e-12)
 
 
 def test_a_follower_on_the_way_to_the_flange_must_be_listed():

@@ -26,7 +26,7 @@ from robolaser.emulator.rendering import (
 from robolaser.emulator.world.faults import WORLD_FAULTS
 from robolaser.emulator.world.world import EmulatedWorld, ImageSensor
 from robolaser.errors import DataError, near
-from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.fault_model import FaultModel
 
 FORMAT = "robolaser-world/1"
@@ -163,7 +163,7 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     )
     sensor = ImageSensor(camera.ambient_grey, camera.noise_grey, light.speckle, camera.blur_px, camera.exposure)
     scene = EmulatedScene(tuple(_solids(path.name, read, description.board)))
-    arm = PinocchioArm(robot)
+    arm = ScrewArm(robot)
     return EmulatedWorld(arm, eye, sheet, scene, sensor, _faults(path.name, read.effect, arm))
 
 
@@ -209,7 +209,7 @@ def _solids(file: str, read: WorldFile, drawn: Board | None) -> Iterable[Solid]:
         )
 
 
-def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: PinocchioArm) -> list[FaultModel]:
+def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: ScrewArm) -> list[FaultModel]:
     faults = []
     for number, effect in enumerate(stated):
         name, where = effect.get("name"), effect.get("where")

@@ -14,7 +14,7 @@ from robolaser.emulator.rendering.photograph import NOISE_GREY, SPECKLE, WHITE_G
 from robolaser.emulator.rendering.radiance_image import RadianceImage, render_radiance
 from robolaser.emulator.rendering.scene_view import SceneView
 from robolaser.emulator.world.faults import TrackedBacklash
-from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
 
@@ -56,7 +56,7 @@ class EmulatedWorld:
 
     def __init__(
         self,
-        arm: PinocchioArm,
+        arm: ScrewArm,
         eye: CameraModel,
         sheet: LaserSheet,
         scene: EmulatedScene,

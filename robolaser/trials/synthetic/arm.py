@@ -1,16 +1,24 @@
-"""A serial arm as Pinocchio sees it: flange poses, weights and lever arms, posture by posture."""
+"""A serial arm as a product of exponentials: flange poses, weights and lever arms, apart from the package's own arm.
 
-from typing import Any, final
+Lynch, Park 2017, Modern Robotics, ch. 4.1.
+"""
+
+from functools import reduce
+from typing import final
 
 import numpy as np
-import pinocchio
 
 from robolaser.arrays import Array
+from robolaser.geometry import urdf
+from robolaser.geometry.rigid_motion import apply, exp_so3, pose
+from robolaser.geometry.urdf.tree import Joint
 from robolaser.robot.kinematics import Robot
+
+SCANNER_AT = np.array([0.06, 0.0, 0.04])  # centre of the payload in the flange frame [m]
 
 
 @final
-class PinocchioArm:
+class ScrewArm:
     """The arm of a URDF, links and all.
 
     Args:
@@ -18,6 +26,7 @@ class PinocchioArm:
     """
 
     def __init__(self, robot: Robot) -> None:
+        tree = urdf.parse(robot.urdf)
         self.robot = robot
         """As drawn."""
         self.joints = tuple(robot.joints[i] for i in robot.chain)
@@ -25,97 +34,91 @@ class PinocchioArm:
         self.columns = tuple(robot.chain)
         """Where each of them stands in q."""
         self.count = len(robot.joints)
-        self._model = pinocchio.buildModelFromXML(robot.urdf)
-        self._model.gravity.linear = np.array(robot.gravity)
-        self._data = self._model.createData()
-        self._ids = [self._model.getJointId(name) for name in robot.joints]
-        self._flange = self._model.getFrameId(robot.flange, pinocchio.BODY)
+        self._index = {name: i for i, name in enumerate(robot.joints)}
+        self._turns, self._axes = ~robot.prismatic, np.array([tree.joints[name].axis for name in robot.joints])
+        ways = {name: tree.path(tree.joints[name].child) for name in robot.joints}
+        carriers = {self._index[name]: self._split(way[:-1]) for name, way in ways.items()}
+        self._before = {i: carriers[i][0] for i in sorted(carriers, key=lambda i: len(ways[robot.joints[i]]))}
+        self.links = np.array([carriers[i][1] @ tree.joints[name].origin for i, name in enumerate(robot.joints)])
+        """Placement of each joint on the joint before it, (j, 4, 4)."""
+        self._tip, self._end = self._split(tree.path(robot.flange))
+        self._bodies = [
+            (last, link.mass, apply(T, link.com))
+            for link in tree.links.values()
+            for last, T in [self._split(tree.path(link.name))]
+            if last is not None and link.mass > 0
+        ]
 
-    @property
-    def links(self) -> Array:
-        """Placement of each joint on the link before it, (j, 4, 4)."""
-        return np.array([self._model.jointPlacements[i].homogeneous for i in self._ids])
+    def _split(self, way: list[Joint]) -> tuple[int | None, Array]:
+        """The last joint on the way that is read, and the motion onward from it, (4, 4); the others are at rest."""
+        read = [k for k, joint in enumerate(way) if joint.name in self._index]
+        onward = way[read[-1] + 1 :] if read else way
+        T: Array = reduce(np.matmul, (joint.origin for joint in onward), np.eye(4))
+        return (self._index[way[read[-1]].name] if read else None), T
+
+    def _frames(self, q: Array, links: Array | None = None) -> Array:
+        """T_base_joint of all joints that are read, each turned, (n, j, 4, 4)."""
+        links = self.links[None] if links is None else links
+        frames = np.empty((*q.shape, 4, 4))
+        for i, before in self._before.items():
+            along = q[:, [i]] * self._axes[i]
+            screw = pose(exp_so3(along), np.zeros(3)) if self._turns[i] else pose(np.eye(3), along)
+            frames[:, i] = (np.eye(4) if before is None else frames[:, before]) @ links[:, i] @ screw
+        return frames
 
     def forward(self, q: Array, links: Array | None = None) -> Array:
         """T_base_flange, (n, 4, 4), of postures (n, j) [rad or m] with links of their own, (n, j, 4, 4)."""
-        kept = [pinocchio.SE3(self._model.jointPlacements[i]) for i in self._ids]
-        T = np.empty((len(q), 4, 4))
-        for row, posture in enumerate(q):
-            if links is not None:
-                for i, link in zip(self._ids, links[row], strict=True):
-                    self._model.jointPlacements[i] = pinocchio.SE3(link)
-            pinocchio.framesForwardKinematics(self._model, self._data, self._full(posture))
-            T[row] = self._data.oMf[self._flange].homogeneous
-        for i, link in zip(self._ids, kept, strict=True):
-            self._model.jointPlacements[i] = link
-        return T
+        return np.asarray(self._frames(q, links)[:, self._tip] @ self._end)
+
+    def _carried(self, frames: Array, payload_kg: float) -> tuple[Array, Array]:
+        """Mass beyond each joint, (j,) [kg], and its first moment about the base's origin, (n, j, 3) [kg m]."""
+        masses, moments = np.zeros(self.count), np.zeros((*frames.shape[:2], 3))
+        for last, mass, centre in [*self._bodies, (self._tip, payload_kg, apply(self._end, SCANNER_AT))]:
+            if last is None:
+                continue
+            at: Array = frames[:, last, :3, :3] @ centre + frames[:, last, :3, 3]
+            carrier: int | None = last
+            while carrier is not None:
+                masses[carrier] += mass
+                moments[:, carrier] += mass * at
+                carrier = self._before[carrier]
+        return masses, moments
 
     def torques(self, q: Array, payload_kg: float) -> Array:
         """What each joint bears, the payload on the flange counted, (n, j) -> (n, j) [Nm or N]."""
-        model = self._loaded(payload_kg)
-        data = model.createData()
-        at = [model.joints[i].idx_v for i in self._ids]
-        weights = [pinocchio.computeGeneralizedGravity(model, data, self._full(row))[at] for row in q]
-        return np.array(weights)
+        frames = self._frames(q)
+        masses, moments = self._carried(frames, payload_kg)
+        axes = (frames[..., :3, :3] @ self._axes[..., None])[..., 0]
+        arms = np.cross(axes, moments - masses[:, None] * frames[..., :3, 3])
+        levers = np.where(self._turns[:, None], arms, masses[:, None] * axes)
+        return np.asarray(-(levers @ np.array(self.robot.gravity)))
 
     def overturning(self, q: Array, payload_kg: float) -> Array:
         """What the mount must bear of all that moves: its moment about the base's origin, base frame, (n, 3) [Nm]."""
-        model = self._loaded(payload_kg)
-        data = model.createData()
-        first = self._ids[self.columns[0]]
-        at_rest = np.zeros(model.nv)
-        moments = np.empty((len(q), 3))
-        for row, posture in enumerate(q):
-            full = self._full(posture)
-            pinocchio.forwardKinematics(model, data, full)
-            pinocchio.rnea(model, data, full, at_rest, at_rest)
-            moments[row] = -data.oMi[first].act(data.f[first]).angular
-        return moments
+        _, moments = self._carried(self._frames(q), payload_kg)
+        return np.asarray(np.cross(moments[:, self.columns[0]], np.array(self.robot.gravity)))
 
     def link_loads(self, q: Array, payload_kg: float, joint: str) -> tuple[Array, Array]:
         """The weight beyond a joint and its moment about it, in its frame before it turns, (n, 3) [N] and [Nm]."""
-        model = self._loaded(payload_kg)
-        data = model.createData()
-        at, at_rest = model.getJointId(joint), np.zeros(model.nv)
-        force, moment = np.empty((len(q), 3)), np.empty((len(q), 3))
-        for row, posture in enumerate(q):
-            full = self._full(posture)
-            pinocchio.forwardKinematics(model, data, full)
-            pinocchio.rnea(model, data, full, at_rest, at_rest)
-            before = (data.oMi[model.parents[at]] * model.jointPlacements[at]).rotation
-            turn = before.T @ data.oMi[at].rotation
-            force[row], moment[row] = -turn @ data.f[at].linear, -turn @ data.f[at].angular
-        return force, moment
+        frames, i, gravity = self._frames(q), self._index[joint], np.array(self.robot.gravity)
+        masses, moments = self._carried(frames, payload_kg)
+        before = self._before[i]
+        R = (np.eye(4) if before is None else frames[:, before])[..., :3, :3] @ self.links[i, :3, :3]
+        R = np.broadcast_to(R, (len(q), 3, 3))
+        moment = np.cross(moments[:, i] - masses[i] * frames[:, i, :3, 3], gravity)
+        return np.einsum("nba,b->na", R, masses[i] * gravity), np.einsum("nba,nb->na", R, moment)
 
     @property
     def down(self) -> Array:
         """The direction of gravity in the base frame, (3,)."""
-        gravity = np.array(self._model.gravity.linear)
+        gravity = np.array(self.robot.gravity)
         return np.asarray(gravity / np.linalg.norm(gravity))
 
     def levers(self, q: Array) -> Array:
         """Velocity of the flange's origin for a unit speed of each joint, base frame, (n, j) -> (n, 3, j)."""
-        at = [self._model.joints[i].idx_v for i in self._ids]
-        levers = np.empty((len(q), 3, len(at)))
-        for row, posture in enumerate(q):
-            full = pinocchio.computeFrameJacobian(
-                self._model, self._data, self._full(posture), self._flange, pinocchio.LOCAL_WORLD_ALIGNED
-            )
-            levers[row] = full[:3, at]
+        frames, levers = self._frames(q), np.zeros((len(q), 3, self.count))
+        tip = (frames[:, self._tip] @ self._end)[:, :3, 3]
+        for i in self.columns:
+            axis = frames[:, i, :3, :3] @ self._axes[i]
+            levers[:, :, i] = np.cross(axis, tip - frames[:, i, :3, 3]) if self._turns[i] else axis
         return levers
-
-    def _loaded(self, payload_kg: float) -> Any:
-        """The arm with a scanner on its flange."""
-        model = self._model.copy()
-        frame = model.frames[self._flange]
-        scanner = pinocchio.Inertia(payload_kg, np.array([0.06, 0.0, 0.04]), 1e-3 * np.eye(3))
-        model.inertias[frame.parentJoint] += frame.placement.act(scanner)
-        return model
-
-    def _full(self, posture: Array) -> Any:
-        full = pinocchio.neutral(self._model)
-        for i, value in zip(self._ids, posture, strict=True):
-            joint = self._model.joints[i]
-            turns_for_ever = joint.nq == 2
-            full[joint.idx_q : joint.idx_q + joint.nq] = [np.cos(value), np.sin(value)] if turns_for_ever else value
-        return full

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.trials.synthetic.arm import PinocchioArm
+from robolaser.trials.synthetic.arm import ScrewArm
 
 
 @final
@@ -14,7 +14,7 @@ from robolaser.trials.synthetic.arm import PinocchioArm
 class SyntheticRun:
     """What a fault may depend on."""
 
-    arm: PinocchioArm  # the arm as drawn
+    arm: ScrewArm  # the arm as drawn
     q: Array  # joint angles as read, (n, j) [rad or m]
     qd: Array  # velocities at the reading, (n, j) [rad/s or m/s]
     time: Array  # of each pose, (n,) [s]
