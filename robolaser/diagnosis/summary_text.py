@@ -131,8 +131,8 @@ def millimetres(length_m: float) -> str:
 def _errs(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
-            f"the model's error is {millimetres(gap.after_m)}. That is less than the {millimetres(gap.noise_floor_m)} of"
-            " the stated noise: repeats and residuals scatter less, and effects may hide in what [noise] states."
+            f"the model's error is {millimetres(gap.after_m)}, less than the {millimetres(gap.noise_floor_m)} of the"
+            " stated noise: repeats and residuals scatter less, and effects may hide in what [noise] states."
         )
     return f"the model errs by {millimetres(gap.after_m)}, and noise alone gives {millimetres(gap.noise_floor_m)}."
 
