@@ -30,7 +30,7 @@ from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
-from robolaser.diagnosis.pose_scatter import PoseScatter, beside
+from robolaser.diagnosis.pose_scatter import ExcessScatter, beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
@@ -232,7 +232,7 @@ class _Judged:
     verdict: str
     noise: NoiseModel
     gap: Gap
-    scatter: PoseScatter | None = None
+    scatter: ExcessScatter | None = None
 
 
 def _judged(

@@ -46,7 +46,7 @@ class Spread:
 
 @final
 @dataclass(frozen=True)
-class PoseScatter:
+class ExcessScatter:
     """Scatter of whole poses beyond what counts as noise.
 
     Attributes:
@@ -92,7 +92,7 @@ def beside(where: Iterable[Localization], scattered: Localization) -> list[Local
     return sorted([scattered, *rest], key=lambda lies: -lies.share)
 
 
-def pose_scatter(fit: Fit, found: PoseNoise) -> PoseScatter | None:
+def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
     """Where whole poses scatter by more than counts as noise; None where they do not.
 
     Of each part the scatter is let loose by itself, and the likeliest is named.
@@ -126,7 +126,7 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> PoseScatter | None:
         )
         for name in place.names
     }
-    return PoseScatter(
+    return ExcessScatter(
         where=place.where,
         probability=float(posterior_weights(twice)[best]),
         sizes=sizes,

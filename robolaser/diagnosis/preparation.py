@@ -17,7 +17,7 @@ from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.noise_estimate import PoseNoise, left_by, row_noise, whole_noise
 from robolaser.diagnosis.outliers import outliers_of, outliers_within_poses, robust_fit
 from robolaser.diagnosis.pose_noise import explainable, explained
-from robolaser.diagnosis.pose_scatter import PoseScatter, pose_scatter
+from robolaser.diagnosis.pose_scatter import ExcessScatter, pose_scatter
 from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MIN_POSES, SCATTER_CHANGE
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
@@ -115,7 +115,7 @@ class Preparation:
         """
         return self._noise_of(data, final, smooth=True) if _scatter_is_seen(final) else final.noise
 
-    def scatter_beside(self, data: AveragedData, final: Fit, *, smooth: bool) -> PoseScatter | None:
+    def scatter_beside(self, data: AveragedData, final: Fit, *, smooth: bool) -> ExcessScatter | None:
         """Scatter of whole poses beyond what counts as noise; None where there is none, or it cannot be seen.
 
         Args:

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.pose_scatter import PoseScatter
+from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -246,7 +246,7 @@ class Diagnosis:
     seconds: float
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
-    pose_scatter: PoseScatter | None = None
+    pose_scatter: ExcessScatter | None = None
 
     @property
     def poses(self) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 import json
 from typing import Any, final
 
-from robolaser.diagnosis.pose_scatter import CLASS, NAME, PoseScatter
+from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Diagnosis, Finding, Gap, Validation
 from robolaser.model.effects.effect import CandidateEffect
@@ -134,7 +134,7 @@ def _validation(one: Validation) -> dict[str, Any]:
     }
 
 
-def _class(one: CauseClass, scatter: PoseScatter | None) -> dict[str, Any]:
+def _class(one: CauseClass, scatter: ExcessScatter | None) -> dict[str, Any]:
     members = [{**_named(member), "probability": probability} for member, probability in one.members]
     if scatter and one.name == CLASS:
         members = [{"effect": NAME, "where": scatter.where, "probability": scatter.probability}]
@@ -149,7 +149,7 @@ def _class(one: CauseClass, scatter: PoseScatter | None) -> dict[str, Any]:
     }
 
 
-def _pose_scatter(scatter: PoseScatter, gap: Gap) -> dict[str, Any]:
+def _pose_scatter(scatter: ExcessScatter, gap: Gap) -> dict[str, Any]:
     """Scatter of whole poses as a finding: it is chance, and closes no gap."""
     after = _mm(gap.after_m)
     return {

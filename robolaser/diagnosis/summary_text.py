@@ -8,7 +8,7 @@ from robolaser.arrays import Ints
 from robolaser.diagnosis.cause_classes import UNKNOWN, class_of
 from robolaser.diagnosis.cause_words import listed, members, named, noun, place
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, PoseScatter
+from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
 from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN, WORTH_SAYING
@@ -25,7 +25,7 @@ def sentence(
     gap: Gap,
     repeatability: Repeatability,
     gross: Ints,
-    scatter: PoseScatter | None = None,
+    scatter: ExcessScatter | None = None,
     hindrance: str = "",
 ) -> str:
     """Say the verdict.
@@ -70,7 +70,7 @@ def sentence(
     return f"{text} {rows}, listed and left out."
 
 
-def scatters(scatter: PoseScatter) -> str:
+def scatters(scatter: ExcessScatter) -> str:
     """Say by how much whole poses scatter beyond noise, and what to ask."""
     limit = "the data sheet allows" if scatter.is_stated else "arms do"
     if scatter.where == FLANGE:
