@@ -3,24 +3,15 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any, TypeVar, final
+from typing import TypeVar, final
 
 T = TypeVar("T")
 
 OWN = ("base.*", "target.*", "socket.*", "ball.*")
 """Parameters that are each session's own unless `[sessions] own` says otherwise: where things were put."""
-STANDING = "hand_eye.*"  # of a sensor that stands in the cell: it is put somewhere as a tracker is
-TOOL = "tool.*"  # stays on the flange between sessions, but not until another campaign
+ON_FLANGE = "tool.*"  # stays where it is between sessions, but not until another campaign
+STANDING = "hand_eye.*"  # of a sensor that stands in the cell: likewise
 FEWEST_POSES = 3  # poses with points that each session must have: fewer leave the place of its base or target open
-
-
-def put_anew(options: Any) -> tuple[str, ...]:
-    """Patterns of the parameters that say where things were put, which is each session's own.
-
-    Args:
-        options: What `[sensor]` says of the sensor; with `mount = "base"` it stands in the cell.
-    """
-    return (*OWN, STANDING) if getattr(options, "mount", "flange") == "base" else OWN
 
 
 def matches(parameter: str, patterns: Iterable[str]) -> bool:

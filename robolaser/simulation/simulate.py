@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.joining import join_sessions
-from robolaser.data.sessions import Sessions, put_anew
+from robolaser.data.sessions import Sessions
 from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
@@ -147,9 +147,7 @@ def simulate(
     first = session(seed, {})
     if sessions == 1:
         return first
-    names = Sessions(
-        tuple(f"session-{number + 1}" for number in range(sessions)), put_anew(first.dataset.parts[0].options)
-    )
+    names = Sessions(tuple(f"session-{number + 1}" for number in range(sessions)))
     shared = {parameter: value for parameter, value in first.truth.items() if not names.is_own(parameter)}
     later = np.random.SeedSequence(seed).generate_state(sessions - 1, np.uint64).tolist()
     return _joined(names, [first, *(session(int(own), shared) for own in later)])

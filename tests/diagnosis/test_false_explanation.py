@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from robolaser.geometry.robots import find_robot
 
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.held_out_gap import is_lower
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 FEW = [kind for kind in EFFECTS if kind.name in ("hand_eye_sag", "link_geometry", "joint_compliance")]

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from robolaser.geometry.robots import find_robot
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
@@ -13,6 +12,7 @@ from robolaser.diagnosis.preparation import Preparation
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import noise_of
+from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 

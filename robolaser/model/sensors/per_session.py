@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.sessions import OWN, Sessions, matches, put_anew
+from robolaser.data.sessions import OWN, Sessions
 from robolaser.errors import DataError
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.composite import Composite, Part
@@ -26,8 +26,6 @@ class PerSession(Composite):
     """
 
     def __init__(self, dataset: Dataset, kind: type[Sensor], sessions: Sessions) -> None:
-        self._stated_own = () if sessions.own == OWN else sessions.own
-        sessions = sessions if self._stated_own else replace(sessions, own=put_anew(dataset.options))
         super().__init__(dataset, list(_parts(dataset, kind, sessions)))
         self.__dict__.update(
             format=kind.format,
@@ -73,15 +71,16 @@ class PerSession(Composite):
             DataError: Also where `[sessions] own` names what this sensor does not have.
         """
         known = {name for part in self._parts for name in part.parameters}
-        for pattern in self._stated_own:
-            if not any(matches(name, (pattern,)) for name in known):
-                groups = {name.partition(".")[0] + ".*" if "." in name else name for name in known}
-                raise DataError(
-                    f"dataset.toml, [sessions] own: '{pattern}' matches no parameter of this sensor, which has"
-                    f" {', '.join(sorted(groups))}.",
-                    file="dataset.toml",
-                    column="[sessions] own",
-                )
+        if self._sessions.own != OWN:
+            for pattern in self._sessions.own:
+                if not any(replace(self._sessions, own=(pattern,)).is_own(name) for name in known):
+                    groups = {name.partition(".")[0] + ".*" if "." in name else name for name in known}
+                    raise DataError(
+                        f"dataset.toml, [sessions] own: '{pattern}' matches no parameter of this sensor, which has"
+                        f" {', '.join(sorted(groups))}.",
+                        file="dataset.toml",
+                        column="[sessions] own",
+                    )
         return super().parameters(T_base_flange, perturb)
 
     def fix_gauge(self, values: Values) -> Values:

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
-from robolaser.data.sessions import TOOL, matches, put_anew
+from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.chain_rule import ChainRule
@@ -294,7 +294,8 @@ class Sensor(ABC):
     @property
     def put_anew(self) -> tuple[str, ...]:
         """Its parameters that say where things were put or mounted for a campaign: another one has others."""
-        patterns = (*put_anew(self.dataset.options), TOOL)
+        stands = getattr(self.dataset.options, "mount", "flange") == "base"
+        patterns = (*OWN, ON_FLANGE, STANDING) if stands else (*OWN, ON_FLANGE)
         return tuple(name for name in self.free + self.derived if matches(name, patterns))
 
     @property
