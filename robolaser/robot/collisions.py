@@ -38,7 +38,7 @@ class CollisionModel:
         self.bodies = tuple(bodies)
         tree = urdf.parse(robot.urdf)
         renamed = {name: f"joint_{i}" for i, name in enumerate(robot.joints)}
-        self._model = pinocchio.buildModelFromXML(urdf.minimal(tree, renamed))
+        self._model = robot.by_pinocchio.model
         self._columns = [self._model.joints[self._model.getJointId(new)].idx_q for new in renamed.values()]
         self._data, self._scene = self._model.createData(), pinocchio.GeometryModel()
         carriers = []
