@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from robolaser.diagnosis.cause_words import place
-from robolaser.diagnosis.result import Diagnosis
+from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
@@ -88,12 +88,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
     lines = [
-        (
-            "",
-            "nominal model",
-            gap.nominal_m,
-            "nobody gave nominal values" if gap.nominal_m is None else "before anything was fitted",
-        ),
+        ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
         ("held-out", "with the effects" if has_effects else "calibrated", gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
@@ -106,6 +101,15 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         for i, (kind, label, size, remark) in enumerate(lines)
         if has_effects or i != 1
     ]  # fmt: skip
+
+
+def _nominal_remark(gap: Gap) -> str:
+    """What the nominal error is of; where nothing but places was fitted, nominal and calibrated are one model."""
+    if gap.nominal_m is None:
+        return "nobody gave nominal values"
+    if gap.nominal_m == gap.calibrated_m:
+        return "the arm as described, in its fitted place"
+    return "before anything was fitted"
 
 
 def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
