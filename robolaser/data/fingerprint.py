@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 WORDS = frozenset({"name", "source", "licence", "folder", "warnings"})
-"""What a data set says about itself and where it lies: its residuals do not depend on it."""
+"""Descriptions of a data set and its folder, which its residuals do not depend on."""
 
 
 def fingerprint(*values: Any) -> str:
     """A digest of values of any kind, 64 hexadecimal digits.
 
-    All fields of a data set count, whichever it has, but for its `WORDS`: a field that is added counts from then on.
+    All fields of a data set count except `WORDS`, so new fields are included without a change here.
 
     Args:
         values: Data sets, further dataclasses, mappings, sequences, arrays, texts and numbers, one within another.

@@ -1,4 +1,4 @@
-"""What a diagnosis reports: the gap step by step, each effect with its parameters, what was not tested."""
+"""The findings of a diagnosis: the gap step by step, each effect with its parameters, what was not tested."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -91,12 +91,12 @@ def findings_of(
 
 
 def explaining(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that lower the held-out error where they are added: what does not explains nothing."""
+    """Those that lower the held-out error when they are added; the others explain nothing."""
     return tuple(found for found in findings if found.gap_after_m < found.gap_before_m)
 
 
 def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that are listed by themselves; for the others their class stands."""
+    """Those that are probable enough to be listed; the others are reported as their class."""
     return tuple(found for found in findings if found.probability >= LEAST_LISTED)
 
 
@@ -112,10 +112,10 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
 
 
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
-    """Of the sim as given; None where there is none: it needs the sensor's own numbers and where the arm carries it.
+    """The nominal model's error; None without a nominal model, which needs the sensor's parameters and mount.
 
-    Base, target, tools, sockets and balls are found from the data wherever nobody measured them: where nothing else is
-    unknown and nothing is given, the arm is the nominal model.
+    Where base, target, tools, sockets and balls were not measured, they are fitted. If nothing else is unknown and
+    nothing is given, the arm is the nominal model.
     """
     items = start.sensor.items
     if any(not item.given and not PLACED & set(item.name.split(".")[:-1]) for item in items):
@@ -146,8 +146,7 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
 def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], tried: int) -> list[Localization]:
     """Where the gap lay, by what each effect explains of it.
 
-    Of several effects at one site the one that chance would imitate least says how improbable the site is by chance,
-    and what the gap depends on there.
+    Of several effects at one site, the one that is least likely by chance gives the site's p value and coordinate.
 
     Args:
         start: The model without effects.
@@ -176,7 +175,7 @@ def explained_sites(start: Fit, final: Fit, evidence: Sequence[EffectEvidence], 
 
 
 def _chance(one: EffectEvidence) -> float:
-    """Of explaining as much by an effect that is not there, one candidate alone."""
+    """Probability that noise makes one given candidate explain as much."""
     return float(chdtrc(len(one.candidate_effect.effect.units()), max(one.explained, 0.0)))
 
 

@@ -1,4 +1,4 @@
-"""How far the model is off on poses that it was not fitted to."""
+"""The model's error on poses that it was not fitted to."""
 
 from typing import final
 
@@ -22,7 +22,7 @@ hardly see. Held-out errors of tracked arms come out 0.4 % smaller, of single se
 
 @final
 class HeldOut:
-    """Held-out errors of fits to the same rows, worked out once for each.
+    """Held-out errors of fits to the same rows, computed once for each.
 
     With fewer than three poses, of which none can be held out, they are the errors of the fit itself.
 
@@ -79,7 +79,7 @@ def is_lower(before: Array, after: Array, pose: Ints) -> bool:
 
 
 def expected_gap(fit: Fit, noise: NoiseModel) -> float:
-    """The gap that noise alone would leave on poses that were not fitted: of rows and of the parameters [m]."""
+    """The gap that noise alone would leave on held-out poses: noise of rows, and errors of the parameters [m]."""
     rows = fit.at.plain.shape
     moves = fit.noise.correlate(fit.at.Q[: len(fit.at.white)].T).reshape(-1, *rows)
     by_parameters = sum(np.square(fit.in_metres(move)).sum() for move in moves) / rows[0]

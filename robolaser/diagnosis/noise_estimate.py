@@ -206,7 +206,7 @@ def _known(sources: tuple[ErrorSource, ...], shots: Dataset) -> dict[str, tuple[
 
 
 def _sources(data: AveragedData, model: Model, x: Array) -> tuple[ErrorSource, ...]:
-    """What may shake the rows.
+    """The noise sources of the rows.
 
     Where each pose has one row only, a motion of the pose would be the row's error under another name; errors of
     joint readings are not, since what they do depends on the posture.

@@ -1,4 +1,4 @@
-"""Whole poses that scatter by more than such an arm does: a gap, and which part scatters."""
+"""Scatter of whole poses beyond what counts as noise: it is a gap, located at the part that scatters."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -15,13 +15,13 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise.covariance import NoiseModel
 
 NAME, CLASS = "pose_scatter", "repeatability"
-"""Of the effect and of its class of causes in results."""
+"""Names of the effect and of its class of causes in results."""
 JOINTS, FLANGE = "joints", "flange"
-"""Places: all joints alike, and the flange, of which nobody knows why it moves."""
+"""Locations: all joints alike, and the flange, for motion of unknown origin."""
 BY_CHANCE = "chance, from pose to pose"
-"""What the gap depends on where poses scatter."""
+"""The coordinate that the gap depends on where poses scatter."""
 ON_LIMIT = 1e-6
-"""Relative distance from a limit, within which a size is on it."""
+"""Relative distance from a limit within which a size counts as on it."""
 NUMBERS: Final = {"m": "shift", "rad": "turn"}
 """What a standard deviation is called, by its unit."""
 
@@ -33,8 +33,8 @@ class Spread:
 
     Attributes:
         value: Standard deviation.
-        std: Of that.
-        unit: Of both.
+        std: Its standard error.
+        unit: Unit of both.
         limit: The largest standard deviation that counts as noise.
     """
 
@@ -51,11 +51,11 @@ class ExcessScatter:
 
     Attributes:
         where: A joint, `joints` or `flange`.
-        probability: That it scatters there rather than at another of these places.
+        probability: That the scatter is there rather than at another of these locations.
         sizes: `turn` [rad] or `shift` [m], of a joint reading or of the flange.
         is_stated: Whether the limit is the repeatability that the data set states.
         likelihood_ratio: Twice its logarithm, against scatter within the limits.
-        p_value: Of that, corrected for the places that were tried.
+        p_value: Of that ratio, corrected for the locations that were tried.
         size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
         noise: All noise without what exceeds the limits.
     """
@@ -70,7 +70,7 @@ class ExcessScatter:
     noise: NoiseModel
 
     def located(self, gap_m: float, floor_m: float) -> Localization:
-        """As a place of the gap, with its share of the squared gap above the noise floor."""
+        """As a location of the gap, with its share of the squared gap above the noise floor."""
         whole = max(gap_m**2 - floor_m**2, 1e-300)
         share = float(np.clip((self.size_m**2 - floor_m**2) / whole, 0.0, 1.0))
         return Localization(self.where, BY_CHANCE, share, self.likelihood_ratio, self.p_value, unknown=False)
@@ -79,7 +79,7 @@ class ExcessScatter:
 @final
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """A part that may scatter: the sources that are let loose, and those of them that are added for it."""
+    """A location that may scatter: the sources that are estimated without a limit, and those of them that are added."""
 
     where: str
     names: tuple[str, ...]
@@ -87,19 +87,19 @@ class _Place:
 
 
 def beside(where: Iterable[Localization], scattered: Localization) -> list[Localization]:
-    """Places of the rest beside the scatter, which leaves them the remaining share of the gap."""
+    """All locations of the gap, the largest share first; those of the rest divide what the scatter leaves."""
     rest = [replace(lies, share=(1.0 - scattered.share) * lies.share) for lies in where]
     return sorted([scattered, *rest], key=lambda lies: -lies.share)
 
 
 def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
-    """Where whole poses scatter by more than counts as noise; None where they do not.
+    """Scatter of whole poses beyond what counts as noise, with its location; None if there is none.
 
-    Of each part the scatter is let loose by itself, and the likeliest is named.
+    The scatter of one part at a time is estimated without a limit, and the likeliest part is reported.
 
     Args:
         fit: The final model.
-        found: What its residuals say of noise.
+        found: The noise estimated from its residuals.
     """
     base = found.limited()
     on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * found.limits.get(n, np.inf)]
@@ -166,7 +166,7 @@ def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
 
 
 def _without_excess(noise: NoiseModel, limits: Mapping[str, float], place: _Place) -> NoiseModel:
-    """Noise of which what was let loose is no larger than its limit, without what was added to be let loose."""
+    """Noise in which no source of a location exceeds its limit, without the sources that were added for it."""
     added = {source.name for source in place.further}
     kept = noise.at({name: min(noise.sigmas[name], limits[name]) for name in place.names})
     return replace(

@@ -19,11 +19,11 @@ from robolaser.model.effects.effect import CandidateEffect
 def prune(
     refits: Refits, final: Fit, held_out: HeldOut, progress: Announce = lambda what: None
 ) -> tuple[Fit, list[EffectEvidence], list[Localization]]:
-    """Take effects out again until each one that is left deserves its place.
+    """Remove effects until there is enough evidence for each one that is left.
 
     First go those without which held-out poses are predicted as well; then those that an unmodelled cause explains
     better; then aliases of larger effects; then those that are not credible. Of several, the worse half goes at a time.
-    Now that others are gone, another effect may be the probable one in a place: then it takes that place. The effects
+    Once others are removed, an alternative may be more probable than an effect: then it replaces it. The effects
     that explain least are weighed first: they are the likeliest to be exchanged, after which all are weighed again.
 
     Args:
@@ -68,7 +68,7 @@ def prune(
 
 
 def exchanged(final: Fit, evidence: EffectEvidence, held_out: HeldOut) -> Fit | None:
-    """With an effect exchanged for one that is more probable than not in its place and predicts new poses as well."""
+    """The fit with an effect replaced by one more probable than not that predicts new poses as well."""
     probable = (fit for other, fit in evidence.alternatives if evidence.weights[other] > EVEN)
     return next((fit for fit in probable if held_out.gap(fit) <= held_out.gap(final)), None)
 
@@ -97,7 +97,7 @@ def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[C
 def _incredible(
     refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
 ) -> list[CandidateEffect]:
-    """Effects that next to nothing speaks for beside what is left, the least credible first.
+    """Effects with next to no evidence beside what is unexplained, the least credible first.
 
     Not where the sensor has no optics: there a whole arm's geometry counts, each part of which explains little.
     """
@@ -130,7 +130,7 @@ def probable_remainder(
     classes: Sequence[CauseClass],
     left: list[Localization],
 ) -> list[Localization]:
-    """Where lies what is left by those effects of which they or their class are more likely than not."""
+    """Where the rest of the gap lies without effects that, like their class, are less likely than not."""
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
     doubted = [one for one in doubted if class_of(one) not in likely]

@@ -19,7 +19,7 @@ class NoiseSource:
         value: Standard deviation.
         unit: Its unit.
         origin: Where it comes from.
-        of_poses: Whether it shakes whole poses.
+        of_poses: Whether it moves whole poses.
     """
 
     value: float

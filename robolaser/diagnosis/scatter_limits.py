@@ -1,4 +1,4 @@
-"""How much whole poses may scatter and count as noise: what the arm's data sheet says, or else what arms do."""
+"""The largest scatter of whole poses that counts as noise: by the arm's data sheet, else what is usual for arms."""
 
 from collections.abc import Iterable, Mapping
 
@@ -14,13 +14,13 @@ STEP_RAD = 1e-5
 
 
 def scatter_limits(sources: Iterable[ErrorSource], dataset: Dataset, *, alone: bool) -> Mapping[str, float]:
-    """The largest standard deviation that is noise, of each source that has such a limit, by name, in its unit.
+    """The largest standard deviation that counts as noise, by name of source and in its unit, where there is a limit.
 
     A stated repeatability limits the root-mean-square shift of the flange that a source causes by itself.
 
     Args:
-        sources: What may shake the rows.
-        dataset: With the poses at which the arm stood, and what is stated.
+        sources: The noise sources of the rows.
+        dataset: With the arm's poses and the stated repeatability.
         alone: Whether each pose has one row: then the row's errors are the pose's.
     """
     stated = dataset.noise.repeatability_m

@@ -81,7 +81,7 @@ def is_alias(explained: float, largest: float, other_locations: int) -> bool:
 
 
 def is_form(explained: float, larger: float) -> bool:
-    """Whether an effect at the place of a larger one counts as the larger one's form being a little different."""
+    """Whether an effect at the location of a larger one only corrects the larger one's form."""
     return explained < FORM_SHARE * larger
 
 
@@ -101,7 +101,7 @@ class Evidence:
         least_m: Lower end of its interval, by whole poses [m].
         gap_before_m: Of the model without effects [m].
         has_effects: Whether any effect was found.
-        estimated_m: Size of noise that is known as what a model leaves alone [m]; of centimetres it is a wrong model.
+        estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
     """
 
     chi2_before: float
@@ -118,14 +118,14 @@ class Evidence:
 
     @property
     def is_at_floor(self) -> bool:
-        """Whether the held-out gap is that of noise: near it, or not above it for certain."""
+        """Whether the held-out gap is that of noise: near it, or not significantly above it."""
         return self.gap_m <= GAP_OVER_FLOOR * self.floor_m or self.least_m <= self.expected_m
 
 
 def judge(evidence: Evidence) -> str:
     """`no_gap`, `explained` or `unexplained`: the held-out gap against the noise floor comes first.
 
-    Chi-squared alone would not do: where whole poses are free to scatter, they explain any gap.
+    Chi-squared alone is not enough: where whole poses are free to scatter, their scatter explains any gap.
     """
     explained = evidence.chi2_before - evidence.chi2_after
     excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)

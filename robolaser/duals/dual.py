@@ -30,7 +30,7 @@ VALUES_ONLY = frozenset(
 
 @final
 class Dual(NDArrayOperatorsMixin):
-    """An array and how it moves with some parameters; it stands in for the array.
+    """An array with its derivatives by some parameters, usable in place of the array.
 
     Args:
         value: Of any shape.
@@ -113,7 +113,7 @@ class Dual(NDArrayOperatorsMixin):
 
     def __getitem__(self, key: Any) -> "Dual":
         value, key = self.value[key], key if isinstance(key, tuple) else (key,)
-        if _apart(key):
+        if _splits_axes(key):
             return Dual(value, _each(lambda slope: slope[key], self.slopes, value.shape), self.of)
         return Dual(value, self.slopes[(slice(None), *key)], self.of)
 
@@ -164,7 +164,7 @@ class Dual(NDArrayOperatorsMixin):
         return Dual(value, self.slopes.mean(axis=after(axis), keepdims=keepdims), self.of)
 
     def copy(self) -> "Dual":
-        """One of its own."""
+        """A copy that shares no memory."""
         return Dual(self.value.copy(), self.slopes.copy(), self.of)
 
 
@@ -198,7 +198,7 @@ def after(axis: int) -> int:
     return axis if axis < 0 else axis + 1
 
 
-def _apart(key: tuple[Any, ...]) -> bool:
+def _splits_axes(key: tuple[Any, ...]) -> bool:
     """Whether an index has several entries of which some are arrays: NumPy may put their axis first."""
     chosen = [one for one in key if not (one is None or one is Ellipsis or isinstance(one, slice))]
     return len(chosen) > 1 and not all(isinstance(one, (int, np.integer)) for one in chosen)
@@ -209,7 +209,7 @@ def _each(function: Callable[[Array], Array], slopes: Array, shape: tuple[int, .
 
 
 def padded(slopes: Array, ndim: int) -> Array:
-    """Slopes whose value has as many axes as it is broadcast to."""
+    """Slopes with axes inserted for a value that is broadcast to `ndim` axes."""
     lacking = ndim + 1 - slopes.ndim
     return slopes.reshape(slopes.shape[0], *(1,) * lacking, *slopes.shape[1:]) if lacking > 0 else slopes
 

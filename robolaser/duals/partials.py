@@ -8,18 +8,18 @@ import numpy as np
 from robolaser.arrays import Array
 
 
-def _first(value: Array, *at: Array) -> None:
-    """A partial derivative of one."""
+def _one(value: Array, *at: Array) -> None:
+    """A partial derivative that is 1, returned as None so that nothing is multiplied."""
     return
 
 
 PARTIALS: dict[np.ufunc, tuple[Callable[..., Any], ...]] = {
-    np.add: (_first, _first),
-    np.subtract: (_first, lambda *_: -1.0),
+    np.add: (_one, _one),
+    np.subtract: (_one, lambda *_: -1.0),
     np.multiply: (lambda _, a, b: b, lambda _, a, b: a),
     np.divide: (lambda _, a, b: 1.0 / b, lambda v, a, b: -v / b),
     np.negative: (lambda *_: -1.0,),
-    np.positive: (_first,),
+    np.positive: (_one,),
     np.absolute: (lambda _, a: np.sign(a),),
     np.square: (lambda _, a: 2.0 * a,),
     np.sqrt: (lambda v, _: 0.5 / v,),
@@ -37,4 +37,4 @@ PARTIALS: dict[np.ufunc, tuple[Callable[..., Any], ...]] = {
     np.maximum: (lambda _, a, b: a >= b, lambda _, a, b: a < b),
     np.minimum: (lambda _, a, b: a <= b, lambda _, a, b: a > b),
 }
-"""Partial derivatives of each function by its arguments, from its value and these; None is one."""
+"""Partial derivatives of each function by its arguments, from its value and its arguments; None means 1."""

@@ -1,4 +1,4 @@
-"""How what passes the stages moves with the parameters: the chain rule, one stage after the other.
+"""Derivatives of the values that pass the stages: the chain rule, one stage after the other.
 
 At each stage the effects there, and no more than these, are differentiated numerically; between the stages sensors pass
 duals on. So the derivative by one number of one effect costs one stage, and not the whole model.

@@ -1,1 +1,1 @@
-"""The arm: where its joints and its flange are, what they bear, what it could hit; arms by name."""
+"""The arm: kinematics, gravity torques, collisions, visibility; arms that are known by name."""

@@ -1,4 +1,4 @@
-"""What of a robot and its surroundings comes too near to what: signed distances between bodies, by Coal."""
+"""Collisions of a robot with itself and its surroundings: signed distances between bodies, by Coal."""
 
 from collections.abc import Sequence
 from itertools import combinations

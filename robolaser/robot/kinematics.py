@@ -147,7 +147,7 @@ class Robot:
 
     @cached_property
     def by_pinocchio(self) -> PinocchioModel:
-        """The arm as Pinocchio has it, from the URDF as it was checked; joints that are not listed are held there."""
+        """The arm's Pinocchio model, from the checked URDF; joints that are not listed are fixed at neutral."""
         tree, moving = self._tree, {name: f"joint_{i}" for i, name in enumerate(self.joints)}
         return PinocchioModel(urdf.minimal(tree, moving), f"link_{list(tree.links).index(self.flange)}", self.gravity)
 

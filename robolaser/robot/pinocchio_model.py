@@ -1,4 +1,4 @@
-"""An arm as Pinocchio has it: one pass over the configurations serves all frames.
+"""An arm's Pinocchio model: one pass over the configurations gives all frames.
 
 Pinocchio's answers are read from its own memory, because a Python object for each frame would take ten times as long
 as the kinematics.
@@ -34,7 +34,7 @@ class PinocchioModel:
         self.end = np.array(self.model.frames[self.model.getFrameId(flange, pinocchio.BODY)].placement.homogeneous)
         """From the last joint that moves the flange, or the base, to the flange, (4, 4)."""
         self.masses = np.array([one.mass for one in self.model.inertias])[self.joints]
-        """What each joint carries, up to the next joints, (j,) [kg]."""
+        """Mass of what each joint carries, up to the next joints, (j,) [kg]."""
         self._data, self._moved = self.model.createData(), self.model.copy()
         self._moved_data, self._lock = self._moved.createData(), Lock()
 
@@ -119,7 +119,7 @@ def _view(frames: Any) -> Array:
     R, t, after = (_address(part) for part in (first.rotation, first.translation, second.rotation))
     size = first.rotation.itemsize
     if t - R != 9 * size:
-        raise AssertionError("Pinocchio keeps the shift of a placement elsewhere than behind its rotation.")
+        raise AssertionError("Pinocchio does not store the translation of a placement right behind its rotation.")
     shape, strides = (len(frames), 4, 3), (after - R, 3 * size, size)
     return np.lib.stride_tricks.as_strided(first.rotation, shape, strides)
 

@@ -14,7 +14,7 @@ from robolaser.trials.synthetic.arm import ScrewArm
 class SyntheticRun:
     """What a fault may depend on."""
 
-    arm: ScrewArm  # the arm as drawn
+    arm: ScrewArm  # the nominal arm
     q: Array  # joint angles as read, (n, j) [rad or m]
     qd: Array  # velocities at the reading, (n, j) [rad/s or m/s]
     time: Array  # of each pose, (n,) [s]

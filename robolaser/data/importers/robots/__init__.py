@@ -19,7 +19,7 @@ _BEGINNING = 4000
 @final
 @dataclass(frozen=True)
 class DescriptionOptions:
-    """What a person says of a robot's file that it does not say."""
+    """What the user states about a robot's file beyond its contents."""
 
     dh: DHStatement = DHStatement()  # the convention and the units of a table of Denavit-Hartenberg numbers
     xacro: Mapping[str, str] = field(default_factory=dict)  # arguments of a xacro file, by name
@@ -44,7 +44,7 @@ def find_robot(
         joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
-        options: What a person says of a file that it does not say.
+        options: What the user states beyond the file's contents.
 
     Raises:
         UsageError: Neither a known name nor a file; or the file leaves open what no option says.

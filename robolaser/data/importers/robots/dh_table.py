@@ -26,7 +26,7 @@ SETTINGS = ("convention", "units")
 @final
 @dataclass(frozen=True)
 class DHStatement:
-    """What a person says of a table that its file does not say."""
+    """What the user states about a table beyond its file's contents."""
 
     convention: str | None = None  # "standard" or "modified"; None: not stated
     units: tuple[str, ...] = ()  # of lengths and angles, as far as they are stated
