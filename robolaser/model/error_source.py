@@ -1,11 +1,13 @@
 """A source of measurement error, and what a unit of it does to each row."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Dataset
 
 
 @final
@@ -42,3 +44,18 @@ class ErrorSource:
 def along_each_axis(rows: int, axes: int) -> Array:
     """The effect of errors that move each of a row's numbers by themselves, (rows, axes, axes); takes no memory."""
     return np.broadcast_to(np.eye(axes), (rows, axes, axes))
+
+
+def errors_in_image(dataset: Dataset, moves_with_target: Callable[[], Array]) -> list[ErrorSource]:
+    """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated.
+
+    Args:
+        dataset: Whose rows are target points in images.
+        moves_with_target: Gives the move of each row by shifts of its target point, (m, 2, 3) [px/m].
+    """
+    m, noise = len(dataset.points), dataset.noise
+    sources = [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), "px", stated=noise.pixel_px)]
+    if noise.target_m is not None:
+        place = dataset.points.place
+        sources.append(ErrorSource("target", moves_with_target(), place, level="point", stated=noise.target_m))
+    return sources

@@ -13,7 +13,7 @@ from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.errors import DataError
 from robolaser.geometry.board_views import INTRINSICS, camera_matrix, distortion
 from robolaser.geometry.rigid_motion import carry, inverse
-from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors.camera_projection import (
     distort,
     distortion_by_place,
@@ -176,13 +176,7 @@ class CameraSensor(Sensor):
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
-        m, noise = len(self.dataset.points), self.dataset.noise
-        sources = [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), unit="px", stated=noise.pixel_px)]
-        if noise.target_m is not None:
-            moves = self._moves_with_target(values, T_base_flange, perturb)
-            place = self.dataset.points.place
-            sources.append(ErrorSource("target", moves, place, level="point", stated=noise.target_m))
-        return sources
+        return errors_in_image(self.dataset, lambda: self._moves_with_target(values, T_base_flange, perturb))
 
     def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Move of each residual by shifts of its target point in the camera frame, one candidate, (m, 2, 3) [px/m]."""
