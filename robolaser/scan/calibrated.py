@@ -16,8 +16,7 @@ from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, inside
 from robolaser.errors import DataError, ScanError
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.sensors.compiled_stripe import SCANNER
-from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.sensors.stripe import SCANNER, Stripe
 from robolaser.parameters import Parameter, Values
 from robolaser.robot.kinematics import DOWN, Robot
 from robolaser.scan.effects_in_file import effects_in_file

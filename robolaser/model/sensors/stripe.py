@@ -10,13 +10,12 @@ from robolaser.arrays import Array, Bools
 from robolaser.compiled import Loops
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.duals import is_dual
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.compiled_stripe import SCANNER, Chain
+from robolaser.model.sensors.compiled_stripe import CompiledStripe
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
@@ -27,6 +26,9 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
 LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
+SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
+"""The paper's fourteen, in its order (eq. 15)."""
+
 SEEN_ALONG = 5  # points of the stripe that stand for all of them
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
@@ -214,30 +216,14 @@ class Stripe(Sensor):
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        known, chain = self.target(values, perturb), self._chain_for(values, perturb)
-        if chain:
-            return chain.residuals(values, T_base_flange, perturb, known)
-        return known - self.in_base(values, T_base_flange, perturb)
-
-    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """J of eq. 18; in one go where it is compiled."""
-        chain = self._chain_for(values, perturb)
-        if chain:
-            return chain.squares(values, T_base_flange, perturb, self.target(values, perturb))
-        return super().squares(values, T_base_flange, perturb)
+        return self.target(values, perturb) - self.in_base(values, T_base_flange, perturb)
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
-        """J of the model without effects; in one go where it is compiled."""
+        """J of the model without effects; where the target is placed, compiled for long searches."""
         if self.dataset.placed and LOOPS.after(len(x) * len(self.dataset.points)):
-            return self._chain.costs(x, T_base_flange)
+            return self._compiled.costs(dict(zip(SCANNER, x.T, strict=True)), T_base_flange)
         return super().costs(x, T_base_flange)
 
-    def _chain_for(self, values: Values, perturb: Perturbation) -> Chain | None:
-        """The compiled chain, where it pays and no effect sits where it has no room for one."""
-        if is_dual(values["f"]) or perturb.touches(Stage.POINTS):
-            return None
-        return self._chain if LOOPS.after(len(values["f"]) * len(self.dataset.points)) else None
-
     @cached_property
-    def _chain(self) -> Chain:
-        return Chain(self.dataset)
+    def _compiled(self) -> CompiledStripe:
+        return CompiledStripe(self.dataset)

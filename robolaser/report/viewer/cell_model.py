@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, rigid_fit
 from robolaser.model.sensors import sensor_class
-from robolaser.model.sensors.compiled_stripe import SCANNER
+from robolaser.model.sensors.stripe import SCANNER
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.carry_over import carried_over, scanner_in
 from robolaser.scan.scanner_model import ScannerModel
