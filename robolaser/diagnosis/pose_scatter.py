@@ -9,8 +9,10 @@ import numpy as np
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import Localization, p_value
 from robolaser.diagnosis.noise_estimate import PoseNoise
+from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
 from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise.covariance import NoiseModel
 
@@ -116,6 +118,8 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
     limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in place.names}
     if ratio < LIKELIHOOD_RATIO_OF_SITE or all(noise.sigmas[name] <= limits[name] for name in place.names):
         return None
+    if _has_shape(Fit.of(fit.problem.with_noise(noise), fit.x), place.where):
+        return None
     units = {source.name: source.unit for source in noise.sources}
     sizes = {
         NUMBERS[units[name]]: Spread(
@@ -163,6 +167,12 @@ def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
         ErrorSource("flange_turn", turns, of_pose, "rad", level="pose"),
     )
     yield _Place(FLANGE, tuple(one.name for one in further), further)
+
+
+def _has_shape(fit: Fit, where: str) -> bool:
+    """Whether what scatters at a joint repeats with its angle, torque or time, however much chance is granted there."""
+    in_joint = where in moving_joints(fit.model.dataset.robot)
+    return in_joint and sparse_shape_chi2(fit, where) >= LIKELIHOOD_RATIO_OF_SITE
 
 
 def _without_excess(noise: NoiseModel, limits: Mapping[str, float], place: _Place) -> NoiseModel:
