@@ -61,7 +61,7 @@ AFTER_SEARCH = (
 """Thresholds that are read once the set of effects is chosen."""
 NUMERICAL = (
     "candidate_sites.DENTS", "effect_columns.SLOPE", "effect_columns.STEP", "fit.LEAST_FACTOR",
-    "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SHARE", "fit.SINGULAR", "fit.TOLERANCE",
+    "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SHARE", "fit.SINGULAR", "fit.TOLERANCE", "fit.CORRELATED",
     "gaussian_process_basis.KEPT",
     "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
     "held_out_gap.RESAMPLES", "held_out_gap.SHARE", "held_out_gap.TOLERANCE", "noise_estimate.LEAST_SHOWN",

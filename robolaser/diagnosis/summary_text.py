@@ -132,7 +132,7 @@ def _errs(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
             f"the model's error is {millimetres(gap.after_m)}, less than the {millimetres(gap.noise_floor_m)} of the"
-            " stated noise: repeats and residuals scatter less, and effects may hide in what [noise] states."
+            " assumed noise. If [noise] states too much, effects may hide in it."
         )
     return f"the model errs by {millimetres(gap.after_m)}, and noise alone gives {millimetres(gap.noise_floor_m)}."
 
@@ -220,7 +220,7 @@ def _clauses(findings: Sequence[Finding]) -> str:
 
 def _shrinks(gap: Gap) -> str:
     floor = (
-        f"less than the noise that [noise] states ({millimetres(gap.noise_floor_m)})"
+        f"less than the assumed noise ({millimetres(gap.noise_floor_m)})"
         if gap.after_ci95_m[1] < gap.noise_floor_m
         else f"where noise alone gives {millimetres(gap.noise_floor_m)}"
     )

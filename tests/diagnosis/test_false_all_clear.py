@@ -125,4 +125,4 @@ def test_noise_that_is_stated_too_large_is_not_what_the_error_would_be_below() -
     found = examine(dataset, effects=[], seed=0)
     assert found.gap.after_ci95_m[1] < found.gap.noise_floor_m
     assert "noise alone" not in found.sentence
-    assert "of the stated noise: repeats and residuals scatter less" in found.sentence
+    assert "mm of the assumed noise" in found.sentence
