@@ -14,7 +14,7 @@ from robolaser.data.dataset import Noise
 from robolaser.data.joining import join_sessions
 from robolaser.data.loading import load
 from robolaser.data.same_arm import check_same_arm
-from robolaser.data.sessions import OWN, Sessions
+from robolaser.data.sessions import Sessions
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
@@ -240,7 +240,7 @@ def test_a_camera_that_stands_in_the_cell_is_shared_unless_said_otherwise():
     halves = Sessions(("monday", "friday"))
     both = replace(made, poses=replace(made.poses, session=("monday",) * 6 + ("friday",) * 6), sessions=halves)
     assert "hand_eye.x" in Model(both).parameters.names
-    moved = replace(both, sessions=replace(halves, own=(*OWN[:2], "hand_eye.*")))
+    moved = replace(both, sessions=replace(halves, own=("target.*", "hand_eye.*")))
     assert {"hand_eye.x@monday", "hand_eye.x@friday"} <= set(Model(moved).parameters.names)
 
 
