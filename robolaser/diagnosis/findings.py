@@ -9,6 +9,7 @@ from scipy.special import chdtrc
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
+from robolaser.data.sessions import ON_FLANGE, OWN
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
@@ -25,7 +26,7 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise import NoiseModel
 
-PLACED = {"base", "target", "tool", "socket", "ball"}
+PLACED = {pattern.removesuffix(".*") for pattern in (*OWN, ON_FLANGE)}
 """First parts of parameters that say where things were put for a campaign."""
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""

@@ -118,7 +118,7 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
     limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in place.names}
     if ratio < LIKELIHOOD_RATIO_OF_SITE or all(noise.sigmas[name] <= limits[name] for name in place.names):
         return None
-    if _has_shape(Fit.of(fit.problem.with_noise(noise), fit.x), place.where):
+    if place.where in moving_joints(fit.model.dataset.robot) and _has_shape(fit, noise, place.where):
         return None
     units = {source.name: source.unit for source in noise.sources}
     sizes = {
@@ -169,10 +169,10 @@ def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
     yield _Place(FLANGE, tuple(one.name for one in further), further)
 
 
-def _has_shape(fit: Fit, where: str) -> bool:
+def _has_shape(fit: Fit, noise: NoiseModel, joint: str) -> bool:
     """Whether what scatters at a joint repeats with its angle, torque or time, however much chance is granted there."""
-    in_joint = where in moving_joints(fit.model.dataset.robot)
-    return in_joint and sparse_shape_chi2(fit, where) >= LIKELIHOOD_RATIO_OF_SITE
+    granted = Fit.of(fit.problem.with_noise(noise), fit.x)
+    return sparse_shape_chi2(granted, joint) >= LIKELIHOOD_RATIO_OF_SITE
 
 
 def _without_excess(noise: NoiseModel, limits: Mapping[str, float], place: _Place) -> NoiseModel:

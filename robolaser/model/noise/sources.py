@@ -16,8 +16,8 @@ from robolaser.parameters import Values
 JOINT_STEP = 1e-5  # [rad or m]
 
 ROUNDING = 1e-9
-"""[row's unit per rad or m] A source that moves no row by more than this moves none: derivatives by differences are
-exact to about 1e-10. Its size would be estimated from rounding errors, and grow to thousands of radians."""
+"""[row's unit per rad] Turns that move no row by more than this move none: what is left is rounding. Their size would
+be estimated from it, and grow to thousands of radians."""
 
 
 def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
