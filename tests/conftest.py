@@ -8,8 +8,6 @@ import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
-from robolaser.compiled.loops import SWITCH
-
 settings.register_profile("fast", max_examples=25, derandomize=True, deadline=None, database=None)
 settings.register_profile("long", max_examples=20_000, deadline=None, database=None, print_blob=True)
 settings.load_profile(os.environ.get("GENERATED", "fast"))
@@ -19,15 +17,6 @@ settings.load_profile(os.environ.get("GENERATED", "fast"))
 def one_thread() -> Iterator[None]:
     """Linear algebra on one thread: small matrices are slower on two, and far slower on a busy machine."""
     with threadpool_limits(limits=1, user_api="blas"):
-        yield
-
-
-@pytest.fixture(autouse=True, scope="session")
-def numpy() -> Iterator[None]:
-    """NumPy works where no test asks for compiled loops: results do not depend on what is on disk by then, and no
-    compiler runs beside the tests and outlives them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(SWITCH, "0")
         yield
 
 

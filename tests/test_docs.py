@@ -27,7 +27,7 @@ GUESTS = {
 PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").rglob("*.md")}
 TEXTS = PAGES | {name: ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
 SCRIPTS = [script for folder in ("benchmarks", "docs", "examples") for script in (ROOT / folder).rglob("*.py")]
-SILENT = ("algorithms", "benchmark", "compiled", "effects", "emulator", "operators", "problems", "simulation", "trials")
+SILENT = ("algorithms", "benchmark", "effects", "emulator", "operators", "problems", "simulation", "trials")
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 

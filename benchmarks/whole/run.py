@@ -1,11 +1,10 @@
-"""What a person waits for: whole commands in processes of their own, the first time ever and later, and their parts.
+"""What a person waits for: whole commands in processes of their own, and their parts.
 
     python benchmarks/whole/run.py [--rounds 5]
 
-The first time ever, no loop has been compiled yet; Python's own bytecode is there, as pip leaves it. CPU time is user
-and system time of the command's process and of the children that it waited for; loops that are compiled beside it for
-later are not in it. The parts are measured in one more run by timers around the package's own functions: imports are
-all that `import` took, wherever it stood.
+CPU time is user and system time of the command's process and of the children that it waited for. The parts are
+measured in one more run by timers around the package's own functions: imports are all that `import` took, wherever it
+stood.
 """
 
 import argparse
@@ -62,7 +61,7 @@ def parts(words: list[str], environment: dict[str, str]) -> dict[str, float]:
 def main() -> None:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description="Whole commands as a person runs them.")
-    parser.add_argument("--rounds", type=int, default=5, help="warm runs of each; default: 5")
+    parser.add_argument("--rounds", type=int, default=5, help="runs of each; default: 5")
     args = parser.parse_args()
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     idle = statistics.median(cpu_s([sys.executable, "-c", "pass"], environment) for _ in range(args.rounds))
@@ -72,16 +71,15 @@ def main() -> None:
         for title, words in commands(folder).items():
             command = [sys.executable, "-m", "robolaser", *words]
             cpu_s(command, environment)
-            first = cpu_s(command, environment | {"ROBOLASER_CACHE": str(folder / "caches" / title)})
             warm = [cpu_s(command, environment) for _ in range(args.rounds)]
-            rows.append((title, first, statistics.median(warm), min(warm), max(warm), parts(words, environment)))
+            rows.append((title, statistics.median(warm), min(warm), max(warm), parts(words, environment)))
     print(f"Python alone: {idle:.3f} s\n")
     names = list(dict.fromkeys(name for row in rows for name in row[-1]))
-    print(f"| command | first ever [s] | later [s] | spread [s] | first / later | {' | '.join(names)} |")
-    print("|---|" + "---|" * (4 + len(names)))
-    for title, first, middle, low, high, took in rows:
+    print(f"| command | CPU [s] | spread [s] | {' | '.join(names)} |")
+    print("|---|" + "---|" * (2 + len(names)))
+    for title, middle, low, high, took in rows:
         cells = (f"{took[name]:.2f}" if name in took else "" for name in names)
-        figures = (title, f"{first:.2f}", f"{middle:.2f}", f"{low:.2f} .. {high:.2f}", f"{first / middle:.1f}")
+        figures = (title, f"{middle:.2f}", f"{low:.2f} .. {high:.2f}")
         print(f"| {' | '.join((*figures, *cells))} |")
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from robolaser.vision.recordings import StripeOptions
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
-Centre = Literal["gauss", "gravity", "steger"]
+Centre = Literal["gauss", "steger"]
 Channel = Literal["auto", "grey", "red", "green", "blue", "red-excess", "green-excess", "blue-excess"]
 
 
@@ -50,7 +50,7 @@ def extract(
         recording: Folder with dataset.toml, poses.csv and images.
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
         step: Distance between points along the stripe, in lines of pixels.
-        centre: How the stripe's centre is found: Gaussian fit, centre of gravity, or Steger's ridge.
+        centre: How the stripe's centre is found: Gaussian fit, or Steger's ridge.
         channel: Colour in which the laser is looked for; red-excess is 2R-G-B. Default: where the stripe is longest.
         exposures: The images of a pose are an exposure series, and no repeats.
         force: Overwrite earlier points.

@@ -7,30 +7,27 @@ that is much, points scatter less against their neighbours. Errors of the calibr
 it.
 """
 
+import os
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
 from itertools import islice
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Progress
-from robolaser.compiled import Loops, cores, share_out
-from robolaser.data.stripe_file import STRIPE, Stripes
+from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ScanError
 from robolaser.geometry.rigid_motion import apply
-from robolaser.model.effects.effect import Run
 from robolaser.model.stages import Stage
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.joint_sensitivity import joint_sensitivity
 from robolaser.scan.ply import VERTEX, Vertices
-from robolaser.scan.scanner_model import FARTHEST_M, ScannerModel
+from robolaser.scan.scanner_model import ScannerModel
 from robolaser.scan.sources import Source, as_points, check_poses, no_line_centres
 
 PIECES_AT_ONCE = 32  # for each core, before they are handed on in order
-_LOOPS = Loops("robolaser.scan.cloud_loops", pays_after=3_000_000)  # points
-CAMERA = ("u_0", "v_0", "s_u", "s_v", "k", "f")
 
 
 @final
@@ -91,18 +88,16 @@ class Cloud:
         waiting, done = iter(self.source.pieces), 0
         seen = np.zeros(len(self.scanner.dataset.poses), dtype=bool)
         self.counts.centres = self.counts.points = 0
-        while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
-            found: dict[int, tuple[int, Vertices]] = {}
-            share_out(partial(self._put, found, i, read) for i, read in enumerate(batch))
-            for i in range(len(batch)):
-                centres, piece = found[i]
-                self.counts.centres += centres
-                self.counts.points += len(piece)
-                seen[piece["pose"]] = True
-                yield piece
-            done += len(batch)
-            if progress is not None:
-                progress("scanning", done / len(self.source.pieces))
+        with ThreadPoolExecutor(cores(), thread_name_prefix="robolaser") as threads:
+            while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
+                for centres, piece in threads.map(self._piece, batch):
+                    self.counts.centres += centres
+                    self.counts.points += len(piece)
+                    seen[piece["pose"]] = True
+                    yield piece
+                done += len(batch)
+                if progress is not None:
+                    progress("scanning", done / len(self.source.pieces))
         self.counts.poses = int(seen.sum())
         if self.counts.centres == 0:
             raise no_line_centres(self.source.what)
@@ -112,44 +107,10 @@ class Cloud:
                 " camera. Check stripe_axis, and that calibration and recording belong to the same scanner."
             )
 
-    def _put(self, found: dict[int, tuple[int, Vertices]], place: int, read: Callable[[], Stripes]) -> None:
+    def _piece(self, read: Callable[[], Stripes]) -> tuple[int, Vertices]:
+        """How many line centres there are, and the points that they give."""
         stripes = read()
         check_poses(stripes, self.scanner.dataset)
-        whole = self.source.points is not None or self._terms is None
-        loops = None if whole else _LOOPS.after(len(stripes))
-        found[place] = len(stripes), self._compiled(stripes, loops) if loops else self._in_numpy(stripes)
-
-    @cached_property
-    def _terms(self) -> tuple[Array, Array] | None:
-        """`lens` and `light` of the compiled loop; None where it lacks a term for an effect on single points."""
-        run = Run(self.scanner.dataset)
-        pointwise = [one for one in self.scanner.effects if one.stage in (Stage.PIXELS, Stage.IMAGE, Stage.POINTS)]
-        terms = [(effect.stage, effect.compiled_terms(run)) for effect in pointwise]
-        if any(term is None for _, term in terms):
-            return None
-        lens, light = ([term for at, term in terms if at is stage] for stage in (Stage.IMAGE, Stage.POINTS))
-        return np.array(lens, dtype=np.float64).reshape(-1, 3), np.array(light, dtype=np.float64).reshape(-1, 4)
-
-    def _compiled(self, stripes: Stripes, loops: Any) -> Vertices:
-        assert self._terms is not None  # else it would be done in NumPy
-        n, stripes = len(stripes), np.ascontiguousarray(stripes)
-        out = np.empty(n, VERTEX)
-        count = loops.vertices(
-            stripes.view("<f4").reshape(n, STRIPE.itemsize // 4),
-            stripes.view("<u4").reshape(n, STRIPE.itemsize // 4),
-            np.array([self.scanner.values[name][0] for name in CAMERA]),
-            self.scanner.dataset.stripe_axis == "u",
-            self.scanner.laser_plane,
-            self.scanner.camera,
-            self.arm,
-            *self._terms,
-            FARTHEST_M,
-            out.view("<f4").reshape(n, VERTEX.itemsize // 4),
-            out.view("<u4").reshape(n, VERTEX.itemsize // 4),
-        )
-        return out[:count]
-
-    def _in_numpy(self, stripes: Stripes) -> Vertices:
         points = self.source.points or as_points(stripes)
         places = self.scanner.in_base(points)
         across = stripes["std"] * self.scanner.slope(points)
@@ -157,7 +118,15 @@ class Cloud:
         out["x"], out["y"], out["z"] = places.T
         out["std"] = np.hypot(across, self.arm[points.pose])
         out["pose"], out["intensity"] = stripes["pose"], stripes["intensity"]
-        return out[np.isfinite(places).all(axis=1)]
+        return len(stripes), out[np.isfinite(places).all(axis=1)]
+
+
+def cores() -> int:
+    """Cores that a scan may use: all of this process, or as many as `OMP_NUM_THREADS` says."""
+    limit = os.environ.get("OMP_NUM_THREADS", "")
+    if limit.isdigit() and int(limit) > 0:
+        return int(limit)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:

@@ -13,7 +13,7 @@ from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
 from robolaser.vision.candidates import Axis
-from robolaser.vision.profile_levels import FULL
+from robolaser.vision.profiles import FULL
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
 PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off

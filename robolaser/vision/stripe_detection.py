@@ -6,7 +6,7 @@ import numpy as np
 from robolaser.vision.board import Image
 from robolaser.vision.candidates import Axis, LineCentres
 from robolaser.vision.line_centres import DEFAULT, PEAK_DETECTORS
-from robolaser.vision.line_centres.centre_of_gravity import measure
+from robolaser.vision.profiles import measure
 from robolaser.vision.runs import find_runs
 
 

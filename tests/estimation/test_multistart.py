@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robolaser.compiled.loops import SWITCH, compiles
 from robolaser.data.dataset import Noise
 from robolaser.estimation.multistart import AGREEING, MOST_ROUNDS, SoFar, multistart
 from robolaser.estimation.problem import Problem
@@ -23,9 +22,6 @@ WORLDS = {
         find_robot("ur3"), poses=12, points=6, noise=Noise(target_m=2e-4), placed=False, seed=1
     ),
 }
-
-
-needs_compiler = pytest.mark.skipif(compiles() == "0", reason="there is no compiler")
 
 
 @pytest.fixture(scope="module", params=list(WORLDS))
@@ -74,16 +70,6 @@ def test_a_start_at_a_pole_spoils_no_other() -> None:
     pole[7], pole[4] = 0.0, model.dataset.points.pixel[0, 1]  # type: ignore[index]
     assert not np.isfinite(model.cost(pole[None])[0])
     assert multistart(model, seed=1, starts=pole[None]).cost == pytest.approx(multistart(model, seed=1).cost, rel=1e-9)
-
-
-@needs_compiler
-def test_without_a_compiler_the_same_optimum_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    dataset = paper(find_robot("scorbot_er7"), seed=1).dataset
-    costs = {}
-    for switch in ("0", "1"):
-        monkeypatch.setenv(SWITCH, switch)
-        costs[switch] = multistart(Model(dataset), seed=1).cost
-    assert costs["0"] == pytest.approx(costs["1"], rel=1e-6)
 
 
 def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

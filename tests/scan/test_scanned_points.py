@@ -93,27 +93,10 @@ def test_the_calibrated_data_set_is_scanned_to_where_its_model_sees_it(data, eff
     assert scan.warnings == ()
 
 
-def test_compiled_and_plain_ways_agree(data, effects, tmp_path):
-    names, numbers = effects
-    scan = scan_of(
-        calibrated(data, names, numbers), recorded(data, tmp_path / "data", line_centres(data, per_pose=200)), tmp_path
-    )
-    stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
-    compiled, plain = (
-        scan.cloud._compiled(stripes, pytest.importorskip("robolaser.scan.cloud_loops")),
-        scan.cloud._in_numpy(stripes),
-    )
-    assert len(compiled) == len(plain) > 1000
-    np.testing.assert_array_equal(compiled["pose"], plain["pose"])
-    near = np.linalg.norm(positions_of(plain), axis=1) < 2.0
-    np.testing.assert_allclose(positions_of(compiled)[near], positions_of(plain)[near], atol=1e-6)
-    np.testing.assert_allclose(compiled["std"][near], plain["std"][near], rtol=0.05)
-
-
 @final
 @dataclass(frozen=True)
 class Smudge(Effect):
-    """A lens that somebody touched: nothing that any loop was compiled for."""
+    """A lens that somebody touched: an effect of a user's own."""
 
     name: ClassVar[str] = "smudge"
     title: ClassVar[str] = "a smudge"
@@ -127,7 +110,7 @@ class Smudge(Effect):
         return value + self.size[:, None, None] * np.sin(1e3 * value)
 
 
-def test_effects_that_no_loop_was_compiled_for_are_scanned_all_the_same(data, tmp_path):
+def test_effects_of_ones_own_are_scanned_too(data, tmp_path):
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", line_centres(data, per_pose=200)), tmp_path)
     straight = places(scan)
     cloud = replace(scan.cloud, scanner=replace(scan.cloud.scanner, effects=(Smudge("camera", np.array([1e-5])),)))

@@ -104,7 +104,7 @@ def test_stripes_are_not_overwritten_unasked(tmp_path, capsys):
     assert main(["extract", str(folder)]) == 0
     assert main(["extract", str(folder)]) == 1
     assert "stripes.npy" in capsys.readouterr().err
-    assert main(["extract", str(folder), "--centre", "gravity", "--step", "4", "--force"]) == 0
+    assert main(["extract", str(folder), "--centre", "steger", "--step", "4", "--force"]) == 0
     assert len(open_stripes(folder / "stripes.npy")) < LINES
 
 

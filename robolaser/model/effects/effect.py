@@ -132,10 +132,6 @@ class Effect(ABC):
         """
         return ""
 
-    def compiled_terms(self, run: Run) -> tuple[float, ...] | None:
-        """Its term and numbers for the compiled loop over scanned points, see `compiled_terms`; None: it has none."""
-        return None
-
     @classmethod
     def amplitudes(cls) -> tuple[Amplitude, ...]:
         """Its parameters that are zero when nominal, the principal one first."""

@@ -45,8 +45,3 @@ class LaserCurvature(Effect):
             bulge = self.curvature[:, None] * y**2 / (2 * away)
             slide = 2.0 / (less + np.sqrt(np.maximum(less**2 - 4.0 * bulge, 0.0)))
         return np.asarray(point * slide[..., None])
-
-    def compiled_terms(self, run: Run) -> tuple[float, ...]:
-        """Curvature, tangent of the cone, and the nominal plane's normal along x and z."""
-        theta = run.laser_angle[0]
-        return (float(self.curvature[0]), float(np.tan(self.cone[0])), float(np.cos(theta)), float(np.sin(theta)))

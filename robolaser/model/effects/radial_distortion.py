@@ -6,7 +6,6 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.compiled_terms import RADIAL
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.requirements import free_radial_term
 from robolaser.model.stages import Stage
@@ -41,7 +40,3 @@ class RadialDistortion(Effect):
         r2 = image[..., :1] ** 2 + image[..., 1:] ** 2
         higher = np.where(run.fitted_k2[:, None], r2 / CORNER_M**2, 1.0)
         return image * (1.0 + self.k_2[:, None, None] * r2**2 * higher)
-
-    def compiled_terms(self, run: Run) -> tuple[float, ...]:
-        """Its kind and coefficient."""
-        return (RADIAL, float(self.k_2[0]), 0.0)

@@ -6,7 +6,6 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.model.effects.compiled_terms import TANGENTIAL
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.requirements import centred_lens
 from robolaser.model.stages import Stage
@@ -41,7 +40,3 @@ class TangentialDistortion(Effect):
         r2, uv = u**2 + v**2, 2 * u * v
         shift = [p_1 * uv + p_2 * (r2 + 2 * u**2), p_1 * (r2 + 2 * v**2) + p_2 * uv]
         return image + np.stack(shift, axis=-1)
-
-    def compiled_terms(self, run: Run) -> tuple[float, ...]:
-        """Its kind and coefficients."""
-        return (TANGENTIAL, float(self.p_1[0]), float(self.p_2[0]))

@@ -1,13 +1,11 @@
 """A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import Any, ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.compiled import Loops
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
@@ -15,17 +13,16 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.compiled_stripe import CompiledStripe
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.stripe_cost import StripeCost
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
-LOOPS = Loops("robolaser.model.sensors.stripe_loops", pays_after=6e6)  # candidates times rows
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """The paper's fourteen, in its order (eq. 15)."""
 
@@ -64,6 +61,7 @@ class Stripe(Sensor):
         super().__init__(dataset)
         self._pixel = dataset.points["pixel"][None]
         self._xyz = dataset.points["xyz"][None]
+        self._cost: StripeCost | None = None
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -219,11 +217,9 @@ class Stripe(Sensor):
         return self.target(values, perturb) - self.in_base(values, T_base_flange, perturb)
 
     def costs(self, x: Array, T_base_flange: Array) -> Array:
-        """J of the model without effects; where the target is placed, compiled for long searches."""
-        if self.dataset.placed and LOOPS.after(len(x) * len(self.dataset.points)):
-            return self._compiled.costs(dict(zip(SCANNER, x.T, strict=True)), T_base_flange)
-        return super().costs(x, T_base_flange)
-
-    @cached_property
-    def _compiled(self) -> CompiledStripe:
-        return CompiledStripe(self.dataset)
+        """J of the model without effects; where the target is placed, by few operations for long searches."""
+        if not self.dataset.placed:
+            return super().costs(x, T_base_flange)
+        if self._cost is None or self._cost.T_base_flange is not T_base_flange:
+            self._cost = StripeCost(self.dataset, T_base_flange)
+        return self._cost(dict(zip(SCANNER, x.T, strict=True)))

@@ -4,16 +4,14 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from robolaser.arrays import Array
-from robolaser.vision.line_centres.centre_of_gravity import Profiles, centre_of_gravity
 from robolaser.vision.line_centres.gaussian_fit import gaussian_fit
 from robolaser.vision.line_centres.steger import steger
+from robolaser.vision.profiles import Profiles
 from robolaser.vision.runs import Runs
 
 PeakDetector = Callable[[Runs, Profiles], tuple[Array, Array]]
 
-PEAK_DETECTORS: Mapping[str, PeakDetector] = MappingProxyType(
-    {"gauss": gaussian_fit, "gravity": centre_of_gravity, "steger": steger}
-)
+PEAK_DETECTORS: Mapping[str, PeakDetector] = MappingProxyType({"gauss": gaussian_fit, "steger": steger})
 """Each by its name."""
 SMOOTHING = frozenset({"steger"})
 """Those whose centres share their neighbours' noise: the scatter along the stripe is not their noise."""

@@ -3,10 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.compiled import Loops
-from robolaser.vision.board import Image
-from robolaser.vision.line_centres.centre_of_gravity import Profiles
-from robolaser.vision.profile_levels import DAMPING, FEWEST, FOOT, FULL, LEVEL, LONGEST, SETTLED, STEPS, STILL
+from robolaser.vision.profiles import FOOT, FULL, LEVEL, Profiles
 from robolaser.vision.runs import Runs
 
 BEYOND_SIGMAS = 3.0
@@ -17,8 +14,12 @@ BROADEST_FULL = 12
 """Saturated pixels beyond which light is glare and no gaussian: the centre of gravity between the flanks stands."""
 FARTHEST = 0.5
 """Distance of the Gaussian's centre from the centre of gravity, and its deviation, that a fit has at most [widths]."""
-
-_LOOPS = Loops("robolaser.vision.gaussian_loops", pays_after=100_000)  # runs of bright pixels
+STEPS = 4  # Gauss-Newton steps; the start is good to a tenth of the width
+DAMPING = 1e-3  # added to the normal equations' diagonal while stepping, as a share
+SETTLED = 1e-9  # added always, so that the equations have a solution where pixels carry no information
+STILL = 1e-3  # change of centre and breadth, in breadths, below which a fit has converged
+LONGEST = (-0.4, 0.6)  # steps of the Gaussian's breadth at most, as shares; its centre moves by less than one breadth
+FEWEST = 7  # pixels that are needed for a Gaussian's five unknowns
 
 
 def gaussian_fit(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
@@ -43,10 +44,10 @@ def gaussian_fit(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
     before, after = runs.room()
     low = np.maximum(before[at], origin - np.ceil(reach).astype(np.int64))
     high = np.minimum(after[at], origin + np.ceil(reach).astype(np.int64))
-    centre, variance = np.empty(len(at)), np.empty(len(at))
-    loops = _LOOPS.after(len(at)) if runs.across.dtype == np.uint8 else None
-    fit = loops.fit if loops else _fit
-    fit(runs.across, runs.line[at], low, high, origin, start, full, runs.noise**2, centre, variance)
+    gaussian, second, scatter, count = _fitted(*_pixels(runs, at, low, high, origin), start, full)
+    centre = gaussian[:, 1]
+    known = (count >= FEWEST) & (gaussian[:, 0] > 0)
+    variance = np.where(known, second * np.maximum(runs.noise**2, scatter), 0.0)
     farthest = FARTHEST * profiles.width[at]
     fits = (variance > 0) & (variance <= farthest**2) & (np.abs(centre - start[:, 1]) <= farthest)
     found, std = profiles.centre.copy(), profiles.std.copy()
@@ -65,46 +66,55 @@ def _start(profiles: Profiles, at: Ints, origin: Ints) -> Array:
     return np.stack([height, profiles.centre[at] - origin, breadth, ground, np.zeros_like(ground)], axis=-1)
 
 
-def _fit(
-    across: Image,
-    line: Ints,
-    low: Ints,
-    high: Ints,
-    origin: Ints,
-    start: Array,
-    full: Bools,
-    noise: float,
-    centre: Array,
-    variance: Array,
-) -> None:
-    """The twin of `gaussian_loops.fit`, which says what it takes."""
+def _pixels(runs: Runs, at: Ints, low: Ints, high: Ints, origin: Ints) -> tuple[Array, Array, Array]:
+    """Distances x from `origin` (k,), and the grey of the pixels there and whether they are fitted, 1 or 0, (n, k)."""
     reach = np.maximum(origin - low, high - origin).max(initial=0)
     x = np.arange(-reach, reach + 1)
     column = origin[:, None] + x
-    grey = across[line[:, None], np.clip(column, 0, across.shape[1] - 1)].astype(np.float64)
+    grey = runs.across[runs.line[at][:, None], np.clip(column, 0, runs.across.shape[1] - 1)].astype(np.float64)
     used = (column >= low[:, None]) & (column <= high[:, None]) & (grey < FULL)
-    w, gaussian, diagonal = used.astype(np.float64), start.copy(), np.arange(5)
-    active = np.ones(len(line), dtype=np.bool_)
-    for step in range(STEPS + 1):
-        A, m, s, c, d = (gaussian[:, k, None] for k in range(5))
-        z = (x - m) / s
-        g = np.exp(-0.5 * z * z)
-        J = w[..., None] * np.stack(
-            [g, A * g * z / s, A * g * z * z / s, np.ones_like(g), x * np.ones_like(g)], axis=-1
-        )
-        J[full, :, 4] = 0.0
-        left = w * (grey - A * g - c - d * x)
-        N = np.swapaxes(J, 1, 2) @ J
-        N[:, diagonal, diagonal] += (DAMPING if step < STEPS else SETTLED) * N[:, diagonal, diagonal] + SETTLED
-        if step < STEPS:
-            steps = np.linalg.solve(N, np.swapaxes(J, 1, 2) @ left[..., None])[..., 0]
-            steps[:, 1] = np.clip(steps[:, 1], -gaussian[:, 2], gaussian[:, 2])
-            steps[:, 2] = np.clip(steps[:, 2], LONGEST[0] * gaussian[:, 2], LONGEST[1] * gaussian[:, 2])
-            s = gaussian[:, 2]
-            gaussian = gaussian + np.where(active[:, None], steps, 0.0)
-            active &= np.abs(steps[:, 1:3]).max(axis=1) > STILL * s
-    count = used.sum(axis=1)
-    scatter = (left**2).sum(axis=1) / np.maximum(count - 5, 1)
+    return x.astype(np.float64), grey, used.astype(np.float64)
+
+
+def _fitted(x: Array, grey: Array, used: Array, start: Array, full: Bools) -> tuple[Array, Array, Array, Array]:
+    """Damped Gauss-Newton steps for each profile until it has converged.
+
+    Args:
+        x: Places of the pixels, (k,) [px].
+        grey: (n, k).
+        used: 1 for the pixels that are fitted, else 0, (n, k).
+        start: A, m, s, c and d to start from, (n, 5).
+        full: Whether the profile is saturated; then d stays 0, (n,).
+
+    Returns:
+        A, m, s, c and d, (n, 5); the variance of m for pixels of variance 1, the variance of what the fit leaves, and
+        how many pixels were fitted, (n,).
+    """
+    gaussian, diagonal = start.copy(), np.arange(5)
+    moving = np.arange(len(start))
+    for _ in range(STEPS):
+        N, right, _ = _equations(x, grey[moving], used[moving], gaussian[moving], full[moving])
+        N[:, diagonal, diagonal] += DAMPING * N[:, diagonal, diagonal] + SETTLED
+        step = np.linalg.solve(N, right[..., None])[..., 0]
+        s = gaussian[moving, 2]
+        step[:, 1] = np.clip(step[:, 1], -s, s)
+        step[:, 2] = np.clip(step[:, 2], LONGEST[0] * s, LONGEST[1] * s)
+        gaussian[moving] += step
+        moving = moving[np.abs(step[:, 1:3]).max(axis=1) > STILL * s]
+    N, _, squares = _equations(x, grey, used, gaussian, full)
+    N[:, diagonal, diagonal] += SETTLED * N[:, diagonal, diagonal] + SETTLED
     second = np.linalg.solve(N, np.eye(5)[None, :, 1:2])[:, 1, 0]
-    centre[:] = gaussian[:, 1]
-    variance[:] = np.where((count >= FEWEST) & (gaussian[:, 0] > 0), second * np.maximum(noise, scatter), 0.0)
+    count = used.sum(axis=1)
+    return gaussian, np.asarray(second, np.float64), squares / np.maximum(count - 5, 1), count
+
+
+def _equations(x: Array, grey: Array, used: Array, gaussian: Array, full: Bools) -> tuple[Array, Array, Array]:
+    """Normal matrices (n, 5, 5), their right sides (n, 5), and the sums of squared residuals, (n,)."""
+    A, m, s, c, d = (gaussian[:, k, None] for k in range(5))
+    z = (x - m) / s
+    g = np.exp(-0.5 * z * z) * used
+    shift = A * g * z / s
+    J = np.stack([g, shift, shift * z, used, x * used], axis=1)
+    J[full, 4] = 0.0
+    left = used * (grey - c - d * x) - A * g
+    return J @ np.swapaxes(J, 1, 2), (J @ left[..., None])[..., 0], np.einsum("ij,ij->i", left, left)

@@ -11,7 +11,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.vision.board import Image
-from robolaser.vision.line_centres.centre_of_gravity import Profiles
+from robolaser.vision.profiles import Profiles
 from robolaser.vision.runs import Runs
 
 HALF_PER_WIDTH = 0.6  # half the breadth of the bar that a stripe is taken for, over its width between the flanks

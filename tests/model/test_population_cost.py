@@ -1,16 +1,11 @@
-"""The cost of a population that is compiled and its twin in NumPy are the same."""
+"""Costs of populations: J as the residuals have it, for every candidate by itself."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.compiled import threads
-from robolaser.compiled.loops import SWITCH, Loops, compiles
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.geometry.rigid_motion import apply, carry, exp_so3, pose
 from robolaser.model.forward_model import Model
@@ -23,24 +18,11 @@ CELLS = {
     "stripe": {"kind": "stripe"},
     "stripe along v": {"kind": "stripe", "stripe_axis": "v"},
 }
-pytestmark = pytest.mark.skipif(compiles() == "0", reason="there is no compiler")
-
-
-@pytest.fixture(autouse=True)
-def compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(SWITCH, "1")
 
 
 @pytest.fixture(autouse=True)
 def same_draws_in_any_order(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(globals(), "RNG", np.random.default_rng(SEED))
-
-
-@contextmanager
-def without_compiler() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(SWITCH, "0")
-        yield
 
 
 @pytest.fixture(scope="module", params=list(CELLS))
@@ -53,19 +35,21 @@ def candidates(model: Model, count: int = 6) -> Array:
     return model.parameters.nominal + near * model.parameters.width
 
 
-def test_compiled_and_numpy_agree(dataset: Dataset) -> None:
+def test_a_populations_cost_is_the_sum_of_its_squared_residuals(dataset: Dataset) -> None:
     model = Model(dataset)
     x = candidates(model)
+    np.testing.assert_allclose(model.cost(x), np.square(model.residuals(x)).sum(axis=(1, 2)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("at_once", [1, 100, 10**9])
+def test_how_many_candidates_are_evaluated_at_once_changes_no_digit(
+    at_once: int, dataset: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = Model(dataset)
+    x = candidates(model, 20)
     J = model.cost(x)
-    with without_compiler():
-        np.testing.assert_allclose(J, Model(dataset).cost(x), rtol=1e-12)
-
-
-@pytest.mark.parametrize("cell", [{"kind": "stripe", "placed": False}, {"kind": "stripe"}])
-def test_residuals_are_never_compiled(cell: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    model = Model(simulate(find_robot("scorbot_er7"), poses=9, points=7, seed=2, **cell).dataset)
-    monkeypatch.setattr(Loops, "after", lambda *_: pytest.fail("compiled loops were asked for"))
-    assert np.isfinite(model.residuals(candidates(model))).all()
+    monkeypatch.setattr("robolaser.model.sensors.stripe_cost.AT_ONCE", at_once)
+    np.testing.assert_array_equal(model.cost(x), J)
 
 
 def test_rows_may_come_in_any_order() -> None:
@@ -93,16 +77,6 @@ def test_candidates_at_a_pole_cost_infinitely_much_and_spoil_no_other() -> None:
     where = model.parameters.columns(["k", "theta", "s_v", "v_0"])
     x[1, where] = 0.0, 0.0, 1.0, model.dataset.points.pixel[0, 1]  # type: ignore[index]
     assert np.isinf(model.cost(x)).tolist() == [False, True, False]
-
-
-def test_threads_change_no_digit(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = Model(simulate(find_robot("scorbot_er7"), poses=60, points=50, seed=1).dataset)
-    x = candidates(model, 64)
-    costs = []
-    for cores in (1, 3):
-        monkeypatch.setattr(threads, "cores", lambda cores=cores: cores)
-        costs.append(model.cost(x))
-    np.testing.assert_array_equal(*costs)
 
 
 def test_points_are_carried_by_the_frame_of_their_row() -> None:

@@ -1,4 +1,4 @@
-"""The centre of gravity of what of a stripe's profile rises above a level."""
+"""Profiles of a stripe: their centres of gravity above a level, their widths and their light."""
 
 from dataclasses import dataclass
 from typing import final
@@ -6,15 +6,14 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.compiled import Loops
-from robolaser.vision.board import Image
-from robolaser.vision.profile_levels import FOOT, FULL, LEAST_SECOND_MOMENT, LEVEL
 from robolaser.vision.runs import Runs, grey_at
 
+FULL = 255  # grey of a saturated pixel: it was at least as bright
+LEVEL = 0.6  # height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo
+FOOT = 0.3  # height at which a second centre is taken; its distance from the other shows an asymmetric profile
+LEAST_SECOND_MOMENT = 0.1  # sum of squared distances of pixels from the centre [px²], at least
 FLANK_PX = 0.05
 """Error [px] of a saturated centre beside the noise's: its flanks are steep, and no line goes from pixel to pixel."""
-
-_LOOPS = Loops("robolaser.vision.profile_loops", pays_after=200_000)  # runs of bright pixels
 
 
 @final
@@ -45,30 +44,30 @@ def measure(runs: Runs) -> Profiles:
     right = np.minimum(runs.last + margin, (after + runs.last + 1) // 2)
     ground = 0.5 * (grey_at(runs, left) + grey_at(runs, right))
     reach = int((runs.last - runs.first).max(initial=0)) // 2 + 12
-    moments = np.empty((len(runs), 10))
-    loops = _LOOPS.after(len(runs)) if runs.across.dtype == np.uint8 else None
-    measured = loops.measured if loops else _measured
-    measured(runs.across, runs.line, runs.first, runs.last, ground, reach, moments)
-    centre, width, light, moment_2, low, foot, _, _, peak, full = moments.T
+    grey, middle, peak, peak_column, full = _cut_out(runs, reach)
+    centre, width, light, moment_2 = _above_level(ground + LEVEL * (peak - ground), grey, peak_column)
+    low, foot, _, _ = _above_level(ground + FOOT * (peak - ground), grey, peak_column)
     std = np.hypot(runs.noise * np.sqrt(moment_2) / light, np.where(full > 0, FLANK_PX, 0.0))
-    return Profiles(centre, std, width, foot, light, peak, ground, full.astype(np.int64), low - centre)
+    return Profiles(middle - reach + centre, std, width, foot, light, peak, ground, full, low - centre)
 
 
-def _measured(across: Image, line: Ints, first: Ints, last: Ints, ground: Array, reach: int, moments: Array) -> None:
-    """The twin of `profile_loops.measured`, which says what it takes."""
-    length = across.shape[1]
-    mid_column = (first + last) // 2
-    column = mid_column[:, None] + np.arange(-reach, reach + 1)
-    grey = across[line[:, None], np.clip(column, 0, length - 1)].astype(np.float64)
+def _cut_out(runs: Runs, reach: int) -> tuple[Array, Ints, Array, Ints, Ints]:
+    """Each run's pixels and `reach` more on either side of its middle.
+
+    Returns:
+        Grey, infinite outside the image, (n, 2 reach + 1); the middle's column in the image, (n,); the run's brightest
+        grey, where it is in the first array, and how many of the run's pixels are saturated, (n,).
+    """
+    length = runs.across.shape[1]
+    middle = (runs.first + runs.last) // 2
+    column = middle[:, None] + np.arange(-reach, reach + 1)
+    grey = runs.across[runs.line[:, None], np.clip(column, 0, length - 1)].astype(np.float64)
     grey[(column < 0) | (column >= length)] = np.inf
-    own = (column >= first[:, None]) & (column <= last[:, None])
+    own = (column >= runs.first[:, None]) & (column <= runs.last[:, None])
     peak = np.where(own, grey, 0.0).max(axis=1)
     brightest = own & (grey == peak[:, None])
     peak_column = (brightest.argmax(axis=1) + 2 * reach - brightest[:, ::-1].argmax(axis=1)) // 2
-    for level, at in ((LEVEL, 0), (FOOT, 4)):
-        moments[:, at : at + 4] = np.stack(_above_level(ground + level * (peak - ground), grey, peak_column), axis=-1)
-        moments[:, at] += mid_column - reach
-    moments[:, 8], moments[:, 9] = peak, (own & (grey == FULL)).sum(axis=1)
+    return grey, middle, peak, peak_column, (own & (grey == FULL)).sum(axis=1)
 
 
 def _above_level(level: Array, grey: Array, peak_column: Ints) -> tuple[Array, Array, Array, Array]:
@@ -106,8 +105,3 @@ def _above_level(level: Array, grey: Array, peak_column: Ints) -> tuple[Array, A
     moments -= np.where(a_tail < FULL - level, (0.75 - 0.25 * to_tail * (2 + to_tail)) * (tail - centre) ** 2, 0.0)
     moments = np.maximum(moments, LEAST_SECOND_MOMENT)
     return centre, np.where(whole, tail - head + to_head + to_tail, np.nan), area, moments
-
-
-def centre_of_gravity(runs: Runs, profiles: Profiles) -> tuple[Array, Array]:
-    """Give the centre of gravity and its standard deviation by the image's noise, (n,) [px]."""
-    return profiles.centre, profiles.std
