@@ -9,7 +9,6 @@ from scipy.special import chdtrc
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.data.sessions import ON_FLANGE, OWN
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
@@ -26,8 +25,6 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise import NoiseModel
 
-PLACED = {pattern.removesuffix(".*") for pattern in (*OWN, ON_FLANGE)}
-"""First parts of parameters that say where things were put for a campaign."""
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
 
@@ -115,11 +112,12 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     """The nominal model's error; None without a nominal model, which needs the sensor's parameters and mount.
 
-    Where base, target, tools, sockets and balls were not measured, they are fitted. If nothing else is unknown and
-    nothing is given, the arm is the nominal model.
+    Where things that were put or mounted for a campaign were not measured, they are fitted. If nothing else is unknown
+    and nothing is given, the arm is the nominal model.
     """
-    items = start.sensor.items
-    if any(not item.given and not PLACED & set(item.name.split(".")[:-1]) for item in items):
+    items, sensor = start.sensor.items, start.model.sensor
+    lasting = {*sensor.free, *sensor.derived} - {*sensor.put_anew}
+    if any(not item.given and item.name in lasting for item in items):
         return None
     if any(item.given for item in items):
         x = start.problem.parameters.nominal
