@@ -29,30 +29,6 @@ MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
 
 
-def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
-    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
-
-    One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable
-    to be listed come last.
-    """
-    gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
-    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}
-    remaining = sorted(
-        refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
-    )
-    fits, waiting = [refits.start], 0
-    while remaining:
-        test = remaining.pop(0)
-        fit = refits.of(fits[-1], [test]) if remaining else final
-        if waiting < len(remaining) and held_out.gap(fit) >= held_out.gap(fits[-1]):
-            remaining.append(test)
-            waiting += 1
-        else:
-            fits.append(fit)
-            waiting = 0
-    return fits
-
-
 def findings_of(
     refits: Refits, nested: Sequence[Fit], evidence: Sequence[EffectEvidence], held_out: HeldOut, errors: Array
 ) -> tuple[Finding, ...]:
@@ -86,11 +62,6 @@ def findings_of(
             )
         )
     return tuple(findings)
-
-
-def explaining(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that lower the held-out error when they are added; the others explain nothing."""
-    return tuple(found for found in findings if found.gap_after_m < found.gap_before_m)
 
 
 def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -12,7 +12,7 @@ from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.thresholds import LARGEST_USUAL
 from robolaser.estimation.identifiability import UNIFORM
-from robolaser.estimation.linearization import Linearization
+from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -189,6 +189,19 @@ class Fit:
         unit, covariance = self.x[own] / self.deviations[own], self.at.covariance[np.ix_(own, own)]
         correlation = covariance / np.outer(self.deviations[own], self.deviations[own])
         return float(unit @ np.linalg.pinv(correlation, rcond=CORRELATED, hermitian=True) @ unit)
+
+    def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
+        """Whether the data push a parameter of an effect beyond what is plausible.
+
+        The nominal value is no such bound, nor are the ends of a shape, which has no unit.
+        """
+        shapes = {one.name for one in candidate_effect.effect.nonlinear_parameters() if not one.unit}
+        names = self.problem.parameters.names
+        return any(
+            self.at.pushed[i] and abs(self.x[i] - item.nominal) > TOUCH * self.problem.scale[i]
+            for item, i in ((item, names.index(item.name)) for item in candidate_effect.parameters.items)
+            if item.name.rpartition(".")[2] not in shapes
+        )
 
     def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
         keys = [key for one in effects for key in one.parameters.names]

@@ -26,6 +26,7 @@ def configurations_facing(
     *,
     wanted: int,
     rng: np.random.Generator,
+    place: Array | None = None,
 ) -> tuple[Array, Array]:
     """Configurations in which what is carried looks down on one place, at many tilts, turns and distances.
 
@@ -35,6 +36,7 @@ def configurations_facing(
         sees: Whether the camera sees the board, for T_base_carried (n, 4, 4) and the place looked at, (3,) [m].
         wanted: How many are needed; spares follow.
         rng: Random numbers.
+        place: What is looked at, (3,) [m]; when absent, the place that most configurations look down on.
 
     Returns:
         Configurations (≥ wanted, j), ones far from each other first, and the place, (3,) [m].
@@ -42,7 +44,7 @@ def configurations_facing(
     Raises:
         RobotError: There are too few.
     """
-    place = _place(robot, T_flange_carried, rng)
+    place = _place(robot, T_flange_carried, rng) if place is None else place
     enough, found, tried = min(SPARE * wanted, wanted + MOST_SPARE), np.empty((0, len(robot.joints))), 0
     for _ in range(BATCHES):
         start = random_configurations(robot, BATCH, rng)

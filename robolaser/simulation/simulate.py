@@ -129,7 +129,7 @@ def simulate(
             noise=stated or noise,
         )
         blank = sensor_type.describe(blank, setup)
-        sensor = sensor_type.build(blank, setup, random)
+        sensor = sensor_type.build(blank, replace(setup, known=shared), random)
         sizes = dict(effects or {})
         share = share_of(sizes)
         candidate_effects, numbers = numbers_of(sizes, blank)

@@ -82,6 +82,7 @@ class SimulatedCamera(SimulatedSensor):
         rng, (robot, _) = random.build, dataset.arm
         lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
         lens |= {name: item.nominal for name, item in dataset.parameters.items() if name in lens and item.fixed}
+        lens |= {name: value for name, value in setup.known.items() if name in lens}
         columns, rows = _board(setup.points)
         grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
         corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))
@@ -91,7 +92,11 @@ class SimulatedCamera(SimulatedSensor):
             from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
             rng.uniform(-SHIFT_M, SHIFT_M, 3),
         )
-        upright = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi]))
+        upright, place = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi])), None
+        if setup.hand_eye is not None and rides:
+            T_flange_bracket = setup.hand_eye
+        elif setup.hand_eye is not None:
+            upright, place = setup.hand_eye[:3, :3], setup.hand_eye[:3, 3]
 
         def seen(T_base_carried: Array, place: Array) -> Bools:
             standing = pose(upright, place)
@@ -103,7 +108,7 @@ class SimulatedCamera(SimulatedSensor):
             return np.asarray(_inside(pixel).all(axis=1))
 
         candidates, place = configurations_facing(
-            robot, T_flange_bracket, seen, wanted=len(dataset.poses), rng=random.place
+            robot, T_flange_bracket, seen, wanted=len(dataset.poses), rng=random.place, place=place
         )
         standing = pose(upright, place)
         hand_eye, target = (
