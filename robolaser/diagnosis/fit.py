@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import LARGEST_USUAL
+from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
@@ -193,15 +193,14 @@ class Fit:
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
         """Whether the data push a parameter of an effect beyond what is plausible.
 
-        The nominal value is no such bound, nor are the ends of a shape, which has no unit.
+        The nominal value is no such bound, nor are the ends of a shape, which has no unit, or of a series' further terms.
         """
-        shapes = {one.name for one in candidate_effect.effect.nonlinear_parameters() if not one.unit}
-        names = self.problem.parameters.names
-        return any(
-            self.at.pushed[i] and abs(self.x[i] - item.nominal) > TOUCH * self.problem.scale[i]
-            for item, i in ((item, names.index(item.name)) for item in candidate_effect.parameters.items)
-            if item.name.rpartition(".")[2] not in shapes
-        )
+        kind, at = candidate_effect.effect, self.problem.parameters.names.index
+        amplitudes = [one.name for one in kind.amplitudes()[:FULLY_PENALIZED]]
+        sizes = amplitudes + [one.name for one in kind.nonlinear_parameters() if one.unit]
+        own = [(item.nominal, at(item.name)) for item in candidate_effect.parameters.items
+               if item.name.rpartition(".")[2] in sizes]  # fmt: skip
+        return any(self.at.pushed[i] and abs(self.x[i] - nominal) > TOUCH * self.problem.scale[i] for nominal, i in own)
 
     def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
         keys = [key for one in effects for key in one.parameters.names]

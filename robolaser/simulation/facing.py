@@ -9,7 +9,7 @@ from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import farthest_first, random_configurations
+from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 
 DEPTH_M = (0.35, 0.8)  # distances from the camera to the board
 TILT = 40 * np.pi / 180  # of the view against the vertical at most: beyond, squares get too narrow
@@ -51,7 +51,7 @@ def configurations_facing(
         start = start[_looking_down(_carried(robot, start, T_flange_carried), 2 * TILT)]
         goal = place + rng.uniform(-NEAR_M / 2, NEAR_M / 2, (len(start), 3)) * (1.0, 1.0, 0.0)
         looked_at = apply(T_flange_carried, np.array([0.0, 0.0, rng.uniform(*DEPTH_M)]))
-        q, reached = touching(robot, lambda q: robot.forward(q[None])[0], looked_at, goal, start)
+        q, reached = touching(robot, looked_at, goal, start)
         q, tried = q[reached], tried + BATCH
         T = _carried(robot, q, T_flange_carried)
         found = np.concatenate([found, q[_looking_down(T, TILT) & sees(T, place)]])
@@ -80,12 +80,11 @@ def _looking_down(T: Array, within: float) -> Bools:
 def _place(robot: Robot, T_flange_carried: Array, rng: np.random.Generator) -> Array:
     """The point that most configurations look down on, clear of the base, (3,) [m]."""
     T = _carried(robot, random_configurations(robot, 5 * BATCH, rng), T_flange_carried)
-    foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
+    foot = foot_of(robot)
     reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())
     T = T[_looking_down(T, TILT)]
     seen = apply(T, np.array([0.0, 0.0, sum(DEPTH_M) / 2]))
     seen = seen[np.linalg.norm((seen - foot)[:, :2], axis=-1) > CLEAR * reach]
     if not len(seen):
         raise RobotError(f"{robot.name}: in no configuration within the joint limits does the flange look down.")
-    near = np.linalg.norm(seen[:, None] - seen[None, :500], axis=-1) < CLEAR * reach
-    return np.asarray(seen[near[:, near.sum(axis=0).argmax()]].mean(axis=0))
+    return np.asarray(seen[most_crowded(seen, CLEAR * reach)].mean(axis=0))

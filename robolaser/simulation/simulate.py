@@ -14,7 +14,7 @@ from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import limits
+from robolaser.robot.postures import limits
 from robolaser.simulation.corners import along_camera, seen_beside
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.outliers import gross_rows, impossible, share_of

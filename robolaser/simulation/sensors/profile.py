@@ -15,7 +15,7 @@ from robolaser.model.sensors.placements import motion, six_of, vector
 from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS, ProfileOptions
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
-from robolaser.robot.visibility import limits
+from robolaser.robot.postures import limits
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import nominal_points
