@@ -193,7 +193,7 @@ class Fit:
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
         """Whether the data push a parameter of an effect beyond what is plausible.
 
-        The nominal value is no such bound, nor are the ends of a shape, which has no unit, or of a series' further terms.
+        Not by the nominal value, nor by the ends of a shape, which has no unit, or of a series' further terms.
         """
         kind, at = candidate_effect.effect, self.problem.parameters.names.index
         amplitudes = [one.name for one in kind.amplitudes()[:FULLY_PENALIZED]]
