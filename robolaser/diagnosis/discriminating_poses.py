@@ -16,7 +16,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import MIN_POSES
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
-from robolaser.robot.visibility import limits, random_configurations
+from robolaser.robot.postures import limits, random_configurations
 
 A = TypeVar("A", bound=np.generic)
 
@@ -111,9 +111,7 @@ def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> 
         return tried
     tools, goals = aims
     which = rng.integers(len(tools), size=len(tried))
-    found, reached = touching(
-        robot, lambda q: robot.forward(q[None])[0], tools[which], goals[which], tried, still=_still(q)
-    )
+    found, reached = touching(robot, tools[which], goals[which], tried, still=_still(q))
     return found[reached]
 
 

@@ -71,12 +71,16 @@ def evidence_for(
 def _alternatives_refitted(
     refits: Refits, final: Fit, candidate_effect: CandidateEffect
 ) -> Iterator[tuple[CandidateEffect, Fit]]:
-    """Candidates that promise as much as an effect of the final model, and that model with each in its place."""
+    """Candidates that promise as much as an effect of the final model, and that model with each in its place.
+
+    None of them is larger than plausible there.
+    """
     without = refits.refit(final, removed=candidate_effect)
     tests = [test for test in refits.score_tests(without) if test.candidate_effect != candidate_effect]
     best = sorted(tests, key=lambda test: -test.gain)[:REFITTED_ALTERNATIVES]
     near = [test for test in best if test.gain > SHARE_OF_BEST_SCORE * (without.chi2 - final.chi2)]
-    return ((test.candidate_effect, refits.refit(without, [test])) for test in near)
+    refitted = ((test.candidate_effect, refits.refit(without, [test])) for test in near)
+    return ((one, fit) for one, fit in refitted if not fit.exceeds_bounds(one))
 
 
 def _alike(final: Fit, others: Sequence[tuple[CandidateEffect, Fit]]) -> list[tuple[CandidateEffect, Fit]]:

@@ -9,7 +9,6 @@ from scipy.special import chdtrc
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.data.sessions import ON_FLANGE, OWN
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
@@ -26,34 +25,8 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise import NoiseModel
 
-PLACED = {pattern.removesuffix(".*") for pattern in (*OWN, ON_FLANGE)}
-"""First parts of parameters that say where things were put for a campaign."""
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""
-
-
-def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
-    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
-
-    One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable
-    to be listed come last.
-    """
-    gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
-    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}
-    remaining = sorted(
-        refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
-    )
-    fits, waiting = [refits.start], 0
-    while remaining:
-        test = remaining.pop(0)
-        fit = refits.of(fits[-1], [test]) if remaining else final
-        if waiting < len(remaining) and held_out.gap(fit) >= held_out.gap(fits[-1]):
-            remaining.append(test)
-            waiting += 1
-        else:
-            fits.append(fit)
-            waiting = 0
-    return fits
 
 
 def findings_of(
@@ -91,11 +64,6 @@ def findings_of(
     return tuple(findings)
 
 
-def explaining(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Those that lower the held-out error when they are added; the others explain nothing."""
-    return tuple(found for found in findings if found.gap_after_m < found.gap_before_m)
-
-
 def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Those that are probable enough to be listed; the others are reported as their class."""
     return tuple(found for found in findings if found.probability >= LEAST_LISTED)
@@ -115,11 +83,12 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     """The nominal model's error; None without a nominal model, which needs the sensor's parameters and mount.
 
-    Where base, target, tools, sockets and balls were not measured, they are fitted. If nothing else is unknown and
-    nothing is given, the arm is the nominal model.
+    Where things that were put or mounted for a campaign were not measured, they are fitted. If nothing else is unknown
+    and nothing is given, the arm is the nominal model.
     """
-    items = start.sensor.items
-    if any(not item.given and not PLACED & set(item.name.split(".")[:-1]) for item in items):
+    items, sensor = start.sensor.items, start.model.sensor
+    lasting = {*sensor.free, *sensor.derived} - {*sensor.put_anew}
+    if any(not item.given and item.name in lasting for item in items):
         return None
     if any(item.given for item in items):
         x = start.problem.parameters.nominal

@@ -10,9 +10,9 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import LARGEST_USUAL
+from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL
 from robolaser.estimation.identifiability import UNIFORM
-from robolaser.estimation.linearization import Linearization
+from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects.effect import CandidateEffect
@@ -189,6 +189,18 @@ class Fit:
         unit, covariance = self.x[own] / self.deviations[own], self.at.covariance[np.ix_(own, own)]
         correlation = covariance / np.outer(self.deviations[own], self.deviations[own])
         return float(unit @ np.linalg.pinv(correlation, rcond=CORRELATED, hermitian=True) @ unit)
+
+    def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
+        """Whether the data push a parameter of an effect beyond what is plausible.
+
+        Not by the nominal value, nor by the ends of a shape, which has no unit, or of a series' further terms.
+        """
+        kind, at = candidate_effect.effect, self.problem.parameters.names.index
+        amplitudes = [one.name for one in kind.amplitudes()[:FULLY_PENALIZED]]
+        sizes = amplitudes + [one.name for one in kind.nonlinear_parameters() if one.unit]
+        own = [(item.nominal, at(item.name)) for item in candidate_effect.parameters.items
+               if item.name.rpartition(".")[2] in sizes]  # fmt: skip
+        return any(self.at.pushed[i] and abs(self.x[i] - nominal) > TOUCH * self.problem.scale[i] for nominal, i in own)
 
     def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
         keys = [key for one in effects for key in one.parameters.names]

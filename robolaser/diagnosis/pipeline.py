@@ -18,11 +18,9 @@ from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, t
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import (
     explained_sites,
-    explaining,
     findings_of,
     gap_of,
     listed,
-    nested_fits,
     not_testable,
 )
 from robolaser.diagnosis.fit import Fit
@@ -140,14 +138,14 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("weighing the evidence", 0.6)
     held_out = HeldOut(start, seed)
-    pruned, evidence, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
-    final = refits.of(pruned)
+    nested, evidence, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
+    final = nested[-1]
 
     progress("judging the gap", 0.8)
     left = [] if hindrance else left
     judged = _judged(preparation, data, start, final, left, held_out, seed)
     if judged.verdict == "unexplained" and final.effects and not _explains(start, final, held_out):
-        final, evidence, left = start, [], [] if hindrance else localize(start)
+        final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
         judged = _judged(preparation, data, start, final, left, held_out, seed)
     verdict, noise, gap, scatter = judged.verdict, judged.noise, judged.gap, judged.scatter
     scattered = scatter.located(gap.after_m, gap.noise_floor_m) if scatter else None
@@ -159,10 +157,9 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         where = beside(where, scattered)
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
-    nested = nested_fits(refits, final, held_out, evidence)
     front = pareto_front(refits, nested, held_out, lambda what: progress(what, 0.9))
     errors = standard_errors(final, refits.score_tests(final), evidence)
-    findings = explaining(findings_of(refits, nested, evidence, held_out, errors))
+    findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
     return Diagnosis(
         dataset=dataset,

@@ -80,8 +80,8 @@ class ExcessScatter:
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Place:
-    """A location that may scatter: the sources that are estimated without a limit, and those of them that are added."""
+class _Part:
+    """A part that may scatter: the sources that are estimated without a limit, and those of them that are added."""
 
     where: str
     names: tuple[str, ...]
@@ -107,18 +107,18 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
     on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * found.limits.get(n, np.inf)]
     if not on_limit:
         return None
-    places = list(_places(fit, found))
-    loose = [found.loosened(place.names, place.further) for place in places]
+    parts = list(_scattering_parts(fit, found))
+    loose = [found.loosened(part.names, part.further) for part in parts]
     noises = [one.limited() for one in loose]
     costs = [one.likelihood.cost(noise) for one, noise in zip(loose, noises, strict=True)]
     twice = 2.0 * np.array([cost for cost, _ in costs])
     best = int(np.argmin(twice))
     ratio = 2.0 * found.likelihood.cost(base)[0] - float(twice[best])
-    place, noise = places[best], noises[best]
-    limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in place.names}
-    if ratio < LIKELIHOOD_RATIO_OF_SITE or all(noise.sigmas[name] <= limits[name] for name in place.names):
+    part, noise = parts[best], noises[best]
+    limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in part.names}
+    if ratio < LIKELIHOOD_RATIO_OF_SITE or all(noise.sigmas[name] <= limits[name] for name in part.names):
         return None
-    if place.where in moving_joints(fit.model.dataset.robot) and _has_shape(fit, noise, place.where):
+    if part.where in moving_joints(fit.model.dataset.robot) and _has_shape(fit, noise, part.where):
         return None
     units = {source.name: source.unit for source in noise.sources}
     sizes = {
@@ -128,24 +128,24 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
             units[name],
             limits[name],
         )
-        for name in place.names
+        for name in part.names
     }
     return ExcessScatter(
-        where=place.where,
+        where=part.where,
         probability=float(posterior_weights(twice)[best]),
         sizes=sizes,
         is_stated=fit.model.dataset.noise.repeatability_m is not None,
         likelihood_ratio=ratio,
-        p_value=p_value(ratio, len(places)),
+        p_value=p_value(ratio, len(parts)),
         size_m=fit.size_of(noise),
-        noise=_without_excess(noise, limits, place),
+        noise=_without_excess(noise, limits, part),
     )
 
 
-def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
+def _scattering_parts(fit: Fit, found: PoseNoise) -> Iterator[_Part]:
     sources = {source.name: source for source in found.likelihood.sources}
     if joint := sources.get("joint"):
-        yield _Place(JOINTS, ("joint",))
+        yield _Part(JOINTS, ("joint",))
         robot, _ = fit.model.dataset.arm
         for column, number in enumerate(robot.chain):
             name = robot.joints[number]
@@ -153,10 +153,10 @@ def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
                 joint, name=f"joint {name}", effect=joint.effect[:, :, [column]], stated=None,
                 unit="m" if robot.prismatic[number] else "rad",
             )  # fmt: skip
-            yield _Place(name, (one.name,), (one,))
+            yield _Part(name, (one.name,), (one,))
     elsewhere = tuple(name for name in found.limits if name in sources and name != "joint")
     if elsewhere:
-        yield _Place(FLANGE, elsewhere)
+        yield _Part(FLANGE, elsewhere)
         return
     values = fit.problem.parameters.values(fit.x[None])
     perturb = fit.model.perturb(values)
@@ -166,7 +166,7 @@ def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
         ErrorSource("flange", shifts, of_pose, level="pose"),
         ErrorSource("flange_turn", turns, of_pose, "rad", level="pose"),
     )
-    yield _Place(FLANGE, tuple(one.name for one in further), further)
+    yield _Part(FLANGE, tuple(one.name for one in further), further)
 
 
 def _has_shape(fit: Fit, noise: NoiseModel, joint: str) -> bool:
@@ -175,10 +175,10 @@ def _has_shape(fit: Fit, noise: NoiseModel, joint: str) -> bool:
     return sparse_shape_chi2(granted, joint) >= LIKELIHOOD_RATIO_OF_SITE
 
 
-def _without_excess(noise: NoiseModel, limits: Mapping[str, float], place: _Place) -> NoiseModel:
+def _without_excess(noise: NoiseModel, limits: Mapping[str, float], part: _Part) -> NoiseModel:
     """Noise in which no source of a location exceeds its limit, without the sources that were added for it."""
-    added = {source.name for source in place.further}
-    kept = noise.at({name: min(noise.sigmas[name], limits[name]) for name in place.names})
+    added = {source.name for source in part.further}
+    kept = noise.at({name: min(noise.sigmas[name], limits[name]) for name in part.names})
     return replace(
         kept,
         sources=tuple(source for source in kept.sources if source.name not in added),

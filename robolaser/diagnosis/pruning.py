@@ -1,6 +1,10 @@
-"""Which effects stay in the final model: those that help new poses, and that no unmodelled cause explains better."""
+"""Which effects stay in the final model: those that help new poses, and that no unmodelled cause explains better.
+
+What stays is what is listed, exported, counted in classes and predicted with.
+"""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
@@ -11,18 +15,19 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import EVEN, MIN_CREDIBILITY
+from robolaser.diagnosis.thresholds import EVEN, LEAST_LISTED, MIN_CREDIBILITY
 from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
 
 def prune(
     refits: Refits, final: Fit, held_out: HeldOut, progress: Announce = lambda what: None
-) -> tuple[Fit, list[EffectEvidence], list[Localization]]:
+) -> tuple[list[Fit], list[EffectEvidence], list[Localization]]:
     """Remove effects until there is enough evidence for each one that is left.
 
-    First go those without which held-out poses are predicted as well; then those that an unmodelled cause explains
-    better; then aliases of larger effects; then those that are not credible. Of several, the worse half goes at a time.
+    First go those that are larger than plausible, then those without which held-out poses are predicted as well; then
+    those that an unmodelled cause explains better; then aliases of larger effects; then those that are not credible. Of
+    several, the worse half goes at a time. Last go those that do not lower the held-out error when they are added.
     Once others are removed, an alternative may be more probable than an effect: then it replaces it. The effects
     that explain least are weighed first: they are the likeliest to be exchanged, after which all are weighed again.
 
@@ -33,10 +38,14 @@ def prune(
         progress: Is called with what is being weighed.
 
     Returns:
-        The model that is left, the evidence for each of its effects, and where its residuals still lie.
+        Fits of the effects that are left, added one by one to the model without any; the evidence for each of them; and
+        where the residuals of the last fit still lie.
     """
     final = _helpful(refits, final, held_out, progress)
     while True:
+        if (plausible := _plausible(refits, final)) is not final:
+            final = _helpful(refits, plausible, held_out, progress)
+            continue
         progress("looking where the rest lies")
         left = localize(final)
         rivals = PostureRivals.of(refits, final)
@@ -49,8 +58,7 @@ def prune(
             unexplained = sum(place.likelihood_ratio for place in left)
             doubtful = aliases(refits, final) or _incredible(refits, final, unmodelled, unexplained)
         if doubtful:
-            for one in doubtful[: -(-len(doubtful) // 2)]:
-                final = refits.refit(final, removed=one)
+            final = _without_half(refits, final, doubtful)
             continue
         helpful = _helpful(refits, final, held_out, progress)
         if helpful is not final:
@@ -64,7 +72,58 @@ def prune(
                 final = better
                 break
         else:
-            return final, [evidence[one] for one in final.effects], left
+            found = [evidence[one] for one in final.effects]
+            nested = nested_fits(refits, refits.of(final), held_out, found)
+            if not (doubtful := _not_lowering(nested, held_out)):
+                return nested, found, left
+            final = _without_half(refits, nested[-1], doubtful)
+
+
+def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
+    """Fits of the final model's effects, each time the one added without which the gap is largest; the start first.
+
+    One that does not lower the gap waits for the others: many do so only beside them. Effects that are too improbable
+    to be listed come last.
+    """
+    gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
+    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}
+    remaining = sorted(
+        refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
+    )
+    fits, waiting = [refits.start], 0
+    while remaining:
+        test = remaining.pop(0)
+        fit = refits.of(fits[-1], [test]) if remaining else final
+        if waiting < len(remaining) and held_out.gap(fit) >= held_out.gap(fits[-1]):
+            remaining.append(test)
+            waiting += 1
+        else:
+            fits.append(fit)
+            waiting = 0
+    return fits
+
+
+def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEffect]:
+    """Effects that do not lower the held-out error when they are added, the one that raises it most first."""
+    rises = {}
+    for before, after in pairwise(nested):
+        (added,) = set(after.effects) - set(before.effects)
+        rises[added] = held_out.gap(after) - held_out.gap(before)
+    return sorted((one for one in rises if rises[one] >= 0.0), key=lambda one: -rises[one])
+
+
+def _without_half(refits: Refits, final: Fit, doubtful: Sequence[CandidateEffect]) -> Fit:
+    """Without the first half of some effects, taken out one by one."""
+    for one in doubtful[: -(-len(doubtful) // 2)]:
+        final = refits.refit(final, removed=one)
+    return final
+
+
+def _plausible(refits: Refits, final: Fit) -> Fit:
+    """Without effects that the data push beyond their bounds, taken out one by one, the least explaining first."""
+    while beyond := [one for one in final.effects if final.exceeds_bounds(one)]:
+        final = min((refits.refit(final, removed=one) for one in beyond), key=lambda fit: fit.chi2)
+    return final
 
 
 def exchanged(final: Fit, evidence: EffectEvidence, held_out: HeldOut) -> Fit | None:

@@ -44,7 +44,7 @@ def _some(dataset: Dataset, seed: int) -> Ints:
         return poses
     name = dataset.points.number[first] if _one_name_a_pose(dataset) else np.zeros(len(poses), dtype=np.int64)
     names, counts = np.unique(name, return_counts=True)
-    places, rng = _places(dataset)[poses], np.random.default_rng(seed)
+    places, rng = _coordinates(dataset)[poses], np.random.default_rng(seed)
     own = [np.flatnonzero(name == one) for one in names]
     most = [max(1, int(share)) for share in _shares(counts)]
     return np.sort(poses[np.concatenate([_spread(places, *one, rng) for one in zip(own, most, strict=True)])])
@@ -67,7 +67,7 @@ def _shares(counts: Ints) -> Ints:
     return shares
 
 
-def _places(dataset: Dataset) -> Array:
+def _coordinates(dataset: Dataset) -> Array:
     """When and in which configuration each pose was, and what else was measured, each from 0 to 1, (n, d)."""
     poses, n = dataset.poses, len(dataset.poses)
     configuration = poses.q if poses.q is not None else dataset.flange()[:, :3].reshape(n, -1)

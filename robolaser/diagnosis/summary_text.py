@@ -42,9 +42,9 @@ def sentence(
         hindrance: Why no effect was looked for; empty where they were.
     """
     if hindrance:
-        text = f"{hindrance} On new poses {_errs(gap)}"
+        text = f"{hindrance} On new poses {_compared_with_noise(gap)}"
     elif verdict == "no_gap":
-        text = f"There is no gap: on new poses {_errs(gap)}"
+        text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
         text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
     else:
@@ -128,13 +128,13 @@ def millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.3g} mm"
 
 
-def _errs(gap: Gap) -> str:
+def _compared_with_noise(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
             f"the model's error is {millimetres(gap.after_m)}, less than the {millimetres(gap.noise_floor_m)} of the"
             " assumed noise. If [noise] states too much, effects may hide in it."
         )
-    return f"the model errs by {millimetres(gap.after_m)}, and noise alone gives {millimetres(gap.noise_floor_m)}."
+    return f"the model's error is {millimetres(gap.after_m)}; noise alone gives {millimetres(gap.noise_floor_m)}."
 
 
 def _unexplained(

@@ -117,9 +117,22 @@ class Evidence:
     estimated_m: float
 
     @property
+    def is_near_floor(self) -> bool:
+        """Whether the held-out gap is hardly larger than noise alone makes it."""
+        return self.gap_m <= GAP_OVER_FLOOR * self.floor_m
+
+    @property
     def is_at_floor(self) -> bool:
         """Whether the held-out gap is that of noise: near it, or not significantly above it."""
-        return self.gap_m <= GAP_OVER_FLOOR * self.floor_m or self.least_m <= self.expected_m
+        return self.is_near_floor or self.least_m <= self.expected_m
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the held-out gap is near the noise floor, or next to nothing is left of a far larger one."""
+        left_m2, before_m2 = (gap**2 - self.floor_m**2 for gap in (self.gap_m, self.gap_before_m))
+        return self.is_near_floor or (
+            left_m2 <= OPEN_SHARE * before_m2 and self.gap_m <= OPEN_OVER_FLOOR * self.floor_m
+        )
 
 
 def judge(evidence: Evidence) -> str:
@@ -130,11 +143,9 @@ def judge(evidence: Evidence) -> str:
     explained = evidence.chi2_before - evidence.chi2_after
     excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
     left = max(evidence.localized, excess)
-    open_m2, before_m2 = (gap**2 - evidence.floor_m**2 for gap in (evidence.gap_m, evidence.gap_before_m))
-    limit = OPEN_OVER_FLOOR if open_m2 <= OPEN_SHARE * before_m2 else GAP_OVER_FLOOR
-    closed = evidence.gap_m <= limit * evidence.floor_m
-    if evidence.estimated_m >= SETUP_RMS_M or not (evidence.is_at_floor or (evidence.has_effects and closed)):
+    closed = evidence.has_effects and evidence.is_closed
+    if evidence.estimated_m >= SETUP_RMS_M or not (evidence.is_at_floor or closed):
         return "unexplained"
     if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"
-    return "explained" if evidence.has_effects and left <= FORM_SHARE * explained and closed else "unexplained"
+    return "explained" if closed and left <= FORM_SHARE * explained else "unexplained"

@@ -19,7 +19,8 @@ from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import TILT, View, random_configurations
+from robolaser.robot.postures import random_configurations
+from robolaser.robot.visibility import TILT, View
 
 NEAR, FAR = 1.3, 2.5  # distances of the board, in distances at which it would just fill the image
 MARGIN = 0.04  # of the image, left free around the board
@@ -58,7 +59,7 @@ class BoardObserver(ABC):
 
     def _touching(self, carried: Array, goal: Array, start: Array) -> Array:
         """Postures near others (n, j) that bring a point on the flange to places in the base frame, (≤ n, j)."""
-        q, reached = touching(self.robot, lambda q: self.robot.forward(q[None])[0], carried, goal, start)
+        q, reached = touching(self.robot, carried, goal, start)
         return q[reached]
 
 

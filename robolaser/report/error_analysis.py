@@ -115,13 +115,6 @@ class ErrorAnalysis:
         pose, point = point_names(self.calibration.model.dataset, rows)
         return records(pose=pose, point=point, **columns)
 
-    def per_pose(self, errors: Array) -> tuple[Ints, Array]:
-        """Numbers of the poses with points, and the root-mean-square error in each [mm]."""
-        pose = self.calibration.model.dataset.points.pose
-        seen, counts = np.unique(pose, return_counts=True)
-        squares = np.bincount(pose, (errors**2).sum(axis=-1))[seen]
-        return seen, 1e3 * np.sqrt(squares / counts)
-
 
 def enough_rows(model: Model) -> Model:
     """The model of some rows of each pose, where there are more than a figure about noise needs."""

@@ -11,7 +11,7 @@ from robolaser.geometry import urdf
 from robolaser.geometry.urdf.tree import Tree
 from robolaser.robot.collision_bodies import Body
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 
 NEAR = 2.0
 """Way along the arm between two links, in the sum of their radii, up to which arms are built to clear themselves."""

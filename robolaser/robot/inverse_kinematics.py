@@ -9,7 +9,7 @@ from robolaser.errors import RobotError
 from robolaser.finite_differences import forward_differences
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import PATCH, SPARE, farthest_first, limits, random_configurations
+from robolaser.robot.postures import farthest_first, limits, most_crowded, random_configurations
 
 Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm
 
@@ -17,11 +17,19 @@ NEWTON_STEPS = 40
 NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]
 REACHED_M = 1e-12
 ATTEMPTS = 10
+SPARE = 4  # candidates for each posture wanted
+PATCH = 0.3  # radius of the places that are chosen among, over the reach
 JOINT_STEP = 1e-6  # of the one-sided differences [rad or m]
 
 
 def touching(
-    robot: Robot, forward: Forward, tool: Array, goal: Array, q: Array, still: Bools | None = None
+    robot: Robot,
+    tool: Array,
+    goal: Array,
+    q: Array,
+    *,
+    still: Bools | None = None,
+    forward: Forward | None = None,
 ) -> tuple[Array, Bools]:
     """Bring a point on the flange to given places, the orientation free.
 
@@ -29,15 +37,16 @@ def touching(
 
     Args:
         robot: The nominal arm.
-        forward: The arm as it is.
         tool: In the flange frame, (3,) or (n, 3) [m].
         goal: In the base frame, (n, 3) [m].
         q: Where to start, (n, j).
         still: Joints that stay where they start, (j,).
+        forward: The arm as it is; the nominal one when absent.
 
     Returns:
         Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
     """
+    forward = forward or (lambda q: robot.forward(q[None])[0])
     lower, upper = limits(robot)
     free = np.ones(q.shape[1]) if still is None else np.where(still, 0.0, 1.0)
     start = q
@@ -85,7 +94,7 @@ def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.ra
         found, tried = np.empty((0, len(robot.joints))), 0
         for _ in range(ATTEMPTS):
             start = random_configurations(robot, 2 * SPARE * each + 20, rng)
-            q, good = touching(robot, lambda q: robot.forward(q[None])[0], tool, np.tile(goal, (len(start), 1)), start)
+            q, good = touching(robot, tool, np.tile(goal, (len(start), 1)), start)
             found, tried = np.concatenate([found, q[good]]), tried + len(start)
             if len(found) >= each or not len(found):
                 break
@@ -107,6 +116,5 @@ def within_reach(robot: Robot, tool: Array, count: int, rng: np.random.Generator
     T = robot.forward(random_configurations(robot, 2000 + 50 * count, rng)[None])[0]
     places = apply(T, tool)
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=-1).max())
-    near = np.linalg.norm(places[:, None] - places[None, :200], axis=-1) < PATCH * reach
-    near_most: Array = places[near[:, near.sum(axis=0).argmax()]]
+    near_most: Array = places[most_crowded(places, PATCH * reach, centres=200)]
     return near_most[farthest_first(near_most)[:count]]

@@ -11,11 +11,10 @@ from robolaser.errors import RobotError
 from robolaser.geometry.camera import laser_plane, project
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 
 BATCH = 20_000  # configurations at a time: some ten milliseconds
 BATCHES = 20  # tried at most; five times as many where one in five of those wanted has been found
-INSIDE = 0.02  # of a joint's range: stay clear of its limits
-TURN = float(np.pi)  # a continuous joint is used within ± this
 TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
 MARGIN = 0.08  # of the image, left free on each side
 ROUNDING_PX = 1e-6  # the stripe's ends stand on the margin itself
@@ -86,20 +85,6 @@ class View:
         return np.asarray(room.all(axis=-1))
 
 
-def limits(robot: Robot) -> tuple[Array, Array]:
-    """Joint limits with a small margin, (j,) and (j,); a continuous joint gets ±π."""
-    lower = np.where(robot.prismatic, robot.lower, np.maximum(robot.lower, np.minimum(-TURN, robot.upper - TURN)))
-    upper = np.where(robot.prismatic, robot.upper, np.minimum(robot.upper, np.maximum(TURN, lower + TURN)))
-    room = INSIDE * (upper - lower)
-    return lower + room, upper - room
-
-
-def random_configurations(robot: Robot, count: int, rng: np.random.Generator) -> Array:
-    """Configurations drawn uniformly within the limits, (count, j)."""
-    lower, upper = limits(robot)
-    return rng.uniform(lower, upper, (count, len(lower)))
-
-
 def configurations_looking_down(
     robot: Robot, view: View, *, wanted: int, level: float | None, rng: np.random.Generator
 ) -> tuple[Array, float]:
@@ -122,7 +107,7 @@ def configurations_looking_down(
     Raises:
         RobotError: Not enough are found.
     """
-    foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
+    foot = foot_of(robot)
     kept_q, kept_T = np.empty((0, len(robot.joints))), np.empty((0, 4, 4))
     seeing: Ints = np.empty(0, dtype=np.int64)
     enough = min(SPARE * wanted, wanted + MOST_SPARE)
@@ -139,7 +124,7 @@ def configurations_looking_down(
         good = np.linalg.norm((_focus(T, view) - foot)[:, :2], axis=-1) > CLEAR * reach
         good &= _sees(robot, q, T, view, level)
         kept_q, kept_T = np.concatenate([kept_q, q[good]]), np.concatenate([kept_T, T[good]])
-        seeing = _patch(_focus(kept_T, view)[:, :2], PATCH * reach)
+        seeing = np.flatnonzero(most_crowded(_focus(kept_T, view)[:, :2], PATCH * reach))
     if len(seeing) < wanted:
         raise RobotError(
             f"{robot.name}: {wanted} poses that see the target are needed, {len(seeing)} found. Of {tried} random"
@@ -177,29 +162,9 @@ def _sees(robot: Robot, q: Array, T_base_camera: Array, view: View, level: float
     return seen
 
 
-def _patch(xy: Array, radius: float) -> Ints:
-    """Numbers of the points within the disc of this radius that holds most of them, (n, 2) -> (k,)."""
-    if not len(xy):
-        return np.empty(0, dtype=np.int64)
-    centres = xy[:500]
-    within = np.linalg.norm(centres[:, None] - xy[None], axis=-1) < radius
-    return np.flatnonzero(within[within.sum(axis=1).argmax()])
-
-
 def _features(T_base_camera: Array, view: View, patch: float) -> Array:
     """Position, tilt, heading and height of the camera, each scaled to a width of about one, (n, 7)."""
     place = _focus(T_base_camera, view)[:, :2] / patch
     tilt = T_base_camera[:, :2, 2] / np.sin(TILT)
     height = T_base_camera[:, 2, 3:] / abs(view.values["b"])
     return np.concatenate([place, tilt, T_base_camera[:, :2, 0], height], axis=1)
-
-
-def farthest_first(features: Array) -> Ints:
-    """Farthest-first order: each is as far as possible from all before it, (n, k) -> (n,)."""
-    order = [0]
-    nearest = np.linalg.norm(features - features[0], axis=1)
-    for _ in range(len(features) - 1):
-        nearest[order[-1]] = -1.0
-        order.append(int(nearest.argmax()))
-        nearest = np.minimum(nearest, np.linalg.norm(features - features[order[-1]], axis=1))
-    return np.array(order, dtype=np.int64)

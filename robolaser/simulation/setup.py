@@ -1,9 +1,13 @@
 """What is asked of a simulated cell's sensor, and the random numbers that the cell is drawn with."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Literal, Self, final
 
 import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.model.sensors.placements import motion
 
 Quaternion = tuple[float, float, float, float]
 Mount = Literal["flange", "base"]
@@ -23,6 +27,14 @@ class SensorSetup:
     mount: Mount = "flange"  # "flange" or "base": what carries the sensor
     # names of the effects that the cell has: a camera that fitted a term of its lens itself would hide them
     effects: frozenset[str] = frozenset()
+    known: Mapping[str, float] = field(default_factory=dict)  # parameters that an earlier session has, too
+
+    @property
+    def hand_eye(self) -> Array | None:
+        """Where an earlier session has the sensor, on the flange or in the cell, (4, 4); None in the first."""
+        if "hand_eye.x" not in self.known:
+            return None
+        return np.asarray(motion({name: np.array([value]) for name, value in self.known.items()}, "hand_eye")[0])
 
 
 @final

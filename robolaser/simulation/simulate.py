@@ -14,7 +14,7 @@ from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import limits
+from robolaser.robot.postures import limits
 from robolaser.simulation.corners import along_camera, seen_beside
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.outliers import gross_rows, impossible, share_of
@@ -129,7 +129,7 @@ def simulate(
             noise=stated or noise,
         )
         blank = sensor_type.describe(blank, setup)
-        sensor = sensor_type.build(blank, setup, random)
+        sensor = sensor_type.build(blank, replace(setup, known=shared), random)
         sizes = dict(effects or {})
         share = share_of(sizes)
         candidate_effects, numbers = numbers_of(sizes, blank)

@@ -9,7 +9,8 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import TILT, View, configurations_looking_down, farthest_first, limits
+from robolaser.robot.postures import farthest_first, limits
+from robolaser.robot.visibility import TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import SyntheticCell, Target

@@ -8,7 +8,7 @@ from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.path_velocities import known_velocities
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
 from robolaser.trials.resampling import ReferenceCell
 from robolaser.trials.synthetic.arm import ScrewArm

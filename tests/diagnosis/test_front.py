@@ -8,11 +8,11 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.averaging import AveragedData
-from robolaser.diagnosis.findings import nested_fits
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwise_order, undominated
+from robolaser.diagnosis.pruning import nested_fits
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import library
 from robolaser.model.effects import EFFECTS

@@ -11,7 +11,7 @@ from robolaser.robot.by_name import find_robot
 from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies
 from robolaser.robot.collisions import CollisionModel
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 
 ARM = find_robot("scorbot_er7")
 EYE = np.eye(4)

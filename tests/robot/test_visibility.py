@@ -6,15 +6,8 @@ from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inv
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.inverse_kinematics import reaching, touching, within_reach
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import (
-    MARGIN,
-    TILT,
-    View,
-    configurations_looking_down,
-    farthest_first,
-    limits,
-    random_configurations,
-)
+from robolaser.robot.postures import farthest_first, limits, random_configurations
+from robolaser.robot.visibility import MARGIN, TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
 
 
@@ -134,11 +127,10 @@ def test_a_bent_arm_reaches_as_exactly_as_a_straight_one(robot: Robot) -> None:
     ball = np.array([0.0, 0.0, 0.1])
     goals = within_reach(robot, ball, 1, rng)
     start = random_configurations(robot, 30, rng)
-    q, good = touching(
-        robot, lambda q: robot.forward((q + 0.02 * np.sin(q))[None])[0], ball, np.tile(goals, (30, 1)), start
-    )
+    bent = lambda q: robot.forward((q + 0.02 * np.sin(q))[None])[0]  # noqa: E731
+    q, good = touching(robot, ball, np.tile(goals, (30, 1)), start, forward=bent)
     assert good.sum() > 5
-    seat = apply(robot.forward((q + 0.02 * np.sin(q))[None])[0], ball)
+    seat = apply(bent(q), ball)
     np.testing.assert_allclose(seat[good], np.tile(goals, (good.sum(), 1)), atol=1e-11)
 
 
@@ -147,9 +139,7 @@ def test_a_joint_that_is_held_stays_while_the_others_reach_the_place() -> None:
     goals = within_reach(robot, np.zeros(3), 1, rng)
     start = random_configurations(robot, 60, rng)
     held = np.arange(len(robot.joints)) == 2
-    q, good = touching(
-        robot, lambda q: robot.forward(q[None])[0], np.zeros(3), np.tile(goals, (60, 1)), start, still=held
-    )
+    q, good = touching(robot, np.zeros(3), np.tile(goals, (60, 1)), start, still=held)
     assert good.sum() > 5
     np.testing.assert_array_equal(q[:, held], start[:, held])
 

@@ -12,8 +12,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.path_velocities import known_velocities
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
-from robolaser.model.effects.surface_tilt import surface_tilt
-from robolaser.model.effects.target_plane import TargetPlane, plane_of
+from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
 from robolaser.model.sensors import parts_with_lens, parts_with_parameters, sensor_class
 from robolaser.robot.kinematics import DOWN, Robot
 

@@ -96,7 +96,7 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     if analysis.held_out_m is not None:
         errors |= {"held out": analysis.held_out_m}
     cell = cell_scene(
-        calibration.model, calibration.x, {"errors of the fit": analysis.fitted_m}, title="Each pose, and how it errs"
+        calibration.model, calibration.x, {"errors of the fit": analysis.fitted_m}, title="Each pose, and its errors"
     )
     return [
         Section("Which errors are odd", group_blocks(calibration.model.dataset, errors)),

@@ -127,7 +127,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     model, sites = diagnosis.model, rows.site_table(diagnosis)
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
-    cell = cell_scene(model, diagnosis.x, errors, title="The cell, and how it errs on new poses",
+    cell = cell_scene(model, diagnosis.x, errors, title="The cell, and its errors on new poses",
                       marked=suspected(diagnosis), remark=_highlighted(diagnosis))  # fmt: skip
     lies = "Where the rest lies" if diagnosis.verdict == "unexplained" else "Where the gap lies"
     sizes = {name: source.value for name, source in diagnosis.noise.items()}

@@ -1,6 +1,6 @@
 """A simulated camera: on the flange above a board, or in the cell below a board on the flange."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
 
@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -16,7 +17,9 @@ from robolaser.model.sensors.camera import CameraOptions
 from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
 from robolaser.model.sensors.placements import six_of
 from robolaser.parameters import Parameter, Values
-from robolaser.simulation.facing import configurations_facing
+from robolaser.robot.inverse_kinematics import touching
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.outliers import impossible, moved_within
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
@@ -35,6 +38,12 @@ FEWEST = 6  # corners that show where a board stands
 SHIFT_M, TURN_RAD = 0.05, 0.3  # how far a bracket is from the flange, and turned, at most
 TILT_RAD = 0.1  # of what stands in the cell, at most
 MARGIN = 0.02  # of the image, so that noise does not carry a corner out of it
+DEPTH_M = (0.35, 0.8)  # distances from the camera to the board
+TILT = 40 * np.pi / 180  # of the view against the vertical at most: beyond, squares get too narrow
+BATCH, BATCHES = 4000, 40
+SPARE, MOST_SPARE = 3, 60
+CLEAR = 0.3  # of the arm's reach, about the base's axis, in which nothing stands
+NEAR_M = 0.2  # from the middle of what stands in the cell to the point that is looked at, along each axis of it
 GROSS_PX = (5.0, 60.0)  # a corner of another square is taken for it
 
 
@@ -82,6 +91,7 @@ class SimulatedCamera(SimulatedSensor):
         rng, (robot, _) = random.build, dataset.arm
         lens = {name: float(mid + half * rng.uniform(-1.0, 1.0)) for name, (mid, half) in INTRINSICS.items()}
         lens |= {name: item.nominal for name, item in dataset.parameters.items() if name in lens and item.fixed}
+        lens |= {name: value for name, value in setup.known.items() if name in lens}
         columns, rows = _board(setup.points)
         grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
         corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))
@@ -91,7 +101,11 @@ class SimulatedCamera(SimulatedSensor):
             from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
             rng.uniform(-SHIFT_M, SHIFT_M, 3),
         )
-        upright = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi]))
+        upright, place = _turn(rng, np.array([TILT_RAD, TILT_RAD, np.pi])), None
+        if setup.hand_eye is not None and rides:
+            T_flange_bracket = setup.hand_eye
+        elif setup.hand_eye is not None:
+            upright, place = setup.hand_eye[:3, :3], setup.hand_eye[:3, 3]
 
         def seen(T_base_carried: Array, place: Array) -> Bools:
             standing = pose(upright, place)
@@ -103,7 +117,7 @@ class SimulatedCamera(SimulatedSensor):
             return np.asarray(_inside(pixel).all(axis=1))
 
         candidates, place = configurations_facing(
-            robot, T_flange_bracket, seen, wanted=len(dataset.poses), rng=random.place
+            robot, T_flange_bracket, seen, wanted=len(dataset.poses), rng=random.place, place=place
         )
         standing = pose(upright, place)
         hand_eye, target = (
@@ -172,3 +186,74 @@ def _inside(pixel: Array) -> Bools:
     size = np.array(IMAGE_PX) - 1.0
     with np.errstate(invalid="ignore"):
         return np.asarray((np.abs(pixel - size / 2.0) <= (0.5 - MARGIN) * size).all(axis=-1))
+
+
+def configurations_facing(
+    robot: Robot,
+    T_flange_carried: Array,
+    sees: Callable[[Array, Array], Bools],
+    *,
+    wanted: int,
+    rng: np.random.Generator,
+    place: Array | None = None,
+) -> tuple[Array, Array]:
+    """Configurations in which what is carried looks down on one place, at many tilts, turns and distances.
+
+    Args:
+        robot: Any arm.
+        T_flange_carried: Its z axis looks, (4, 4).
+        sees: Whether the camera sees the board, for T_base_carried (n, 4, 4) and the place looked at, (3,) [m].
+        wanted: How many are needed; spares follow.
+        rng: Random numbers.
+        place: What is looked at, (3,) [m]; when absent, the place that most configurations look down on.
+
+    Returns:
+        Configurations (≥ wanted, j), ones far from each other first, and the place, (3,) [m].
+
+    Raises:
+        RobotError: There are too few.
+    """
+    place = _place(robot, T_flange_carried, rng) if place is None else place
+    enough, found, tried = min(SPARE * wanted, wanted + MOST_SPARE), np.empty((0, len(robot.joints))), 0
+    for _ in range(BATCHES):
+        start = random_configurations(robot, BATCH, rng)
+        start = start[_looking_down(_carried(robot, start, T_flange_carried), 2 * TILT)]
+        goal = place + rng.uniform(-NEAR_M / 2, NEAR_M / 2, (len(start), 3)) * (1.0, 1.0, 0.0)
+        looked_at = apply(T_flange_carried, np.array([0.0, 0.0, rng.uniform(*DEPTH_M)]))
+        q, reached = touching(robot, looked_at, goal, start)
+        q, tried = q[reached], tried + BATCH
+        T = _carried(robot, q, T_flange_carried)
+        found = np.concatenate([found, q[_looking_down(T, TILT) & sees(T, place)]])
+        if len(found) >= enough:
+            break
+    if len(found) < wanted:
+        raise RobotError(
+            f"{robot.name}: {wanted} poses in which the camera sees the board are needed, {len(found)} found in {tried}"
+            " random configurations within the joint limits. Ask for fewer poses."
+        )
+    found = found[:enough]
+    T = _carried(robot, found, T_flange_carried)
+    features = np.concatenate([T[:, :2, 2] / np.sin(TILT), T[:, :2, 0], T[:, :3, 3] / DEPTH_M[1]], axis=1)
+    return found[farthest_first(features)], place
+
+
+def _carried(robot: Robot, q: Array, T_flange_carried: Array) -> Array:
+    T: Array = robot.forward(q[None])[0] @ T_flange_carried
+    return T
+
+
+def _looking_down(T: Array, within: float) -> Bools:
+    return np.asarray(-T[:, 2, 2] > np.cos(within))
+
+
+def _place(robot: Robot, T_flange_carried: Array, rng: np.random.Generator) -> Array:
+    """The point that most configurations look down on, clear of the base, (3,) [m]."""
+    T = _carried(robot, random_configurations(robot, 5 * BATCH, rng), T_flange_carried)
+    foot = foot_of(robot)
+    reach = float(np.linalg.norm(T[:, :3, 3] - foot, axis=-1).max())
+    T = T[_looking_down(T, TILT)]
+    seen = apply(T, np.array([0.0, 0.0, sum(DEPTH_M) / 2]))
+    seen = seen[np.linalg.norm((seen - foot)[:, :2], axis=-1) > CLEAR * reach]
+    if not len(seen):
+        raise RobotError(f"{robot.name}: in no configuration within the joint limits does the flange look down.")
+    return np.asarray(seen[most_crowded(seen, CLEAR * reach)].mean(axis=0))

@@ -13,7 +13,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion, vector
 from robolaser.parameters import Values
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
 from robolaser.simulation.setup import RandomStreams, SensorSetup

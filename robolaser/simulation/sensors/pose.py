@@ -14,7 +14,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX
 from robolaser.model.sensors.pose import Pose
 from robolaser.parameters import Values
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.point import GROSS_M, SimulatedTracker
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points

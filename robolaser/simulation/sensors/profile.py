@@ -15,7 +15,7 @@ from robolaser.model.sensors.placements import motion, six_of, vector
 from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS, ProfileOptions
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
-from robolaser.robot.visibility import limits
+from robolaser.robot.postures import limits
 from robolaser.simulation.nominal import facing_outward
 from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
 from robolaser.simulation.sensors.target_inversion import nominal_points
@@ -59,15 +59,20 @@ class SimulatedProfile(SimulatedSensor):
             turn = rng.uniform(-np.pi, np.pi, setup.points)
             around = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)
             balls = around * rng.uniform(*BALLS_M, (setup.points, 1)) @ outward.T
-            aim = within_reach(robot, balls[0], 1, random.place)
+            T = setup.hand_eye
+            aim = (
+                within_reach(robot, balls[0], 1, random.place)
+                if T is None
+                else apply(T, np.array([[0.0, 0.0, STANDOFF_M]]))
+            )
             of_ball = [reaching(robot, ball, aim, wanted=-(-n // len(balls)), rng=random.place)[0] for ball in balls]
             least = min(map(len, of_ball))
             q = np.stack([found[:least] for found in of_ball], axis=1).reshape(-1, len(robot.joints))
             goals = np.tile(np.arange(len(balls)), least)
             R = from_angles(*rng.uniform(-1.0, 1.0, 3)) @ tilt
-            T = pose(R, aim[0] - STANDOFF_M * R[:, 2])
+            T = pose(R, aim[0] - STANDOFF_M * R[:, 2]) if T is None else T
         else:
-            T = pose(outward @ tilt, outward @ np.array(BRACKET_M))
+            T = pose(outward @ tilt, outward @ np.array(BRACKET_M)) if setup.hand_eye is None else setup.hand_eye
             aim = T[:3, 3] + STANDOFF_M * T[:3, 2]
             balls = within_reach(robot, aim, setup.points, random.place)
             q, goals = reaching(robot, aim, balls, wanted=n, rng=random.place)

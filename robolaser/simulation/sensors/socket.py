@@ -74,7 +74,7 @@ class SimulatedSockets(SimulatedSensor):
             T: Array = Model(at(q), tuple(candidate_effects)).flange(values)[0]
             return T
 
-        q, good = touching(robot, forward, vector(values, "tool.ball")[0], self.sockets[of], q)
+        q, good = touching(robot, vector(values, "tool.ball")[0], self.sockets[of], q, forward=forward)
         return at(q), good
 
     @classmethod

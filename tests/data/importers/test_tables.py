@@ -22,7 +22,7 @@ from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, to_quaternion
 from robolaser.model.sensors.placements import motion
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 
 SEQUENCES = ["".join(axes) for axes in itertools.product("xyz", repeat=3) if axes[0] != axes[1] and axes[1] != axes[2]]
 

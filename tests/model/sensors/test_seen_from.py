@@ -12,7 +12,7 @@ from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.robot.visibility import random_configurations
+from robolaser.robot.postures import random_configurations
 from robolaser.simulation import simulate
 
 ROBOT = find_robot("ur5")

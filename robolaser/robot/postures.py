@@ -1,0 +1,48 @@
+"""Configurations of an arm within its limits, and which of many to take."""
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.robot.kinematics import Robot
+
+INSIDE = 0.02  # of a joint's range: stay clear of its limits
+TURN = float(np.pi)  # a continuous joint is used within ± this
+
+
+def limits(robot: Robot) -> tuple[Array, Array]:
+    """Joint limits with a small margin, (j,) and (j,); a continuous joint gets ±π."""
+    lower = np.where(robot.prismatic, robot.lower, np.maximum(robot.lower, np.minimum(-TURN, robot.upper - TURN)))
+    upper = np.where(robot.prismatic, robot.upper, np.minimum(robot.upper, np.maximum(TURN, lower + TURN)))
+    room = INSIDE * (upper - lower)
+    return lower + room, upper - room
+
+
+def random_configurations(robot: Robot, count: int, rng: np.random.Generator) -> Array:
+    """Configurations drawn uniformly within the limits, (count, j)."""
+    lower, upper = limits(robot)
+    return rng.uniform(lower, upper, (count, len(lower)))
+
+
+def foot_of(robot: Robot) -> Array:
+    """Where the first joint stands, (3,) [m]."""
+    frames: Array = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])
+    return frames[0, 0, 0, :3, 3]
+
+
+def most_crowded(places: Array, radius: float, centres: int = 500) -> Bools:
+    """Mark places (n, k) within a radius of that one of the first, so many, which has most of them around it, (n,)."""
+    if not len(places):
+        return np.zeros(0, dtype=np.bool_)
+    near = np.linalg.norm(places[:, None] - places[None, :centres], axis=-1) < radius
+    return np.asarray(near[:, near.sum(axis=0).argmax()])
+
+
+def farthest_first(features: Array) -> Ints:
+    """Farthest-first order: each is as far as possible from all before it, (n, k) -> (n,)."""
+    order = [0]
+    nearest = np.linalg.norm(features - features[0], axis=1)
+    for _ in range(len(features) - 1):
+        nearest[order[-1]] = -1.0
+        order.append(int(nearest.argmax()))
+        nearest = np.minimum(nearest, np.linalg.norm(features - features[order[-1]], axis=1))
+    return np.array(order, dtype=np.int64)
