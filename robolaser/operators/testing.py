@@ -55,7 +55,8 @@ class Compatibility:
     operator: str
     slot: str
     algorithms: Mapping[str, tuple[str, str]]
-    """By algorithm: "works", "refused" in a sentence of ours, which follows, "fails", "ignored", "no place" or "not installed"."""
+    """By algorithm: "works", "refused" in a sentence of ours, which follows, "fails", "ignored", "no place" or
+    "not installed"."""
 
     def __str__(self) -> str:
         """A line for each algorithm."""
@@ -66,8 +67,9 @@ class Compatibility:
 def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = STOCK_ALGORITHMS) -> Compatibility:
     """Try an operator against the contract, then in each stock algorithm of pymoo's.
 
-    The contract: it can be copied, and acts alike once pickled, if it can be; the same seed gives the same outcome, from `random_state` alone; parents
-    stay as they were; children keep to the bounds and have the right shape; nothing of a run stays behind in it.
+    The contract: it can be copied, and acts alike once pickled, if it can be; the same seed gives the same outcome,
+    from `random_state` alone; parents stay as they were; children keep to the bounds and have the right shape; nothing
+    of a run stays behind in it.
 
     Args:
         operator: A crossover, mutation, selection or survival of pymoo's.

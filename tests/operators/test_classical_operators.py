@@ -187,5 +187,5 @@ def test_a_heuristic_crossover_without_costs_says_so():
     mating = MixedVariableMating(
         crossover=operators, mutation=mutations, eliminate_duplicates=MixedVariableDuplicateElimination()
     )
-    with pytest.raises(AlgorithmError, match="HeuristicCrossover .* without their costs"):
+    with pytest.raises(AlgorithmError, match=r"HeuristicCrossover .* without their costs"):
         minimize(Mixed(), MixedVariableGA(pop_size=10, mating=mating), ("n_gen", 3), seed=1)
