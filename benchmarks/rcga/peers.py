@@ -15,9 +15,7 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.core.problem import Problem
 from scipy.optimize import differential_evolution
 
-from robolaser.algorithms import RCGA, rcga
-from robolaser.algorithms.offspring import make_offspring
-from robolaser.algorithms.offspring_loops import make_offspring as compiled_offspring
+from robolaser.algorithms import RCGA
 
 SIZES = ((100, 14), (100, 100), (1000, 14), (1000, 100))
 """Population and variables."""
@@ -98,17 +96,8 @@ def of_draws(population: int, variables: int, generations: int) -> float:
     return time.process_time() - began
 
 
-def of_rcga(how: Callable[..., Any]) -> Callable[[int, int, int], float]:
-    def measured(population: int, variables: int, generations: int) -> float:
-        rcga.loop = lambda generation: how
-        return of_pymoo(RCGA, population, variables, generations)
-
-    return measured
-
-
 CASES: dict[str, tuple[Callable[[int, int, int], float], int]] = {
-    "RCGA, compiled": (of_rcga(compiled_offspring), 20),
-    "RCGA, NumPy alone": (of_rcga(make_offspring), 20),
+    "RCGA": (lambda *size: of_pymoo(RCGA, *size), 20),
     "pymoo's GA": (lambda *size: of_pymoo(GA, *size), 1),
     "SciPy's DE, vectorised": (of_scipy, 5),
     "pycma": (of_pycma, 1),
@@ -135,7 +124,7 @@ def main() -> None:
         print(f"| {name} | " + " | ".join(f"{value:.3g}" for value in of_sizes) + " |")
     ratios = np.median(measured[0] / measured, axis=2)
     shares = ratios[list(CASES).index("RCGA's draws alone")]
-    print("| RCGA, compiled, over its draws | " + " | ".join(f"{value:.1f}" for value in shares) + " |")
+    print("| RCGA, over its draws | " + " | ".join(f"{value:.1f}" for value in shares) + " |")
     print("| share of the draws | " + " | ".join(f"{100 / value:.0f} %" for value in shares) + " |")
 
 

@@ -13,9 +13,7 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.optimize import minimize
 
 from robolaser import find_robot
-from robolaser.algorithms import RCGA, rcga
-from robolaser.algorithms.offspring import loop, make_offspring
-from robolaser.algorithms.offspring_loops import make_offspring as compiled_offspring
+from robolaser.algorithms import RCGA
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.problems import ScannerCalibration
 from robolaser.simulation import paper
@@ -51,24 +49,17 @@ def looking(algorithm: Any) -> None:
     algorithm.opt[0].F  # noqa: B018
 
 
-CASES: dict[str, tuple[Callable[[], Any], Any, dict[str, Any], int]] = {
-    "RCGA, compiled": (lambda: RCGA(POPULATION), compiled_offspring, {}, 20),
-    "RCGA, NumPy alone": (lambda: RCGA(POPULATION), make_offspring, {}, 20),
-    "RCGA, compiled, the best read in a callback": (
-        lambda: RCGA(POPULATION),
-        compiled_offspring,
-        {"callback": looking},
-        20,
-    ),
-    "the same of pymoo's parts": (composed, make_offspring, {}, 1),
-    "pymoo's GA, its defaults": (lambda: GA(POPULATION), make_offspring, {}, 1),
+CASES: dict[str, tuple[Callable[[], Any], dict[str, Any], int]] = {
+    "RCGA": (lambda: RCGA(POPULATION), {}, 20),
+    "RCGA, the best read in a callback": (lambda: RCGA(POPULATION), {"callback": looking}, 20),
+    "the same of pymoo's parts": (composed, {}, 1),
+    "pymoo's GA, its defaults": (lambda: GA(POPULATION), {}, 1),
 }
 
 
 def milliseconds(case: str, generations: int) -> float:
     """CPU time of a generation in the middle of a long run."""
-    make, how, watched, times = CASES[case]
-    rcga.loop = lambda generation: how
+    make, watched, times = CASES[case]
     algorithm = make().setup(Bowl(), termination=("n_gen", 10_000), seed=1, **watched)
     for _ in range(10):
         algorithm.next()
@@ -94,7 +85,6 @@ def main() -> None:
 
     calibration = ScannerCalibration(paper(find_robot("scorbot_er7"), seed=1).dataset)
     minimize(calibration, RCGA(POPULATION), ("n_gen", 2), seed=0)
-    rcga.loop = loop
     print("\n| 10 000 generations of | CPU s | of it evaluating | best J |")
     print("|---|---|---|---|")
     for title, problem in (("the bowl", Bowl()), ("the paper's calibration", calibration)):

@@ -1,19 +1,11 @@
 """Offspring of the genetic algorithm on arrays: roulette wheel, arithmetic crossover, non-uniform mutation."""
 
-import sys
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.compiled import Loops, compiles
 from robolaser.operators.arithmetic_crossover import arithmetic
 from robolaser.operators.non_uniform_mutation import non_uniform
 from robolaser.operators.roulette_selection import roulette_wheel
-
-_LOOPS = Loops("robolaser.algorithms.offspring_loops", pays_after=0.0)
-PAYS_AFTER = 10_000  # generations after which a compiled loop has made up for the half second that numba takes to load
 
 
 def make_offspring(
@@ -57,11 +49,3 @@ def make_offspring(
     genes, gene = mutants.reshape(-1), mutated % d
     genes[mutated] = non_uniform(genes[mutated], lower[gene], upper[gene], upward, steps)
     return mutants if prob >= 1.0 else np.where(draws[:, None] <= prob, mutants, Y)
-
-
-def loop(generation: int) -> Callable[..., Any]:
-    """`make_offspring`, compiled where numba is loaded or will pay: both give the same children to the last bit."""
-    if compiles() == "0" or not (compiles() == "1" or generation > PAYS_AFTER or "numba" in sys.modules):
-        return make_offspring
-    loops = _LOOPS.after(1.0)
-    return loops.make_offspring if loops else make_offspring

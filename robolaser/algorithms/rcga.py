@@ -13,7 +13,7 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
 from robolaser.algorithms.array_based import ArrayBased
-from robolaser.algorithms.offspring import loop
+from robolaser.algorithms.offspring import make_offspring
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.stopping import CostReached, Stalled, several_objectives
 from robolaser.arrays import Array, Ints
@@ -216,7 +216,7 @@ class RCGA(ArrayBased):
         moved = rng.random((2 * n, d)) < mutation.get_prob_var(self.problem)
         h = np.count_nonzero(moved)
         moves = rng.random(2 * h + 2 * n)
-        Y = loop(self.n_iter)(
+        Y = make_offspring(
             parents.X,
             inverse_cost(penalised(parents.F, parents.violation)),
             coins[: 2 * n].reshape(n, 2),

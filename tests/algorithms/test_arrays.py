@@ -19,9 +19,8 @@ from pymoo.termination import get_termination
 from pymoo.util.archive import SingleObjectiveArchive
 from stock import composed
 
-from robolaser.algorithms import RCGA, CostReached, Stalled, rcga
+from robolaser.algorithms import RCGA, CostReached, Stalled
 from robolaser.algorithms.checkpoint import load, save
-from robolaser.algorithms.offspring import make_offspring
 
 SETTINGS = [
     {"pop_size": 20, "n_elites": 2},
@@ -32,17 +31,6 @@ SETTINGS = [
     {"pop_size": 2, "n_elites": 1, "last_generation": 7},
 ]
 T = 25
-
-
-@pytest.fixture(params=["numpy", "compiled"])
-def either_way(request, monkeypatch):
-    """Children made in NumPy and in a compiled loop."""
-    made = (
-        make_offspring
-        if request.param == "numpy"
-        else pytest.importorskip("robolaser.algorithms.offspring_loops").make_offspring
-    )
-    monkeypatch.setattr(rcga, "loop", lambda generation: made)
 
 
 def said(pop):
@@ -74,7 +62,7 @@ def last(algorithm, n=T):
 
 @pytest.mark.parametrize("problem", ALL, ids=lambda problem: type(problem).__name__)
 @pytest.mark.parametrize("settings", SETTINGS, ids=lambda settings: f"{settings['pop_size']}-{settings['n_elites']}")
-def test_a_run_is_that_of_pymoos_parts_to_the_last_bit(problem, settings, either_way):
+def test_a_run_is_that_of_pymoos_parts_to_the_last_bit(problem, settings):
     ours, theirs = started(RCGA(**settings), problem), started(composed(**settings), problem)
     assert np.array_equal(last(ours), last(theirs))
     assert np.array_equal(said(ours.off), said(theirs.off))

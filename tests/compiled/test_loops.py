@@ -48,14 +48,14 @@ def test_small_work_never_asks_for_the_compiler(monkeypatch: pytest.MonkeyPatch)
     """What is done in two seconds of NumPy starts no other process and loads no numba."""
     monkeypatch.delenv(SWITCH, raising=False)
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a compiler was started"))
-    loops = Loops("robolaser.algorithms.offspring_loops", pays_after=1e6)
+    loops = Loops("robolaser.vision.profile_loops", pays_after=1e6)
     assert [loops.after(1e3) for _ in range(100)] == [None] * 100
 
 
 def test_numpy_goes_on_while_another_process_compiles(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run that first needs loops does not wait for them; a later one has them."""
     monkeypatch.delenv(SWITCH, raising=False)
-    module = "robolaser.algorithms.offspring_loops"
+    module = "robolaser.vision.profile_loops"
     first = Loops(module, pays_after=1.0)
     assert first.after(2.0) is None
     assert first._compiling.poll() is None
@@ -68,19 +68,19 @@ def test_numpy_goes_on_while_another_process_compiles(own_cache: Path, monkeypat
 def test_nothing_is_compiled_where_nobody_wants_it(switch: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """`ROBOLASER_COMPILE=0` means NumPy, whatever the work."""
     monkeypatch.setenv(SWITCH, switch)
-    assert Loops("robolaser.algorithms.offspring_loops", pays_after=0.0).after(1e12) is None
+    assert Loops("robolaser.vision.profile_loops", pays_after=0.0).after(1e12) is None
 
 
 def test_without_a_folder_to_keep_machine_code_numpy_goes_on(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A user's folder that is a file, or full, is no reason to stop."""
     monkeypatch.delenv(SWITCH, raising=False)
     own_cache.write_text("in the way")
-    assert Loops("robolaser.algorithms.offspring_loops", pays_after=0.0).after(1.0) is None
+    assert Loops("robolaser.vision.profile_loops", pays_after=0.0).after(1.0) is None
 
 
 def test_who_compiles_already_is_not_disturbed(own_cache: Path) -> None:
     """Two processes that want the same loops compile them once."""
-    module = "robolaser.algorithms.offspring_loops"
+    module = "robolaser.vision.profile_loops"
     (kept.folder() / f"{module}.compiling").touch()
     compile_now(module)
     assert not ready(module)
