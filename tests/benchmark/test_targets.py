@@ -28,7 +28,8 @@ def test_the_text_states_the_target_that_was_used():
     result = robolaser.compare(
         {"p": "mine:Sphere:offset=-1000:lowest=-1000"}, ["cmaes"], seeds=2, budget=500, target=0.5
     )
-    assert "a cost of at most -999.5, 0.5 above the lowest known, -1000 by theory" in str(result)
+    said = " ".join(str(result).split())
+    assert "a cost of at most -999.5, 0.5 above the lowest known, -1000 by theory" in said
     assert standings(result, "own problem").tolerance == 0.5
     assert result.to_dict()["problems"][0]["target"] == pytest.approx(-999.5)
 
@@ -49,3 +50,8 @@ def test_who_knows_the_budget_is_marked():
     result = robolaser.compare(["pymoo:sphere-2"], ["rcga", "ga", "ga:mutation=non-uniform"], seeds=1, budget=200)
     assert result.know_budget == {"rcga", "ga:mutation=non-uniform"}
     assert "rcga, ga:mutation=non-uniform: searches differently with another budget" in str(result)
+
+
+def test_a_target_is_printed_with_as_many_digits_as_tell_it_from_the_lowest_cost():
+    result = robolaser.compare({"p": "mine:Sphere:offset=-1000:lowest=-1000"}, ["random"], seeds=1, budget=50)
+    assert "a cost of at most -999.99, 0.01 above" in " ".join(str(result).split())

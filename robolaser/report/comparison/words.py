@@ -56,12 +56,16 @@ def target(problem: ProblemSummary, tolerance: float) -> str:
         return "not known yet: no run found a feasible candidate"
     if problem.objectives > 1:
         return f"IGD+ of at most {number(tolerance)}"
-    reached = plain(problem.target(tolerance), problem.unit)
+    reached = problem.target(tolerance)
     if problem.floor is not None:
         share = math.sqrt(1.0 + tolerance) - 1.0
-        return f"J of at most {reached}, an RMS within {_percent(share)} of the lowest known"
+        return f"J of at most {plain(reached, problem.unit)}, an RMS within {_percent(share)} of the lowest known"
     where = FOUND_BY.get(problem.found_by, f"found by {problem.found_by}")
-    return f"a cost of at most {reached}, {number(tolerance)} above the lowest known, {plain(problem.best, '')} {where}"
+    digits = max(1 + math.ceil(math.log10(max(abs(reached), tolerance) / tolerance)), 2)
+    return (
+        f"a cost of at most {reached:.{digits}g}, {number(tolerance)} above the lowest known,"
+        f" {problem.best:.{digits}g} {where}"
+    )
 
 
 def aims(comparison: BenchmarkResult, standings: Standings) -> list[str]:
