@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 from robolaser.results import Looks, Result
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.plan import RunPlan
-    from robolaser.benchmark.run_loop import compare
+    from robolaser.benchmark.compare import compare
     from robolaser.calibration.calibrate import calibrate
     from robolaser.calibration.plan import Plan
     from robolaser.calibration.result import Calibration
@@ -23,13 +22,12 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Calibration": "calibration.result",
-    "RunPlan": "benchmark.plan",
     "Dataset": "data.dataset",
     "EFFECTS": "model.effects",
     "Plan": "calibration.plan",
     "RobolaserError": "errors",
     "calibrate": "calibration.calibrate",
-    "compare": "benchmark.run_loop",
+    "compare": "benchmark.compare",
     "diagnose": "diagnosis",
     "find_robot": "data.importers.robots",
     "load": "data.loading",
@@ -45,7 +43,6 @@ __all__ = [
     "Dataset",
     "Plan",
     "RobolaserError",
-    "RunPlan",
     "calibrate",
     "compare",
     "diagnose",

@@ -18,10 +18,8 @@ import vl_convert
 from robolaser.benchmark import load
 from robolaser.benchmark.problem import CALIBRATION
 from robolaser.benchmark.standings import standings
-from robolaser.benchmark.standings.table import Measure
 from robolaser.report.chart import CONFIG
-from robolaser.report.comparison.charts.solved import TITLES, solved
-from robolaser.report.comparison.plot_context import PlotContext
+from robolaser.report.comparison.charts import Lines, solved
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
@@ -95,14 +93,14 @@ def main() -> None:
         text, found = re.subn(pattern, lambda m, made=made: f"{m[1]}{made}\n{m[2]}", text, flags=re.DOTALL)
         assert found, part
     PAGE.write_text(text)
-    for measure in ("evaluations", "seconds") if PICTURED in args.parts else ():
-        PICTURES.joinpath(f"ablation-{PICTURED}-{measure}.svg").write_text(picture(PICTURED, measure))
+    if PICTURED in args.parts:
+        PICTURES.joinpath(f"ablation-{PICTURED}-evaluations.svg").write_text(picture(PICTURED))
 
 
-def picture(part: str, measure: Measure) -> str:
+def picture(part: str) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
     comparison = load(FOLDER / part)
-    drawn = solved(PlotContext(comparison, standings(comparison, CALIBRATION)), measure, TITLES[measure])
+    drawn = solved(Lines(comparison, standings(comparison, CALIBRATION)), "Targets reached by evaluations")
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
     colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones
@@ -120,13 +118,13 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
     (family,) = said["standings"]
     for on in family["by_problem"]:
         yield ""
-        yield f"**`{on['problem']}`.** {_marked(on['evaluations']['answer'], said)}"
+        yield f"**`{on['problem']}`.** {_marked(on['order']['answer'], said)}"
         yield ""
         yield f"| {' | '.join(('', *COLUMNS, f'beats `{beside}` in'))} |"
         yield "|---" * (2 + len(COLUMNS)) + "|"
         finals = {result["algorithm"]: result["final"] for result in on["results"]}
-        pairs = {(pair["one"], pair["other"]): pair for pair in on["evaluations"]["pairs"]}
-        for place in on["evaluations"]["places"]:
+        pairs = {(pair["one"], pair["other"]): pair for pair in on["order"]["pairs"]}
+        for place in on["order"]["places"]:
             name = place["algorithm"]
             price = place["running_time"]["value"]
             cells = (

@@ -1,165 +1,91 @@
-"""The algorithms that have a name."""
+"""Algorithms and operators by name: ours, pymoo's, those of installed packages, and anybody's by import path."""
 
+import copy
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, partial
+from importlib import import_module
 from importlib.metadata import entry_points
-from itertools import product
+from importlib.resources import files
+from pathlib import Path
 from typing import Any, final
 
-from robolaser.algorithms.algorithm_spec import AlgorithmSpec
-from robolaser.algorithms.lazy import lazy_factory
-from robolaser.algorithms.operator_choices import operator_settings, with_operators
-from robolaser.algorithms.settings import Setting, Value, check, not_made, number, share, switch, whole, word
-from robolaser.algorithms.user_code import made_with, user_algorithm
+from robolaser.algorithms.spec import AlgorithmSpec, Value
+from robolaser.algorithms.user_code import imported, keywords, made
 from robolaser.errors import AlgorithmError, UsageError, near
 from robolaser.plugins import announced
-
-POPULATION = 100
-
-
-@final
-@dataclass(frozen=True)
-class NamedAlgorithm:
-    """An algorithm with a name.
-
-    Attributes:
-        name: The name.
-        title: A description for a person.
-        make: Makes it with settings.
-        settings: Settings that it has; None if those of the class count.
-        has_operators: Whether its operators can be chosen.
-    """
-
-    name: str
-    title: str
-    make: Callable[..., Any]
-    settings: tuple[Setting, ...] | None = ()
-    has_operators: bool = False
-
-    def make_with(self, given: Mapping[str, Value]) -> Any:
-        """Make it with settings.
-
-        Raises:
-            UsageError: It has no such setting, a value makes no sense, or one does not go with another.
-        """
-        if self.settings is None:
-            return made_with(AlgorithmSpec(self.name, self.name, settings=given), self.make)
-        check(self.name, given, [*self.settings, *(operator_settings(given) if self.has_operators else ())])
-        try:
-            return self.make(**(with_operators(given) if self.has_operators else given))
-        except Exception as error:
-            raise not_made(self.name, error) from error
-
-
-def _ga(**settings: Any) -> Any:
-    """pymoo's, with as many offspring as individuals are replaced: with elites fewer than parents, as in `RCGA`."""
-    from pymoo.algorithms.soo.nonconvex.ga import GA  # noqa: PLC0415 - pymoo takes a second to import
-
-    settings = {"pop_size": POPULATION, **settings}
-    elites = getattr(settings.get("survival"), "n_elites", 0)
-    if elites >= settings["pop_size"]:
-        raise AlgorithmError(f"GA: survival.n_elites is {elites!r}, expected fewer than pop_size.")
-    return GA(**{"n_offsprings": settings["pop_size"] - elites, **settings})
-
-
-def _stock(module: str, kind: str, **usual: Any) -> Callable[..., Any]:
-    return lazy_factory(f"pymoo.algorithms.soo.nonconvex.{module}", kind, **usual)
-
-
-_POP_SIZE, _OFFSPRING, _SAMPLES = whole("pop_size", 2), whole("n_offsprings"), whole("n_sample_points")
-_ES = (_OFFSPRING, _POP_SIZE, share("rule"), number("phi"), number("gamma"))
-_VARIANTS = [
-    "/".join(("DE", *parts))
-    for parts in product(("rand", "best", "target-to-best"), "12", ("bin", "exp", "hypercube", "line"))
-]
-
-_ALL = (
-    NamedAlgorithm(
-        "rcga",
-        "Lee, Yoon and Kang's real-coded genetic algorithm, 2004",
-        lazy_factory("robolaser.algorithms.rcga", "RCGA", pop_size=POPULATION),
-        (
-            _POP_SIZE,
-            whole("n_elites", 0),
-            share("prob_crossover"),
-            share("prob_var"),
-            number("b"),
-            word("form", ("linear", "power")),
-        ),
-    ),
-    NamedAlgorithm(
-        "ga",
-        "pymoo's genetic algorithm",
-        _ga,
-        (_POP_SIZE, _OFFSPRING, switch("eliminate_duplicates")),
-        has_operators=True,
-    ),
-    NamedAlgorithm(
-        "de",
-        "pymoo's differential evolution",
-        _stock("de", "DE", pop_size=POPULATION),
-        (_POP_SIZE, _OFFSPRING, word("variant", _VARIANTS), number("F"), share("CR"), switch("jitter")),
-    ),
-    NamedAlgorithm(
-        "pso",
-        "pymoo's particle swarm",
-        _stock("pso", "PSO", pop_size=POPULATION),
-        (
-            _POP_SIZE,
-            number("w"),
-            number("c1"),
-            number("c2"),
-            switch("adaptive"),
-            word("initial_velocity", ("random", "zero")),
-            number("max_velocity_rate"),
-            switch("pertube_best"),
-        ),
-    ),
-    NamedAlgorithm("es", "pymoo's evolution strategy", _stock("es", "ES"), _ES),
-    NamedAlgorithm(
-        "isres", "pymoo's improved stochastic ranking strategy", _stock("isres", "ISRES"), (*_ES, share("alpha"))
-    ),
-    NamedAlgorithm(
-        "g3pcx",
-        "pymoo's parent-centric steady-state genetic algorithm",
-        _stock("g3pcx", "G3PCX"),
-        (_POP_SIZE, _OFFSPRING, whole("n_parents", 3), whole("family_size")),
-    ),
-    NamedAlgorithm(
-        "cmaes",
-        "pymoo's covariance matrix adaptation",
-        _stock("cmaes", "CMAES"),
-        (
-            number("sigma"),
-            whole("pop_size", 3),
-            whole("restarts", 0),
-            switch("bipop"),
-            number("tolfun"),
-            number("tolx"),
-            _SAMPLES,
-        ),
-    ),
-    NamedAlgorithm("nelder-mead", "pymoo's simplex", _stock("nelder", "NelderMead"), (_SAMPLES,)),
-    NamedAlgorithm(
-        "pattern-search",
-        "pymoo's pattern search",
-        _stock("pattern", "PatternSearch"),
-        (share("init_delta"), share("init_rho"), number("step_size"), _SAMPLES),
-    ),
-)
-
-ALGORITHMS: Mapping[str, NamedAlgorithm] = {algorithm.name: algorithm for algorithm in _ALL}
-"""Our global searches by name."""
 
 SCREENING = "screening"
 """The default: random candidates of the whole box, the best of them refined until enough end at one optimum."""
 POLISH_ONLY = "gauss-newton"
 """Instead of a global search: straight from the nominal values and closed forms to the polish."""
+GROUP, OPERATOR_GROUP = "robolaser.algorithms", "robolaser.operators"
+"""Entry points under which installed packages announce algorithms, and operators of a slot (`.crossover`)."""
+EXPECTED = "a pymoo algorithm: its class, an instance, or a function that returns one"
+DIRECTIONS = {2: 99, 3: 12, 4: 7, 5: 5}
+"""Partitions of the Das-Dennis reference directions, about a hundred, by the number of objectives; of more: 3."""
 
 
-GROUP = "robolaser.algorithms"  # entry points under which installed packages announce pymoo algorithms
+@final
+@dataclass(frozen=True)
+class NamedAlgorithm:
+    """An algorithm with a name: what it is, and where its class lies, `module:class`."""
+
+    title: str
+    home: str
+    usual: Mapping[str, Value] = field(default_factory=dict)  # settings other than the class's own defaults
+
+
+_SOO = "pymoo.algorithms.soo.nonconvex"
+_HUNDRED = {"pop_size": 100}
+ALGORITHMS: Mapping[str, NamedAlgorithm] = {
+    "rcga": NamedAlgorithm("Lee, Yoon and Kang's real-coded genetic algorithm, 2004", "robolaser.algorithms.rcga:RCGA"),
+    "ga": NamedAlgorithm("pymoo's genetic algorithm", f"{_SOO}.ga:GA", _HUNDRED),
+    "de": NamedAlgorithm("pymoo's differential evolution", f"{_SOO}.de:DE", _HUNDRED),
+    "pso": NamedAlgorithm("pymoo's particle swarm", f"{_SOO}.pso:PSO", _HUNDRED),
+    "es": NamedAlgorithm("pymoo's evolution strategy", f"{_SOO}.es:ES"),
+    "isres": NamedAlgorithm("pymoo's improved stochastic ranking strategy", f"{_SOO}.isres:ISRES"),
+    "g3pcx": NamedAlgorithm("pymoo's parent-centric steady-state genetic algorithm", f"{_SOO}.g3pcx:G3PCX"),
+    "cmaes": NamedAlgorithm("pymoo's covariance matrix adaptation", f"{_SOO}.cmaes:CMAES"),
+    "nelder-mead": NamedAlgorithm("pymoo's simplex", f"{_SOO}.nelder:NelderMead"),
+    "pattern-search": NamedAlgorithm("pymoo's pattern search", f"{_SOO}.pattern:PatternSearch"),
+}
+"""Our names of global searches."""
+
+_X, _M = "pymoo.operators.crossover", "pymoo.operators.mutation"
+OPERATORS: Mapping[str, Mapping[str, str]] = {
+    "crossover": {
+        "sbx": f"{_X}.sbx:SBX", "arithmetic": "robolaser.operators:ArithmeticCrossover", "pcx": f"{_X}.pcx:PCX",
+        "de": f"{_X}.dex:DEX", "uniform": f"{_X}.ux:UX", "exponential": f"{_X}.expx:ExponentialCrossover",
+    },
+    "mutation": {
+        "polynomial": f"{_M}.pm:PM", "non-uniform": "robolaser.operators:NonUniformMutation",
+        "gaussian": f"{_M}.gauss:GaussianMutation",
+    },
+    "selection": {
+        "tournament": "robolaser.algorithms.registry:tournament", "roulette": "robolaser.operators:RouletteSelection",
+        "random": "pymoo.operators.selection.rnd:RandomSelection",
+    },
+    "survival": {"fitness": f"{_SOO}.ga:FitnessSurvival", "elitist": "robolaser.algorithms.registry:elitist"},
+}  # fmt: skip
+"""Our names of operators, by slot; pymoo's defaults first."""
+
+
+def tournament() -> Any:
+    """The selection of pymoo's genetic algorithm."""
+    from pymoo.algorithms.soo.nonconvex.ga import comp_by_cv_and_fitness  # noqa: PLC0415 - pymoo takes a second
+    from pymoo.operators.selection.tournament import TournamentSelection  # noqa: PLC0415
+
+    return TournamentSelection(func_comp=comp_by_cv_and_fitness)
+
+
+def elitist(n_elites: int = 10) -> Any:
+    """Elitist replacement with as many elites as `RCGA` has."""
+    from robolaser.operators import ElitistReplacement  # noqa: PLC0415 - pymoo takes a second to import
+
+    return ElitistReplacement(n_elites=n_elites)
 
 
 @cache
@@ -175,25 +101,147 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
 
     kinds = announced(GROUP, Algorithm, taken=[SCREENING, *ALGORITHMS, POLISH_ONLY], name="")
     titles = {name: (inspect.getdoc(kind) or name).splitlines()[0].rstrip(".") for name, kind in kinds.items()}
-    return {**ALGORITHMS, **{name: NamedAlgorithm(name, titles[name], kind, None) for name, kind in kinds.items()}}
+    return {
+        **ALGORITHMS,
+        **{n: NamedAlgorithm(titles[n], f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()},
+    }
+
+
+@cache
+def operators(slot: str) -> Mapping[str, str]:
+    """Where the operators of a slot lie that have a name, ours and those that installed packages announce.
+
+    Raises:
+        PluginError: What a package announces cannot be used.
+    """
+    known, group = OPERATORS.get(slot, {}), f"{OPERATOR_GROUP}.{slot}"
+    if not entry_points(group=group):
+        return known
+    base = getattr(import_module(f"pymoo.core.{slot}"), slot.capitalize())
+    kinds = announced(group, base, taken=known, name="")
+    return {**known, **{name: f"{kind.__module__}:{kind.__qualname__}" for name, kind in kinds.items()}}
 
 
 def algorithm_named(text: str) -> Any:
-    """Make the pymoo algorithm that a text names: `NAME` or `package.module:attribute`, with `:key=value` after it.
+    """Make the pymoo algorithm that a text names, for one objective.
 
     Raises:
         UsageError: There is no such algorithm, or it cannot be made with these settings.
     """
-    spec = AlgorithmSpec.of(text)
+    return maker_of(AlgorithmSpec.of(text))(1)
+
+
+def maker_of(spec: AlgorithmSpec) -> Callable[[int], Any]:
+    """What makes the algorithm that a text names, given the number of objectives.
+
+    Raises:
+        UsageError: There is no such algorithm or operator.
+    """
+    usual: Mapping[str, Value] = {}
     if spec.attribute is not None:
-        return user_algorithm(spec)
-    if spec.name in (SCREENING, POLISH_ONLY):
-        check(spec.name, spec.settings, ())
-    if spec.name not in algorithms():
+        found = imported(spec)
+    elif spec.name in algorithms():
+        found, usual = imported(AlgorithmSpec.of(algorithms()[spec.name].home)), algorithms()[spec.name].usual
+    else:
+        found = pymoos("algorithms", spec.name)
+    if found is None:
         raise unknown_algorithm(spec.name, [SCREENING, *algorithms(), POLISH_ONLY])
-    return algorithms()[spec.name].make_with(spec.settings)
+    if not callable(found):
+        if spec.settings or spec.operators:
+            raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
+        return lambda n_obj: copy.deepcopy(found)
+    parts = {slot: _operator_maker(slot, one) for slot, one in spec.operators.items()}
+    return partial(_made, spec, found, {**usual, **spec.settings}, parts)
+
+
+def _made(
+    spec: AlgorithmSpec, found: Any, settings: Mapping[str, Any], parts: Mapping[str, Callable[[], Any]], n_obj: int
+) -> Any:
+    from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
+
+    from robolaser.operators.elitist_replacement import ElitistReplacement, refuse  # noqa: PLC0415
+
+    operators = {slot: make() for slot, make in parts.items()}
+    given = {**settings, **operators}
+    if (elites := getattr(operators.get("survival"), "n_elites", 0)) and {"pop_size", "n_offsprings"} <= {
+        *keywords(found)[0]
+    }:
+        given = {"pop_size": 100, **given}
+        if elites >= given["pop_size"]:
+            raise UsageError(f"{spec.text}: survival.n_elites is {elites}, expected fewer than pop_size.")
+        given = {"n_offsprings": given["pop_size"] - elites, **given}
+    if inspect.isclass(found) and "ref_dirs" in keywords(found)[0] and "ref_dirs" not in given and n_obj > 1:
+        given["ref_dirs"] = reference_directions(n_obj)
+    algorithm = made(spec.text, found, given)
+    if not isinstance(algorithm, Algorithm):
+        raise not_an_algorithm(spec.text, algorithm, EXPECTED)
+    for slot, operator in operators.items():
+        if not _has(algorithm, operator):
+            raise UsageError(f"{spec.text}: {spec.path} has no place for another {slot}, and would run with its own.")
+        if isinstance(operator, ElitistReplacement):
+            try:
+                refuse(algorithm)
+            except AlgorithmError as error:
+                raise UsageError(f"{spec.text} cannot be made. {error}") from error
+    return algorithm
+
+
+def reference_directions(n_obj: int) -> Any:
+    """Das and Dennis's directions, about a hundred, for algorithms that want them (NSGA3, MOEAD, RVEA)."""
+    from pymoo.util.ref_dirs import get_reference_directions  # noqa: PLC0415 - only some algorithms need it
+
+    return get_reference_directions("das-dennis", n_obj, n_partitions=DIRECTIONS.get(n_obj, 3))
+
+
+def _has(algorithm: Any, operator: Any) -> bool:
+    """Whether an algorithm took an operator; some accept any keyword and ignore it."""
+    places = [algorithm, *(getattr(algorithm, name, None) for name in ("mating", "initialization"))]
+    return any(operator is held for place in places for held in getattr(place, "__dict__", {}).values())
+
+
+def _operator_maker(slot: str, spec: AlgorithmSpec) -> Callable[[], Any]:
+    from robolaser import operators as ours  # noqa: PLC0415 - pymoo takes a second to import
+
+    if spec.attribute is not None:
+        found = imported(spec)
+    elif spec.name in operators(slot):
+        found = imported(AlgorithmSpec.of(operators(slot)[spec.name]))
+    else:
+        found = getattr(ours, spec.name) if spec.name in ours.__all__ else pymoos("operators", spec.name)
+    if found is None:
+        names = [*operators(slot), *(ours.__all__ if slot != "sampling" else ())]
+        raise UsageError(
+            f"No {slot} '{spec.name}'.{near(spec.name, names)} One of your own is package.module:attribute."
+        )
+    if inspect.isclass(found) or inspect.isroutine(found):
+        return partial(made, spec.text, found, spec.settings)
+    return partial(copy.deepcopy, found)
+
+
+@cache
+def pymoos(package: str, name: str) -> type[Any] | None:
+    """A class of pymoo's `algorithms` or `operators` by its name; only its module is imported.
+
+    Raises:
+        UsageError: It needs a package that is not installed.
+    """
+    root = Path(str(files("pymoo")))
+    for path in sorted((root / package).rglob("*.py")):
+        if re.search(rf"^class {re.escape(name)}\(", path.read_text(), re.MULTILINE):
+            try:
+                module = import_module(".".join(path.relative_to(root.parent).with_suffix("").parts))
+            except Exception as error:  # Optuna's module raises its own
+                raise UsageError(f"pymoo's {name} cannot be imported ({type(error).__name__}: {error}).") from error
+            found: type[Any] = getattr(module, name)
+            return found
+    return None
 
 
 def unknown_algorithm(name: str, known: Iterable[str]) -> UsageError:
     """No algorithm has that name."""
     return UsageError(f"No algorithm '{name}'.{near(name, known)} One of your own is package.module:attribute.")
+
+
+def not_an_algorithm(text: str, found: object, expected: str) -> UsageError:
+    """What was imported cannot search."""
+    return UsageError(f"{text} is {found!r:.80} and cannot search. Expected {expected}.")

@@ -1,19 +1,15 @@
-"""Algorithms that users wrote themselves, found by import path."""
+"""What lies at an import path, and calls of it with settings that somebody typed."""
 
-import copy
 import importlib
 import inspect
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from robolaser.algorithms.algorithm_spec import AlgorithmSpec
-from robolaser.algorithms.settings import not_made, unknown_setting
-from robolaser.errors import UsageError, near
-
-EXPECTED = "a pymoo algorithm: its class, an instance, or a function that returns one"
+from robolaser.algorithms.spec import AlgorithmSpec
+from robolaser.errors import RobolaserError, UsageError, near
 
 
 def imported(spec: AlgorithmSpec) -> Any:
@@ -34,45 +30,29 @@ def imported(spec: AlgorithmSpec) -> Any:
     for name in str(spec.attribute).split("."):
         if not hasattr(found, name):
             known = [known for known in dir(found) if not known.startswith("_")]
-            hint = near(str(spec.attribute), known)
-            raise UsageError(f"{spec.text}: {spec.name} has no '{spec.attribute}'.{hint}")
+            raise UsageError(f"{spec.text}: {spec.name} has no '{spec.attribute}'.{near(str(spec.attribute), known)}")
         found = getattr(found, name)
     return found
 
 
-def user_algorithm(spec: AlgorithmSpec) -> Any:
-    """Import a pymoo algorithm and make it; an instance is copied.
-
-    Raises:
-        UsageError: It is not there, is no algorithm and makes none, or cannot be made with its settings.
-    """
-    from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
-
-    found = imported(spec)
-    if isinstance(found, Algorithm):
-        made_with(spec, no_settings)
-        return copy.deepcopy(found)
-    made = made_with(spec, found) if callable(found) else found
-    if not isinstance(made, Algorithm):
-        raise not_an_algorithm(spec, made, EXPECTED)
-    return made
-
-
-def made_with(spec: AlgorithmSpec, make: Callable[..., Any]) -> Any:
-    """Call a user's class or function with the settings that are given.
+def made(text: str, make: Callable[..., Any], settings: Mapping[str, Any]) -> Any:
+    """Call a class or function with settings.
 
     Raises:
         UsageError: It does not take one of them, or fails.
     """
     known, takes_all = keywords(make)
-    for name in spec.settings:
+    for name in settings:
         if name not in known and not takes_all:
-            raise unknown_setting(spec.path, name, known)
+            raise UsageError(f"{text.partition(':')[0]} has no setting '{name}'.{near(name, known)}")
     try:
         with _current_directory():
-            return make(**spec.settings)
+            return make(**settings)
+    except ImportError as error:
+        raise UsageError(f"{text} needs a package that is not installed ({error}).") from error
     except Exception as error:
-        raise not_made(spec.text, error) from error
+        reason = str(error) if isinstance(error, RobolaserError) else f"{type(error).__name__}: {error}"
+        raise UsageError(f"{text} cannot be made. {reason.rstrip('.')}. Give it other settings.") from error
 
 
 def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:
@@ -80,10 +60,8 @@ def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:
 
     pymoo's classes pass unknown settings to their bases, which ignore them: only those that a base class names count.
     """
-    from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
-
     makers: list[Callable[..., Any]] = [make]
-    if inspect.isclass(make) and issubclass(make, Algorithm):
+    if inspect.isclass(make) and any(base.__module__.startswith("pymoo.core") for base in make.__mro__):
         makers = [vars(base)["__init__"] for base in make.__mro__ if "__init__" in vars(base) and base is not object]
     known: dict[str, None] = {}
     for maker in makers:
@@ -95,15 +73,6 @@ def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:
         if not any(p.kind is p.VAR_KEYWORD for p in parameters):
             return tuple(name for name in known if name != "self"), False
     return tuple(name for name in known if name != "self"), len(makers) == 1
-
-
-def no_settings() -> None:
-    """The settings that an instance takes."""
-
-
-def not_an_algorithm(spec: AlgorithmSpec, found: object, expected: str) -> UsageError:
-    """What was imported cannot search."""
-    return UsageError(f"{spec.text} is {found!r:.80} and cannot search. Expected {expected}.")
 
 
 @contextmanager

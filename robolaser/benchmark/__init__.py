@@ -3,15 +3,15 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.table import load
+    from robolaser.benchmark.journal import load, merge
 
-__all__ = ["load"]
+__all__ = ["load", "merge"]
 
 
 def __getattr__(name: str) -> Any:
-    """Load a name when it is first used: those who read defaults do not pay for SQLite and NumPy."""
+    """Load a name when it is first used: those who read defaults do not pay for NumPy."""
     if name not in __all__:
         raise AttributeError(f"module 'robolaser.benchmark' has no attribute '{name}'")
-    from robolaser.benchmark import table  # noqa: PLC0415
+    from robolaser.benchmark import journal  # noqa: PLC0415
 
-    return getattr(table, name)
+    return getattr(journal, name)

@@ -1,14 +1,20 @@
 """A problem as one run sees it: evaluations are counted, improvements recorded, and the run ends with its budget."""
 
+import json
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from pathlib import Path
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE, BenchmarkProblem
 from robolaser.errors import BenchmarkError
+
+Values = Mapping[str, Array]
+"""F, G and H of candidates."""
 
 
 @final
@@ -18,7 +24,7 @@ class ConvergenceTrace:
 
     evaluations: Ints  # candidates evaluated up to and including the improvement, (k,)
     seconds: Array  # wall time by then [s], (k,)
-    costs: Array  # the improved cost, falling, (k,)
+    costs: Array  # the improved cost, falling, (k,); of several objectives what was not dominated then, (k, m)
 
     @property
     def final(self) -> float:
@@ -51,25 +57,36 @@ class BudgetedEvaluator:
 
     Attributes:
         problem: The problem.
-        budget: Candidates that may be evaluated.
+        budget: Candidates that may be evaluated; no further one is.
         evaluations: Candidates evaluated so far.
-        best: Lowest cost of a feasible candidate so far; of several objectives, what the front so far misses.
-        x: The candidate of lowest cost so far, (1, d); none, (0, d), before any, or if the solver does not say.
-        front: What is not dominated so far, if the problem has several objectives.
+        best: Lowest cost of a feasible candidate so far, if there is one objective.
+        x: The candidate of lowest cost so far, (1, d); of several objectives those that nothing dominates.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
     """
 
-    def __init__(self, problem: BenchmarkProblem, *, budget: int, time_limit_s: float) -> None:
+    def __init__(
+        self,
+        problem: BenchmarkProblem,
+        *,
+        budget: int,
+        time_limit_s: float,
+        one_by_one: bool = False,
+        crash_costs_inf: bool = False,
+        spill: str = "",
+    ) -> None:
         self.problem = problem
         self.budget = budget
         self.evaluations = 0
         self.best = self.violation = np.inf
-        self.front = problem.front
-        self.x: Array = np.empty((0, problem.dimension))
+        self.x: Any = np.empty((0, problem.dimension))
         self.out_of_time = False
         self._time_limit_s = time_limit_s
-        self._improvements: list[tuple[int, float, float]] = []
+        self._one_by_one = one_by_one or problem.question.elementwise
+        self._crash_costs_inf = crash_costs_inf
+        self._improvements: list[tuple[int, float, Any]] = []
+        self._front = np.empty((0, problem.n_obj))
+        self._spill = Path(spill).open("w", buffering=1) if spill else None  # noqa: SIM115 - it ends with the run
         self._began = time.perf_counter()
 
     @property
@@ -81,94 +98,158 @@ class BudgetedEvaluator:
         """Wall time so far."""
         return time.perf_counter() - self._began
 
-    def cost(self, x: Array) -> Array:
-        """Costs of candidates, (c, d) -> (c,).
+    def evaluate(self, x: Any) -> Values:
+        """Objectives and constraints of candidates (c, d), as `BenchmarkProblem.values`.
 
         Raises:
-            BudgetExhausted: The budget or the time is used up; candidates beyond the budget do not count.
-            BenchmarkError: The array is not (c, d), or a candidate is not a number.
+            BudgetExhausted: The budget or the time is used up; candidates beyond the budget are not evaluated.
+            BenchmarkError: The array is not (c, d), or a candidate is not a number, or not whole.
         """
-        if self.front is not None:
-            raise BenchmarkError(
-                f"{self.problem.name} has {len(self.front.ideal)} objectives: evaluate them with `objectives(x)`."
-            )
         x = self._checked(x)
-        return self._recorded(x, self.problem.cost(x))
+        allowed = x[: self.left]
+        size = 1 if self._one_by_one else max(len(allowed), 1)
+        parts = []
+        for first in range(0, len(allowed), size):
+            part = allowed[first : first + size]
+            parts.append(self._values(part))
+            self._count(part, parts[-1])
+        self._end_if_exhausted()
+        parts = parts or [self.problem.values(x)]  # of no candidates
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def objectives(self, x: Array) -> Array:
-        """Objectives of candidates, (c, d) -> (c, m); the front counts as improved by all of them at once."""
-        if self.front is None:
-            return self.cost(x)[:, None]
-        x = self._checked(x)
-        values = self._allowed(x, self.problem.cost(x))
-        counted = values[: self.left]
-        self.violation = self._lowest_violation(counted[:, 0])
-        feasible = (counted < INFEASIBLE).all(axis=1)
-        self.front = self.front.extended(counted[feasible], x[: len(counted)][feasible])
-        self.record(min(len(x), self.left), self.front.missing if len(self.front.points) else np.inf)
-        return values
+    def cost(self, x: Any) -> Array:
+        """Costs of candidates, (c, d) -> (c,); who violates constraints costs more than anybody who does not.
+
+        Raises:
+            BudgetExhausted: The budget or the time is used up.
+            BenchmarkError: The array is not (c, d), or the problem has several objectives.
+        """
+        if self.problem.n_obj > 1:
+            raise BenchmarkError(
+                f"{self.problem.name} has {self.problem.n_obj} objectives: evaluate them with `objectives(x)`."
+            )
+        return self.objectives(x)[:, 0]
+
+    def objectives(self, x: Any) -> Array:
+        """Objectives of candidates, (c, d) -> (c, m), those of infeasible ones as `cost` has them."""
+        values = self.evaluate(x)
+        violation = self.problem.violation(values)[:, None]
+        return np.where(violation > 0.0, INFEASIBLE * (1.0 + violation), values["F"])
 
     def residuals(self, x: Array) -> Array:
         """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation."""
         if self.problem.residuals is None:
             raise TypeError(f"{self.problem.name} is not a sum of squares")
         x = self._checked(x)
-        residuals = self.problem.residuals(x)
-        self._recorded(x, np.einsum("cr,cr->c", residuals, residuals))
+        allowed = x[: self.left]
+        residuals = self.problem.residuals(allowed)
+        cost = np.where(self._inside(allowed), np.einsum("cr,cr->c", residuals, residuals), np.inf)
+        none = np.empty((len(allowed), 0))
+        self._count(allowed, {"F": np.where(np.isnan(cost), np.inf, cost)[:, None], "G": none, "H": none})
+        self._end_if_exhausted()
         return residuals
 
     def record(self, evaluations: int, cost: float, x: Array | None = None) -> None:
         """Count candidates that a solver evaluated without this evaluator, the lowest cost of them, and whose it is."""
         self.evaluations += evaluations
         if self.evaluations <= self.budget and cost < self.best:
-            self._improve(self.evaluations, cost)
-            self.x = self.x[:0] if x is None else x[None].copy()
+            self._improve(self.evaluations, cost, self.x[:0] if x is None else x[None].copy())
         self._end_if_exhausted()
 
     def trace(self) -> ConvergenceTrace:
         """Every improvement so far."""
         evaluations, seconds, costs = zip(*self._improvements, strict=True) if self._improvements else ((), (), ())
-        return ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+        costs_of = np.array(costs, float)
+        if self.problem.n_obj > 1:
+            costs_of = costs_of.reshape(-1, self.problem.n_obj)
+        return ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), costs_of)
 
-    def _checked(self, x: Array) -> Array:
+    def _checked(self, x: Any) -> Any:
+        if self.problem.mixed:
+            return np.asarray(x, object).reshape(-1)
         x = np.asarray(x, np.float64)
         if x.ndim != 2 or x.shape[1] != self.problem.dimension:
             raise BenchmarkError(
                 f"The solver evaluated an array of shape {x.shape}, expected (candidates, {self.problem.dimension}):"
                 " one row for each candidate."
             )
-        if np.isnan(x).any():
-            variable = self.problem.variables[int(np.argwhere(np.isnan(x))[0, 1])]
-            raise BenchmarkError(f"The solver evaluated a candidate whose {variable} is not a number.")
+        wrong = np.isnan(x)
+        what = "not a number"
+        if self.problem.discrete and not wrong.any():
+            wrong, what = x != np.round(x), "not a whole number"
+        if wrong.any():
+            variable = self.problem.variables[int(np.argwhere(wrong)[0, 1])]
+            raise BenchmarkError(f"The solver evaluated a candidate whose {variable} is {what}.")
         return x
 
-    def _recorded(self, x: Array, costs: Array) -> Array:
-        costs = self._allowed(x, costs)
-        allowed = costs[: self.left]
-        if self.problem.constraints:
-            self.violation = self._lowest_violation(allowed)
-            allowed = np.where(allowed >= INFEASIBLE, np.inf, allowed)
-        lowest = np.minimum.accumulate(np.append(self.best, allowed))
-        for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
-            self._improve(self.evaluations + int(i) + 1, float(allowed[i]))
-            self.x = x[i : i + 1].copy()
-        self.evaluations += len(allowed)
-        self._end_if_exhausted()
-        return costs
+    def _inside(self, x: Any) -> Any:
+        if self.problem.mixed:
+            return np.ones(len(x), bool)
+        return ((x >= self.problem.lower) & (x <= self.problem.upper)).all(axis=1)
 
-    def _allowed(self, x: Array, costs: Array) -> Array:
-        """Costs of candidates, infinite outside the bounds and where they are not numbers."""
-        outside = ((x < self.problem.lower) | (x > self.problem.upper)).any(axis=1)
-        costs = np.where(np.isnan(costs), np.inf, costs)
-        costs[outside] = np.inf
-        return costs
+    def _values(self, x: Any) -> Values:
+        """Values of candidates; infinite outside the bounds and, if that is wanted, where a model crashed."""
+        inside = self._inside(x)
+        try:
+            found = self.problem.values(x[inside])
+        except Exception:
+            if not self._crash_costs_inf:
+                raise
+            if len(x) > 1:
+                each = [self._values(x[i : i + 1]) for i in range(len(x))]
+                return {name: np.concatenate([one[name] for one in each]) for name in each[0]}
+            found, inside = self.problem.values(x[:0]), np.zeros(1, bool)
+        if inside.all():
+            return found
+        whole = {name: np.full((len(x), values.shape[1]), np.inf) for name, values in found.items()}
+        for name, values in found.items():
+            whole[name][inside] = values
+        return whole
 
-    def _lowest_violation(self, costs: Array) -> float:
-        return float(np.maximum(costs / INFEASIBLE - 1.0, 0.0).min(initial=self.violation))
+    def _count(self, x: Any, values: Values) -> None:
+        violation = self.problem.violation(values)
+        self.violation = float(violation.min(initial=self.violation))
+        feasible = (violation <= 0.0) & np.isfinite(values["F"]).all(axis=1)
+        if self.problem.n_obj > 1:
+            self._extend(np.flatnonzero(feasible), x, values["F"])
+        else:
+            lowest = np.minimum.accumulate(np.append(self.best, np.where(feasible, values["F"][:, 0], np.inf)))
+            for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
+                self._improve(self.evaluations + int(i) + 1, float(values["F"][i, 0]), x[i : i + 1].copy())
+        self.evaluations += len(x)
+        if self.seconds() > self._time_limit_s:
+            self.out_of_time = True
+            raise BudgetExhausted
 
-    def _improve(self, evaluations: int, cost: float) -> None:
-        self.best = cost
-        self._improvements.append((evaluations, self.seconds(), cost))
+    def _extend(self, rows: Ints, x: Any, F: Array) -> None:
+        """Add candidates to the archive, as far as nothing dominates them."""
+        import moocore  # noqa: PLC0415 - only several objectives need it
+
+        if not len(rows):
+            return
+        both, both_x = (
+            np.concatenate([self._front, F[rows]]),
+            np.concatenate([self.x, x[rows]]) if len(self.x) else x[rows],
+        )
+        kept = moocore.is_nondominated(both)
+        known, now = len(self._front), self.seconds()
+        for i in np.flatnonzero(kept[known:]):
+            self._note(self.evaluations + int(rows[i]) + 1, now, F[rows[i]].tolist())
+        self._front, self.x = both[kept], both_x[kept]
+
+    def _improve(self, evaluations: int, cost: float, x: Any) -> None:
+        self.best, self.x = cost, x
+        self._note(evaluations, self.seconds(), cost)
+
+    def _note(self, evaluations: int, seconds: float, cost: Any) -> None:
+        self._improvements.append((evaluations, seconds, cost))
+        if self._spill is not None:
+            self._spill.write(json.dumps((evaluations, seconds, cost)) + "\n")
+
+    def close(self) -> None:
+        """Nothing further is noted."""
+        if self._spill is not None:
+            self._spill.close()
 
     def _end_if_exhausted(self) -> None:
         if self.evaluations >= self.budget:

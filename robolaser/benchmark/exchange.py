@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import product
 
-from robolaser.algorithms.exchanged import joined, parted
+from robolaser.algorithms.spec import SLOTS, with_operators
 from robolaser.errors import UsageError
 
 STOCK = ""
@@ -25,13 +25,13 @@ def study(stock: str, exchanges: Sequence[str], *, factorial: bool = False) -> l
     for text in exchanges:
         slot, equals, operators = (piece.strip() for piece in text.partition("="))
         names = [name.strip() for name in operators.split(",")]
-        if not equals or not all(names) or slot in levels or parted(f"{stock}+{slot}=x")[0] != stock:
+        if not equals or not all(names) or slot in levels or slot not in SLOTS:
             raise UsageError(
                 f"--exchange {text}: expected a slot, which comes once, and its operators, as in"
-                " crossover=ArithmeticCrossover,SBX. Slots are sampling, selection, crossover, mutation, survival and"
-                " repair."
+                f" crossover=ArithmeticCrossover,SBX. Slots are {', '.join(SLOTS)}."
             )
         levels[slot] = [STOCK, *names]
-    combined = product(*levels.values())
-    chosen = [dict(zip(levels, each, strict=True)) for each in combined]
-    return [joined(stock, parts) for parts in chosen if factorial or sum(map(bool, parts.values())) <= 1]
+    chosen = [
+        {slot: name for slot, name in zip(levels, each, strict=True) if name} for each in product(*levels.values())
+    ]
+    return [with_operators(stock, parts) for parts in chosen if factorial or len(parts) <= 1]

@@ -1,182 +1,211 @@
 """Which solvers run on which problems, with which seeds and limits."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import final
+import re
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, Literal, final
 
-import cloudpickle
-import numpy as np
-
-from robolaser.arrays import Array
-from robolaser.benchmark.defaults import BUDGET, MEMORY_LIMIT_B, SEEDS, TIME_LIMIT_S
-from robolaser.benchmark.problem import CALIBRATION, PROBE_SEED, PROBES, BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.problem_specs import specs_of
-from robolaser.benchmark.single_run import Task
-from robolaser.benchmark.solvers import DEFAULT, find
+from robolaser.benchmark.journal import summary_of
+from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
+from robolaser.benchmark.named_problems import specs_of
+from robolaser.benchmark.pickling import pickled
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
+from robolaser.benchmark.run import Limits, Task, fingerprint
+from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 
-MAIN = "__main__"
-"""Module of a script or a notebook, which no other process can import."""
-OUR_OWN = "robolaser's own search"
-"""Found the lowest cost, if no solver came below it."""
-THEORY = "theory"
 OUR_SEEDS = (1, 2, 3)
-"""Seeds of our own search for the lowest cost, outside the benchmark."""
-PROBE_DIGITS = 9
-"""Digits of the costs that identify a problem: another machine may round differently."""
+"""Seeds of our own search for the lowest cost of a calibration, outside the comparison."""
+SLOW_S = 0.02
+"""Time of a candidate from which the time limit is looked at after each, also where they come in batches."""
+
+
+@final
+@dataclass(frozen=True)
+class Terms:
+    """What is asked of every run.
+
+    Attributes:
+        seeds: The same for all: solvers that draw their first candidates alike begin with the same ones.
+        budget: Evaluations of a run: a number, or "1000d" for a thousand times the number of variables.
+        target: The tolerance by which solvers are ranked; None: the usual one of the problems.
+        time_limit_s: Wall time of a run [s].
+        on_error: Whether a candidate whose evaluation raises makes the run fail or costs infinity.
+    """
+
+    seeds: tuple[int, ...]
+    budget: int | str
+    target: float | None
+    time_limit_s: float
+    on_error: Literal["fail", "inf"]
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            UsageError: One makes no sense.
+        """
+        for what, value in (("seeds", len(self.seeds)), ("time_limit_s", self.time_limit_s), ("target", self.target)):
+            if value is not None and not value > 0:
+                raise UsageError(f"compare: {what} is {value!r}, expected more than 0.")
+        if min(self.seeds) < 1:
+            raise UsageError(f"compare: first_seed is {min(self.seeds)}, expected at least 1.")
+        if self.on_error not in ("fail", "inf"):
+            raise UsageError(f"compare: on_error is {self.on_error!r}, expected 'fail' or 'inf'.")
+        self.evaluations(1)
+
+    def evaluations(self, dimension: int) -> int:
+        """Budget of a run on a problem of so many variables."""
+        match = re.fullmatch(r"(\d+(?:\.\d+)?(?:e\d+)?)(d?)", str(self.budget).strip())
+        found = round(float(match[1]) * (dimension if match[2] else 1)) if match else 0
+        if not found:
+            raise UsageError(
+                f"budget is {self.budget!r}, expected a number of evaluations, as 20000, or of evaluations for each"
+                " variable, as 1000d."
+            )
+        return found
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class RunPlan:
-    """Every solver runs once with each seed on every problem that it applies to.
+class Planned:
+    """A problem as it was found when the comparison was planned."""
 
-    Attributes:
-        specs: Of the problems.
-        solvers: The solvers to be compared.
-        seeds: The same for all: solvers that draw their first candidates alike begin with the same ones.
-        budget: Evaluations a run may spend.
-        time_limit_s: Wall time a run may take [s].
-        memory_limit_b: Memory a run may take beyond what its process needs anyway [B].
-        pickled: Solvers that another process cannot find by their names, pickled.
-        dropped: After how many seeds a race dropped a solver.
+    problem: BenchmarkProblem
+    summary: ProblemSummary
+    limits: Limits
+    spec: bytes
+    fingerprint: str
 
-    Examples:
-        >>> plan = robolaser.RunPlan.of(["pymoo:sphere-2"], ["de", "pso"], seeds=3, budget=500)
-        >>> len(plan.tasks)
-        6
-    """
 
-    specs: tuple[ProblemSpec, ...]
-    solvers: tuple[Solver, ...]
-    seeds: tuple[int, ...]
-    budget: int
-    time_limit_s: float
-    memory_limit_b: int
-    pickled: Mapping[str, bytes] = field(default_factory=dict)
-    dropped: Mapping[str, int] = field(default_factory=dict)
+@final
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Every solver runs once with each seed on every problem that it applies to."""
+
+    terms: Terms
+    problems: tuple[Planned, ...]
+    solvers: Mapping[str, Solver]
+    solver_pickles: Mapping[str, bytes]
 
     @classmethod
     def of(
         cls,
-        problems: Sequence[object],
-        algorithms: Sequence[object] = DEFAULT,
-        *,
-        seeds: int = SEEDS,
-        first_seed: int = 1,
-        budget: int = BUDGET,
-        time_limit_s: float = TIME_LIMIT_S,
-        memory_limit_b: int = MEMORY_LIMIT_B,
-        starts: Mapping[str, Array] | None = None,
-    ) -> "RunPlan":
-        """Plan a benchmark of problems and solvers by name.
-
-        Args:
-            problems: See `problem_specs.spec_of`.
-            algorithms: Names, see `solvers.find`, or functions, classes and instances; who comes twice takes part once.
-            seeds: Number of seeds.
-            first_seed: The first of them, at least 1; the others follow it.
-            budget: Evaluations a run may spend.
-            time_limit_s: Wall time a run may take [s].
-            memory_limit_b: Memory a run may take [B].
-            starts: Candidates that every solver begins with, (k, d), by problem; see `table.starting_points`.
+        problems: Sequence[object] | Mapping[str, object],
+        algorithms: Sequence[object] | Mapping[str, object],
+        terms: Terms,
+    ) -> "Plan":
+        """Find problems and algorithms, and look at each problem: is it noisy, is it slow?
 
         Raises:
-            UsageError: There is no such problem, algorithm or setting, or a number is not above 0.
+            UsageError: There is no such problem, algorithm or setting, or a problem cannot be compared on.
             BenchmarkError, DataError: A problem cannot be built.
         """
-        for what, value in (
-            ("problems", len(problems)),
-            ("algorithms", len(algorithms)),
-            ("seeds", seeds),
-            ("first_seed", first_seed),
-            ("budget", budget),
-            ("time_limit_s", time_limit_s),
-            ("memory_limit_b", memory_limit_b),
-        ):
-            if not value > 0:
-                raise UsageError(f"RunPlan: {what} is {value!r}, expected more than 0.")
-        specs = specs_of(problems)
-        found = {given: find(given) for given in dict.fromkeys(algorithms)}
-        if len({solver.name for solver in found.values()}) < len(found):
-            raise UsageError("RunPlan: two algorithms have one name, and results are stored by name.")
-        return cls(
-            specs if starts is None else tuple(_starting(spec, starts) for spec in specs),
-            tuple(found.values()),
-            tuple(range(first_seed, first_seed + seeds)),
-            budget,
-            time_limit_s,
-            memory_limit_b,
-            {
-                solver.name: cloudpickle.dumps(solver)
-                for given, solver in found.items()
-                if not isinstance(given, str) or MAIN in given
-            },
+        if not problems or not algorithms:
+            raise UsageError("compare: expected at least one problem and one algorithm.")
+        solvers = solvers_of(algorithms)
+        given = list(algorithms.values()) if isinstance(algorithms, Mapping) else list(algorithms)
+        texts = not isinstance(algorithms, Mapping) and all(
+            isinstance(one, str) and "__main__" not in one for one in given
         )
-
-    @cached_property
-    def problems(self) -> tuple[BenchmarkProblem, ...]:
-        """The problems, built."""
-        return tuple(spec.problem() for spec in self.specs)
+        pickles = {name: pickled(name if texts else solver, name) for name, solver in solvers.items()}
+        return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers, pickles)
 
     @cached_property
     def refused(self) -> Mapping[tuple[str, str], str]:
         """Why a solver does not apply to a problem, by (problem, solver)."""
         return {
-            (problem.name, solver.name): reason
-            for problem in self.problems
-            for solver in self.solvers
-            if (reason := _refusal(solver, problem)) is not None
+            (one.problem.name, name): reason
+            for one in self.problems
+            for name, solver in self.solvers.items()
+            if (reason := _refusal(solver, one.problem)) is not None
         }
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
-        """All runs, those with the first seed first: a benchmark that is stopped early is fair to all solvers."""
+        """All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers."""
         return tuple(
-            Task(
-                spec.name,
-                solver.name,
-                seed,
-                self.budget,
-                self.time_limit_s,
-                self.memory_limit_b,
-                self.pickled.get(solver.name, b""),
-            )
-            for number, seed in enumerate(self.seeds)
-            for spec in self.specs
-            for solver in self.solvers
-            if (spec.name, solver.name) not in self.refused and number < self.dropped.get(solver.name, len(self.seeds))
+            Task(one.problem.name, name, seed, one.limits, one.spec, self.solver_pickles[name], one.fingerprint)
+            for seed in self.terms.seeds
+            for one in self.problems
+            for name in self.solvers
+            if (one.problem.name, name) not in self.refused
         )
 
-    @cached_property
-    def packages(self) -> tuple[str, ...]:
-        """Packages that make the runs, whose other versions may search differently."""
-        solvers = {solver.name.partition(":")[0] for solver in self.solvers}
-        return (
-            *("robolaser", "numpy", "scipy", "pymoo"),
-            *(("numba",) if any(problem.family == CALIBRATION for problem in self.problems) else ()),
-            *(("cma",) if solvers & {"pycma", "cmaes"} else ()),
-        )
+    def to_dict(self, engine: str = "", workers: int = 0) -> dict[str, Any]:
+        """As a journal has it."""
+        names = {name.partition(":")[0] for name in self.solvers}
+        packages = ["robolaser", "numpy", "scipy", "pymoo"]
+        packages += ["cma"] if names & {"pycma", "cmaes"} else []
+        return {
+            "conditions": {
+                "budget": str(self.terms.budget),
+                "time_limit_s": self.terms.time_limit_s,
+                "on_error": self.terms.on_error,
+                **{f"version of {package}": _version(package) for package in packages},
+            },
+            "problems": [summary_of(one.summary) for one in self.problems],
+            "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
+            "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
+            "seeds": list(self.terms.seeds),
+            "target": self.terms.target,
+            "engine": engine,
+            "workers": workers,
+        }
 
 
-def _starting(spec: ProblemSpec, starts: Mapping[str, Array]) -> ProblemSpec:
-    """A problem whose solvers begin with candidates of earlier runs."""
-    dimension = spec.problem().dimension
-    there = starts.get(spec.name, np.empty((0, 0)))
-    if there.shape[1:] != (dimension,) or not len(there):
-        known = ", ".join(f"{name} ({x.shape[1]})" for name, x in starts.items() if len(x)) or "none"
-        raise UsageError(
-            f"No earlier run on {spec.name} with {dimension} variables left a candidate to begin with. There are"
-            f" candidates on: {known}."
-        )
-    return ProblemSpec(spec.name, partial(_with_starts, spec.problem, there))
+def _planned(spec: ProblemSpec, terms: Terms) -> Planned:
+    problem, payload = spec.makers[0](), pickled(spec, spec.name)
+    noisy = slow = False
+    try:
+        first, began = fingerprint(problem), time.perf_counter()
+        noisy = fingerprint(problem) != first
+        slow = time.perf_counter() - began > SLOW_S
+    except Exception as error:  # whatever a user's problem raises
+        if terms.on_error == "fail":
+            raise UsageError(
+                f"{spec.name} fails at a random candidate ({type(error).__name__}: {error}). If that happens to some"
+                " candidates only, --on-error inf lets these cost infinity."
+            ) from error
+        first = ""
+    if noisy and problem.n_obj > 1:
+        raise UsageError(f"{spec.name} is noisy and has several objectives: such problems cannot be compared on yet.")
+    bounds = "" if problem.mixed else f"{problem.lower} {problem.upper}"
+    lowest, found_by = _lowest(problem)
+    limits = Limits(
+        terms.evaluations(problem.dimension), terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy
+    )
+    summary = ProblemSummary(
+        problem.name,
+        problem.title,
+        problem.family,
+        problem.dimension,
+        problem.n_obj,
+        problem.unit,
+        limits.budget,
+        noisy,
+        problem.floor,
+        lowest,
+        None if problem.front is None else problem.front.tolist(),
+        found_by,
+        fingerprint=bounds if noisy else first,
+    )
+    return Planned(problem, summary, limits, payload, "" if noisy or not first else first)
 
 
-def _with_starts(make: Callable[[], BenchmarkProblem], starts: Array) -> BenchmarkProblem:
-    problem = make()
-    return replace(problem, starts=np.clip(starts, problem.lower, problem.upper))
+def _lowest(problem: BenchmarkProblem) -> tuple[float | None, str]:
+    """The lowest cost that is known before any run, and who found it."""
+    if problem.lowest is not None:
+        return problem.lowest, THEORY
+    if problem.model is None:
+        return None, ""
+    from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
+
+    return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
 def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
@@ -186,19 +215,8 @@ def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
         return f"asked whether it applies, it failed ({type(error).__name__}: {error})"
 
 
-def best_known(problem: BenchmarkProblem) -> tuple[float, str]:
-    """The lowest cost that is known before any run, and who found it."""
-    if problem.lowest is not None:
-        return problem.lowest, THEORY
-    if problem.model is None:
-        return np.inf, ""
-    from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
-
-    return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
-
-
-def fingerprint(problem: BenchmarkProblem) -> str:
-    """What identifies a problem besides its name: its bounds, the costs of some candidates, and its starts."""
-    probes = problem.sample_uniform(np.random.default_rng(PROBE_SEED), PROBES)
-    numbers = np.concatenate([problem.lower, problem.upper, problem.cost(probes).ravel(), problem.starts.ravel()])
-    return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"

@@ -1,83 +1,120 @@
-"""A cost that solvers minimise: its bounds, its residuals where it has any, and what difference can be neglected."""
+"""A pymoo problem as it is compared on, and what is known of it besides."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, final
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 
 if TYPE_CHECKING:
-    from robolaser.benchmark.front import Front
     from robolaser.model.forward_model import Model
 
-CALIBRATION, TEST_FUNCTION, OWN = "calibration", "test function", "own problem"
+CALIBRATION, TEST_FUNCTION, OWN, SEVERAL = "calibration", "test function", "own problem", "several objectives"
 """Families of problems; only problems of one family are ranked together."""
 INFEASIBLE = 1e30
-"""A candidate that violates constraints costs so many times (1 + its violation): feasibility first, after Deb 2000."""
-PROBES, PROBE_SEED = 8, 1
-"""Random candidates whose costs say what a problem is like."""
+"""To an algorithm that knows no constraints, a candidate that violates them costs so many times (1 + its violation)."""
+EQUAL = 1e-4
+"""An equality constraint is kept within this, as in pymoo."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class BenchmarkProblem:
-    """A cost to be minimised within bounds."""
+    """Objectives to be minimised within bounds, perhaps under constraints."""
 
     name: str  # the user's name for it, and that of all results
     title: str  # a description for a person
-    family: str  # `CALIBRATION`, `TEST_FUNCTION` or `OWN`
-    variables: tuple[str, ...]  # their names, d of them
-    lower: Array  # lower bounds, (d,)
-    upper: Array  # upper bounds, (d,)
-    cost: Callable[[Array], Array]  # (c, d) -> (c,), of several objectives (c, m); not finite at poles
-    unit: str  # of the cost
-    scale: float  # a difference in cost that can be neglected where the lowest cost is zero, in `unit`
+    family: str
+    question: Any  # the pymoo problem
+    unit: str = ""  # of the cost
+    floor: float | None = None  # where the cost has a natural zero: what can be neglected; targets are relative then
+    lowest: float | None = None  # the lowest cost, where theory knows it
+    front: Array | None = None  # the best front, where theory knows it, (k, m)
     residuals: Callable[[Array], Array] | None = None  # (c, d) -> (c, r), whose squares add up to the cost
     model: "Model | None" = None  # the forward model of a calibration
-    lowest: float | None = None  # the lowest cost, where theory knows it
-    constraints: int = 0  # their number; with any, costs from `INFEASIBLE` on are those of infeasible candidates
-    front: "Front | None" = None  # an empty one, if the problem has several objectives
-    starts: Array = field(default_factory=lambda: np.empty((0, 0)))  # what every solver begins with, (k, d)
-
-    def __post_init__(self) -> None:
-        """Make the bounds read-only: what one run wrote into them would change the problem of the next."""
-        for name in ("lower", "upper", "starts"):
-            bound = np.array(getattr(self, name), np.float64)
-            bound.setflags(write=False)
-            object.__setattr__(self, name, bound)
 
     @property
     def dimension(self) -> int:
         """Number of variables."""
-        return len(self.variables)
+        return int(self.question.n_var)
 
-    def sample_uniform(self, rng: np.random.Generator, candidates: int = 1) -> Array:
-        """Candidates, uniform within the bounds, (candidates, d)."""
-        x: Array = rng.uniform(self.lower, self.upper, (candidates, self.dimension))
-        return x
+    @property
+    def n_obj(self) -> int:
+        """Number of objectives."""
+        return int(self.question.n_obj)
+
+    @property
+    def constraints(self) -> int:
+        """Number of constraints."""
+        return int(self.question.n_ieq_constr + self.question.n_eq_constr)
+
+    @property
+    def mixed(self) -> bool:
+        """Are candidates dictionaries of variables of their own types?"""
+        return getattr(self.question, "vars", None) is not None
+
+    @property
+    def discrete(self) -> bool:
+        """Are all variables whole numbers or bits?"""
+        return self.question.vtype in (int, bool)
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Their names, d of them."""
+        if self.mixed:
+            return tuple(self.question.vars)
+        return tuple(getattr(self.question, "names", None) or (f"x{i}" for i in range(self.dimension)))
+
+    @property
+    def lower(self) -> Array:
+        """Lower bounds, (d,)."""
+        return np.asarray(self.question.xl, np.float64)
+
+    @property
+    def upper(self) -> Array:
+        """Upper bounds, (d,)."""
+        return np.asarray(self.question.xu, np.float64)
+
+    def sample_uniform(self, rng: np.random.Generator, candidates: int = 1) -> Any:
+        """Candidates, uniform within the bounds, (candidates, d), or (candidates,) of dictionaries."""
+        if self.mixed:
+            values = [var.sample(candidates, random_state=rng) for var in self.question.vars.values()]
+            return np.array([dict(zip(self.question.vars, row, strict=True)) for row in zip(*values, strict=True)])
+        if self.discrete:
+            low, high = self.lower.astype(np.int64), self.upper.astype(np.int64)
+            return rng.integers(low, high + 1, (candidates, self.dimension)).astype(np.float64)
+        return rng.uniform(self.lower, self.upper, (candidates, self.dimension))
+
+    def values(self, x: Any) -> Mapping[str, Array]:
+        """Objectives F (c, m) of candidates, and of the constraints G (c, g), at most 0, and H (c, h), which is 0."""
+        x = x.astype(bool) if self.question.vtype is bool else x
+        found = self.question.evaluate(x, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+        shape = len(x), -1
+        F = np.array(found["F"], np.float64).reshape(len(x), self.n_obj)
+        G, H = (np.array(found[name], np.float64).reshape(shape) if self.constraints else np.empty((len(x), 0))
+                for name in "GH")  # fmt: skip
+        return {"F": np.where(np.isnan(F), np.inf, F), "G": G, "H": H}
+
+    def violation(self, values: Mapping[str, Array]) -> Array:
+        """By how much constraints are violated in sum, (c,)."""
+        H = np.abs(values["H"])
+        total: Array = np.maximum(values["G"], 0.0).sum(axis=1) + np.where(H > EQUAL, H, 0.0).sum(axis=1)
+        return np.where(np.isnan(total), np.inf, total)
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class ProblemSpec:
-    """Builds a problem; unlike the problem, whose functions cannot be pickled, it can be sent to another process."""
+    """How a process builds a problem, each run anew: what one run leaves in it must not reach the next.
+
+    Attributes:
+        name: The problem's.
+        makers: One for each instance; runs with seeds 1, 2, ... take their turns with them.
+        stateless: Nothing of a run can stay behind in it, so that runs may share it.
+    """
 
     name: str
-    problem: Callable[[], BenchmarkProblem]
-
-
-@final
-@dataclass(frozen=True)
-class ProblemSummary:
-    """A problem, and the lowest cost that was ever found."""
-
-    name: str  # name of the problem
-    title: str  # a description for a person
-    family: str  # see `BenchmarkProblem`
-    dimension: int  # number of variables
-    unit: str  # of the cost
-    scale: float  # unit of the targets' tolerances: the lowest cost itself, unless it is close to zero
-    best: float  # the lowest cost known
-    found_by: str  # a solver's name, "theory", or "robolaser's own search"
+    makers: tuple[Callable[[], BenchmarkProblem], ...]
+    stateless: bool = False

@@ -145,7 +145,7 @@ def score(
         key: The key of the trial. Default: FOLDER.key, beside the folder.
         force: Overwrite an earlier score.
     """
-    from robolaser.benchmark.engines import DaskCluster, ThisMachine
+    from robolaser.benchmark.executors import engine_of
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.trials.sealed_truth import key_beside
     from robolaser.trials.trial import score as score_trial
@@ -155,11 +155,11 @@ def score(
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
         secret = key or key_beside(folder)
-        engine = None
+        executor = None
         if scheduler or (jobs or 1) > 1:
-            engine = stack.enter_context(DaskCluster(scheduler) if scheduler else ThisMachine(jobs))
+            executor = stack.enter_context(engine_of(jobs, scheduler)).executor
         tell = stack.enter_context(terminal.progress())
-        scored = score_trial(folder, file.parent, seed=seed, engine=engine, key=secret, claim=claim, tell=tell)
+        scored = score_trial(folder, file.parent, seed=seed, executor=executor, key=secret, claim=claim, tell=tell)
         text = json.dumps(scored, indent=1) + "\n"
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))

@@ -4,6 +4,7 @@ from typing import Any, final
 
 import numpy as np
 from pymoo.core.crossover import Crossover
+from pymoo.core.population import Population
 
 from robolaser.arrays import Array
 from robolaser.errors import AlgorithmError
@@ -84,6 +85,9 @@ class HeuristicCrossover(Crossover):
     Args:
         prob: Probability that a pair is crossed at all.
 
+    Raises:
+        AlgorithmError: When called, if the algorithm passes genes without costs (MixedVariableGA does).
+
     Examples:
         >>> from robolaser.operators import HeuristicCrossover
         >>> result = minimize(sphere, GA(crossover=HeuristicCrossover()), ("n_gen", 20), seed=1)
@@ -97,7 +101,12 @@ class HeuristicCrossover(Crossover):
     def do(self, problem: Any, pop: Any, parents: Any = None, *args: Any, **kwargs: Any) -> Any:
         """Cross pairs of individuals, as pymoo's `Crossover.do`; their costs are needed beside their genes."""
         pairs = [pop[mating] for mating in parents] if parents is not None else pop
-        J = np.array([cost.of_population(pair) for pair in pairs])
+        if any(one.F is None or not len(one.F) for pair in pairs for one in pair):
+            raise AlgorithmError(
+                "HeuristicCrossover moves away from the worse parent, but this algorithm (MixedVariableGA, for one)"
+                " passes parents without their costs. Take ArithmeticCrossover or BlendCrossover instead."
+            )
+        J = np.array([cost.of_population(Population.create(*pair)) for pair in pairs])
         return super().do(problem, pop, parents, *args, costs=J, **kwargs)
 
     def _do(self, problem: Any, X: Array, *args: Any, costs: Array, random_state: Any = None, **kwargs: Any) -> Array:

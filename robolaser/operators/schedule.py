@@ -18,19 +18,19 @@ _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunction
 def progress(algorithm: Any, last_generation: float | None = None) -> float:
     """Share k/T of the run that lies behind, from 0 to 1, for the generation that is being made.
 
-    k is `algorithm.n_iter` − 1: 0 for the initial population, 1 for its first children. T is
-    `last_generation`, or the smallest `n_max_gen` anywhere in the algorithm's termination. Without either,
-    k/T is the share used up of the budget of evaluations or time. Without these too, T is 10 000 generations,
-    or k/T what a termination of unknown kind says of itself if that is more.
+    k is `algorithm.n_iter` − 1: 0 for the initial population, 1 for its first children. T is `last_generation`.
+    Without it, the end that comes first counts: k/T is the largest of k over `n_max_gen` and of the shares used up
+    of the budgets of evaluations and time, wherever they stand in the algorithm's termination. Without any of
+    these, T is 10 000 generations, or k/T what a termination of unknown kind says of itself if that is more.
     """
     k = (algorithm.n_iter or 1) - 1
+    if last_generation is not None:
+        return _share(k / max(last_generation, 1))
     leaves = list(_leaves(algorithm.termination))
-    lasts = [last_generation] if last_generation is not None else _limits(leaves, "n_max_gen")
-    if lasts:
-        return _share(k / max(min(lasts), 1))
-    budgets = [leaf for leaf in leaves if _limits([leaf], "n_max_evals") or _limits([leaf], "max_time")]
-    if budgets:
-        return _share(max(leaf.perc for leaf in budgets))
+    ends = [k / max(last, 1) for last in _limits(leaves, "n_max_gen")]
+    ends += [leaf.perc for leaf in leaves if _limits([leaf], "n_max_evals") or _limits([leaf], "max_time")]
+    if ends:
+        return _share(max(ends))
     shares = [getattr(leaf, "perc", 0.0) for leaf in leaves if not isinstance(leaf, _CONVERGENCE)]
     return _share(max([k / HORIZON, *shares]))
 

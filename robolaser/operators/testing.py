@@ -31,6 +31,7 @@ SLOTS = {Crossover: "crossover", Mutation: "mutation", Selection: "selection", S
 """Where pymoo's algorithms take an operator, by its base class."""
 
 WORKS, REFUSED, FAILS, IGNORED, NO_PLACE = "works", "refused", "fails", "ignored", "no place"
+MISSING = "not installed"  # what the algorithm itself needs
 
 
 @final
@@ -54,7 +55,8 @@ class Compatibility:
     operator: str
     slot: str
     algorithms: Mapping[str, tuple[str, str]]
-    """By algorithm: "works", "refused" in a sentence of ours, which follows, "fails", "ignored" or "no place"."""
+    """By algorithm: "works", "refused" in a sentence of ours, which follows, "fails", "ignored", "no place" or
+    "not installed"."""
 
     def __str__(self) -> str:
         """A line for each algorithm."""
@@ -65,8 +67,9 @@ class Compatibility:
 def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = STOCK_ALGORITHMS) -> Compatibility:
     """Try an operator against the contract, then in each stock algorithm of pymoo's.
 
-    The contract: it can be copied and pickled; the same seed gives the same outcome, from `random_state` alone; parents
-    stay as they were; children keep to the bounds and have the right shape; nothing of a run stays behind in it.
+    The contract: it can be copied, and acts alike once pickled, if it can be; the same seed gives the same outcome,
+    from `random_state` alone; parents stay as they were; children keep to the bounds and have the right shape; nothing
+    of a run stays behind in it.
 
     Args:
         operator: A crossover, mutation, selection or survival of pymoo's.
@@ -132,7 +135,10 @@ def _repeats(operator: Any) -> str | None:
 
 def _travels(operator: Any) -> str | None:
     pop = evaluated_population()
-    there = pickle.loads(pickle.dumps(operator))
+    try:
+        there = pickle.loads(pickle.dumps(operator))
+    except Exception:  # pymoo's own tournament cannot be pickled with the comparison of its GA
+        return None
     same = np.array_equal(act(there, pop, 7), act(operator, pop, 7))
     return None if same else "acts in another way once it was pickled: runs on several processes would differ"
 
@@ -189,6 +195,8 @@ def _outcome(operator: Any, slot: str, stock: StockAlgorithm) -> tuple[str, str]
     calls = [0]
     try:
         algorithms = [stock.make(**{slot: _counted(operator, calls)}) for _ in range(2)]
+    except ImportError as error:
+        return MISSING, str(error)
     except Exception:  # each in its own way
         return NO_PLACE, ""
     with warnings.catch_warnings():
@@ -219,7 +227,7 @@ def _counted(operator: Any, calls: list[int]) -> Any:
 
 def compatibility_table(found: Sequence[Compatibility]) -> str:
     """Markdown: a line for each algorithm, a column for each operator."""
-    marks = {WORKS: "✓", REFUSED: "refused", FAILS: "fails", IGNORED: "ignored", NO_PLACE: "–"}
+    marks = {WORKS: "✓", REFUSED: "refused", FAILS: "fails", IGNORED: "ignored", NO_PLACE: "–", MISSING: "?"}
     lines = [f"| | {' | '.join(each.operator for each in found)} |", "|---" * (len(found) + 1) + "|"]
     for name in found[0].algorithms:
         lines.append(f"| {name} | {' | '.join(marks[each.algorithms[name][0]] for each in found)} |")

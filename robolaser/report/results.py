@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from rich.console import Console
 
+from robolaser.benchmark.export import comparison_json, runs_csv
+from robolaser.benchmark.journal import NAME as JOURNAL
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.result_files import comparison_json, runs_csv
 from robolaser.benchmark.standings import Standings, standings
 from robolaser.bounded_reading import read_text
 from robolaser.calibration.result import FORMAT as CALIBRATION
@@ -79,7 +80,12 @@ def _(result: DiagnosisResult, *, command: str = "") -> Files:
 def _(result: BenchmarkResult, *, command: str = "") -> Files:
     ranked = _ranked(result)
     page = of_comparison.page(result, ranked, command=command)
-    return {"runs.csv": runs_csv(result), PAGE: page, "comparison.json": comparison_json(result, ranked)}
+    return {
+        JOURNAL: result.journal,
+        "runs.csv": runs_csv(result),
+        PAGE: page,
+        "comparison.json": comparison_json(result, ranked),
+    }
 
 
 @files_of.register

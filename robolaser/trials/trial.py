@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Progress
-from robolaser.benchmark.engines import Engine
 from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.writing import FOLDER, texts_of
@@ -110,7 +110,7 @@ def score(
     output: Path,
     *,
     seed: int,
-    engine: Engine | None = None,
+    executor: Executor | None = None,
     key: Path,
     claim: Callable[[Iterable[str]], None],
     tell: Progress = _nothing,
@@ -123,7 +123,7 @@ def score(
         folder: Of the trial.
         output: Where diagnoses are written; the trial's folder may be it.
         seed: Of the diagnoses that are still to be made.
-        engine: Where they are made; None: in this process, one after another.
+        executor: Where they are made; None: in this process, one after another.
         key: The trial's key.
         claim: Is told the names of all files that will be written to the output.
         tell: Progress.
@@ -139,7 +139,7 @@ def score(
     missing = [name for name, path in paths.items() if not path.exists()]
     claim(f"{name}/{DIAGNOSIS}" for name in missing)
     worlds = {folder / name: paths[name] for name in missing}
-    for done in diagnose_all(worlds, seed=seed, engine=engine):
+    for done in diagnose_all(worlds, seed=seed, executor=executor):
         tell("diagnosing", done / len(missing))
     outcomes, hashes = {}, {}
     for name, truth in truths.items():

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robolaser.algorithms.operator_choices import operators
-from robolaser.algorithms.registry import ALGORITHMS, algorithm_named, algorithms
+from robolaser.algorithms.registry import ALGORITHMS, algorithm_named, algorithms, operators
 from robolaser.benchmark.solvers import DEFAULT, find, solver_titles
 from robolaser.errors import PluginError, UsageError
 

@@ -1,4 +1,4 @@
-"""Children of the array-based offspring stay where laws say."""
+"""Children keep to their bounds and come from their parents."""
 
 import numpy as np
 

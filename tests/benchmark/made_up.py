@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem import ProblemSummary
+from robolaser.benchmark.measures import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
-from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
+from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
 
 BUDGET = 10_000
 
@@ -29,18 +29,25 @@ def made_up_comparison(
     speeds: Mapping[str, float], *, seeds: int = 5, problems: tuple[str, ...] = ("paper", "reduced:paper")
 ) -> BenchmarkResult:
     """Solvers of different speeds on problems whose best cost is zero."""
+    runs = tuple(
+        made_up_run(name, seed, problem=problem, speed=speed)
+        for problem in problems
+        for name, speed in speeds.items()
+        for seed in range(1, seeds + 1)
+    )
     return BenchmarkResult(
-        problems=tuple(ProblemSummary(name, name, "calibration", 14, "m²", 1.0, 0.0, "theory") for name in problems),
+        problems=tuple(
+            ProblemSummary(name, name, "calibration", 14, 1, "m²", BUDGET, floor=1.0, found_by="theory", best=0.0)
+            for name in problems
+        ),
         solvers={name: f"the {name}" for name in speeds},
+        know_budget=frozenset(),
         refused={},
         seeds=tuple(range(1, seeds + 1)),
-        budget=BUDGET,
+        budget=str(BUDGET),
+        target=None,
         time_limit_s=60.0,
-        runs=tuple(
-            made_up_run(name, seed, problem=problem, speed=speed)
-            for problem in problems
-            for name, speed in speeds.items()
-            for seed in range(1, seeds + 1)
-        ),
-        effort=Effort("this machine", 2, 10.0, 20.0, 19.0),
+        runs=runs,
+        made=runs,
+        effort=Effort("this machine", 2, 1.0, 1.0),
     )

@@ -1,6 +1,12 @@
-"""Solvers of somebody's own, good and bad, as they would lie in a current directory."""
+"""Problems and solvers of somebody's own, good and bad, as they would lie in a current directory."""
+
+import os
+import time
 
 import numpy as np
+from pymoo.core.problem import ElementwiseProblem, Problem
+
+HERE = np.random.default_rng().uniform(-3, 3, 3)
 
 
 def halving(evaluator, seed):
@@ -26,3 +32,101 @@ def raising(evaluator, seed):
 def not_a_number(evaluator, seed):
     """Asks what NaN costs."""
     evaluator.cost(np.full((1, evaluator.problem.dimension), np.nan))
+
+
+def dying(evaluator, seed):
+    """Finds something and ends its process."""
+    evaluator.cost(np.ones((1, evaluator.problem.dimension)))
+    os._exit(3)
+
+
+def hanging(evaluator, seed):
+    """Finds something and never comes back."""
+    evaluator.cost(np.ones((1, evaluator.problem.dimension)))
+    time.sleep(1000)
+
+
+class Sphere(Problem):
+    """Squares of the distances to a point, and a constant."""
+
+    def __init__(self, offset=0.0, n_var=3, lowest=None):
+        super().__init__(n_var=n_var, n_obj=1, xl=-5.0, xu=5.0)
+        self.offset = offset
+        if lowest is not None:
+            self.lowest = lowest
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = ((x - 1.0) ** 2).sum(axis=1) + self.offset
+
+
+class Slow(ElementwiseProblem):
+    """Takes its time, and counts in a file how often it is asked."""
+
+    def __init__(self, seconds=0.1, count=""):
+        super().__init__(n_var=3, n_obj=1, xl=-5.0, xu=5.0)
+        self.seconds, self.count = seconds, count
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        time.sleep(self.seconds)
+        if self.count:
+            with open(self.count, "a") as file:
+                file.write(".")
+        out["F"] = float((x**2).sum())
+
+
+class Noisy(Problem):
+    """A sphere whose cost is now and then far too low; its noise is drawn from a state of its own."""
+
+    def __init__(self, knows=True):
+        super().__init__(n_var=3, n_obj=1, xl=-5.0, xu=5.0)
+        self.rng = np.random.default_rng(1)
+        if knows:
+            self.exact = self.without_noise
+
+    def without_noise(self, x):
+        return (x**2).sum(axis=1)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = self.without_noise(x) - 100.0 * self.rng.exponential(size=len(x))
+
+
+class Flaky(ElementwiseProblem):
+    """Diverges for some candidates."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=1, xl=-5.0, xu=5.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if 4.0 < x[0] < 4.5:
+            raise RuntimeError("diverged")
+        out["F"] = float((x**2).sum())
+
+
+class Whole(Problem):
+    """Whole numbers around 7.5."""
+
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=1, xl=0, xu=10, vtype=int)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = ((x - 7.5) ** 2).sum(axis=1)
+
+
+class Elsewhere(Problem):
+    """Another one in each process."""
+
+    def __init__(self):
+        super().__init__(n_var=3, n_obj=1, xl=-5.0, xu=5.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = ((x - HERE) ** 2).sum(axis=1)
+
+
+class Constrained(Problem):
+    """A slope over a disc, with one equality beside; its algorithms must see both."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=1, n_ieq_constr=1, n_eq_constr=1, xl=-2.0, xu=2.0)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"], out["G"], out["H"] = x.sum(axis=1), (x**2).sum(axis=1) - 1, 0.0 * x[:, :1]

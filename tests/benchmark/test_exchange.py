@@ -11,10 +11,10 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.operators.crossover.sbx import SBX
 
-from robolaser.algorithms.exchanged import joined, make_exchanged, parted
+from robolaser.algorithms.registry import algorithm_named
 from robolaser.benchmark.exchange import study
-from robolaser.benchmark.problem_specs import spec_of
-from robolaser.benchmark.single_run import run
+from robolaser.benchmark.named_problems import specs_of
+from robolaser.benchmark.run import Limits, Task, run
 from robolaser.benchmark.solvers import find
 from robolaser.benchmark.standings import standings
 from robolaser.cli import main
@@ -32,9 +32,9 @@ def effects(result):
 def test_one_part_at_a_time_or_all_combinations():
     assert study("GA", EXCHANGES) == [
         "GA",
-        "GA+mutation=non-uniform",
-        "GA+crossover=ArithmeticCrossover",
-        "GA+crossover=SBX:eta=3",
+        "GA:mutation=non-uniform",
+        "GA:crossover=robolaser.operators:ArithmeticCrossover",
+        "GA:crossover=SBX:crossover.eta=3",
     ]
     assert len(study("GA", EXCHANGES, factorial=True)) == 6
 
@@ -50,22 +50,17 @@ def test_an_exchange_that_cannot_be_read_is_answered_by_what_was_expected(exchan
 @pytest.mark.parametrize(
     ("operator", "kind"),
     [
-        ("SBX:eta=3", SBX),
+        ("SBX:crossover.eta=3", SBX),
         ("sbx", SBX),
         ("ArithmeticCrossover", ArithmeticCrossover),
         (f"{__name__}:MINE", ArithmeticCrossover),
     ],
 )
 def test_an_operator_is_found_by_any_of_its_names(operator, kind):
-    algorithm = make_exchanged(f"GA:pop_size=30+crossover={operator}")()
+    algorithm = algorithm_named(f"GA:pop_size=30:crossover={operator}")
     assert isinstance(algorithm, GA)
     assert isinstance(algorithm.mating.crossover, kind)
     assert algorithm.pop_size == 30
-
-
-def test_names_part_and_join_again():
-    parts = {"crossover": "SBX:eta=3", "mutation": "PM"}
-    assert parted(joined("ga:pop_size=30", parts)) == ("ga:pop_size=30", parts)
 
 
 @pytest.mark.parametrize(
@@ -73,19 +68,20 @@ def test_names_part_and_join_again():
 )
 @pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "SMSEMOA"])
 def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
-    make_exchanged(f"{stock}+{slot}")
+    find(f"{stock}:{slot}")
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("GA+crossover=SBY", "No crossover 'SBY'"),
-        ("GA+crossover=SBX:colour=1", "unexpected keyword argument 'colour'"),
-        ("GA+crossover=SBX+crossover=UX", "exchanged twice"),
-        ("GB+crossover=SBX", "cannot be exchanged"),
-        ("ga:bb=2+crossover=SBX", "bb"),
-        ("cmaes+crossover=SBX", "cmaes has no place for another crossover"),
-        ("NSGA2+survival=elitist", "ElitistReplacement cannot serve NSGA2"),
+        ("GA:crossover=SBY", "No crossover 'SBY'"),
+        ("GA:crossover=SBX:crossover.colour=1", "no setting 'colour'"),
+        ("GA:crossover=SBX:crossover=UX", "given twice"),
+        ("GB:crossover=SBX", "No algorithm 'GB'"),
+        ("random:crossover=SBX", "cannot be exchanged"),
+        ("ga:bb=2:crossover=SBX", "bb"),
+        ("cmaes:crossover=SBX", "cmaes has no (place for another |setting ')crossover"),
+        ("NSGA2:survival=elitist", "ElitistReplacement cannot serve NSGA2"),
     ],
 )
 def test_what_cannot_be_exchanged_is_said(text, said):
@@ -94,21 +90,22 @@ def test_what_cannot_be_exchanged_is_said(text, said):
 
 
 def test_stock_algorithms_take_part_by_their_own_names():
-    assert isinstance(find("NSGA2")._make(), NSGA2)
+    assert isinstance(find("NSGA2")._make(2), NSGA2)
     with pytest.raises(UsageError, match="Did you mean 'rcga'"):
         find("rgca")
 
 
 def test_an_exchanged_algorithm_runs_and_repeats_itself():
-    sphere, text = spec_of("pymoo:sphere-3").problem(), "GA+crossover=ArithmeticCrossover+mutation=non-uniform"
-    one, again = (run(sphere, find(text), seed=1, budget=500, time_limit_s=60.0) for _ in range(2))
+    sphere, text = specs_of(["pymoo:sphere-3"])[0].makers[0](), "GA:crossover=ArithmeticCrossover:mutation=non-uniform"
+    task = Task("p", text, 1, Limits(500, 60.0), b"", b"", "")
+    one, again = (run(sphere, find(text), task) for _ in range(2))
     assert one.evaluations == 500
     assert one.trace.costs.tolist() == again.trace.costs.tolist()
     assert find(text).title == "pymoo's GA with ArithmeticCrossover as crossover and non-uniform as mutation"
 
 
 def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():
-    speeds = {"GA": 1.0, "GA+crossover=X": 3.0, "GA+mutation=M": 1.0, "GA+crossover=X+mutation=M": 3.0, "other": 9.0}
+    speeds = {"GA": 1.0, "GA:crossover=X": 3.0, "GA:mutation=M": 1.0, "GA:crossover=X:mutation=M": 3.0, "other": 9.0}
     result = made_up_comparison(speeds, seeds=12)
     x, m = effects(result)
     assert [(one.stock, one.slot, one.operator, one.strata) for one in (x, m)] == [
@@ -125,7 +122,7 @@ def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():
 
 
 def test_a_part_without_effect_is_hardly_ever_called_one():
-    speeds = {"GA": 1.0, "GA+crossover=X": 1.0}
+    speeds = {"GA": 1.0, "GA:crossover=X": 1.0}
     results = [made_up_comparison(speeds, seeds=6, problems=(f"p{i}", f"q{i}")) for i in range(40)]
     p = [effects(result)[0].p for result in results]
     assert np.mean(np.array(p) < 0.05) <= 0.15

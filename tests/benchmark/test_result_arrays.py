@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up import BUDGET, made_up_comparison, made_up_run
 
-from robolaser.benchmark.result_arrays import HEADLINE, SHOWN, TOLERANCES
+from robolaser.benchmark.measures import ABSOLUTE, FRONTS, RELATIVE, TOLERANCE, tolerances
 
 
 @pytest.fixture
@@ -18,7 +18,7 @@ def test_each_run_is_at_its_own_place(comparison):
     arrays = comparison.arrays("calibration")
     for run in comparison.runs:
         at = arrays.problems.index(run.problem), arrays.algorithms.index(run.algorithm), arrays.seeds.index(run.seed)
-        evaluations, seconds = run.trace.first_hits(TOLERANCES)
+        evaluations, seconds = run.trace.first_hits(RELATIVE)
         np.testing.assert_array_equal(arrays.evaluations[at], evaluations)
         np.testing.assert_array_equal(arrays.seconds[at], seconds)
         assert arrays.final[at] == run.trace.final
@@ -60,16 +60,24 @@ def test_a_run_that_found_nothing_ends_infinitely_far_off_even_where_nobody_foun
 
 
 def test_targets_are_measured_from_the_best_known_cost_in_units_of_it(comparison):
-    problems = tuple(replace(problem, best=1e-3, scale=1e-3) for problem in comparison.problems)
+    problems = tuple(replace(problem, best=1e-3, floor=1e-12) for problem in comparison.problems)
     arrays = replace(comparison, problems=problems).arrays("calibration")
     run = comparison.runs[0]
-    at = run.trace.first_hits(np.array([1e-3 * (1 + HEADLINE)]))[0][0]
-    assert arrays.evaluations[0, 0, 0, arrays.target(HEADLINE)] == at
+    at = run.trace.first_hits(np.array([1e-3 * (1 + TOLERANCE)]))[0][0]
+    assert arrays.evaluations[0, 0, 0, arrays.headline] == at
 
 
-def test_the_targets_shown_are_among_the_targets():
-    for tolerance in (*SHOWN, HEADLINE):
-        assert np.isclose(TOLERANCES, tolerance, rtol=1e-9).any()
+@pytest.mark.parametrize("usual", [RELATIVE, ABSOLUTE, FRONTS])
+def test_the_usual_target_is_among_the_targets(usual):
+    assert np.isclose(usual, TOLERANCE, rtol=1e-9).any()
+
+
+def test_a_target_that_is_asked_for_is_among_the_targets():
+    asked = tolerances("own problem", 3e-5)
+    assert len(ABSOLUTE) == 51
+    assert len(asked) == 52
+    assert 3e-5 in asked
+    assert (np.diff(asked) < 0).all()
 
 
 def test_families_are_counted_apart(comparison):

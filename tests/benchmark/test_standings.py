@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from made_up import made_up_comparison
 
-from robolaser.benchmark.result_arrays import TOLERANCES, ResultArrays
+from robolaser.benchmark.measures import RELATIVE as TOLERANCES
+from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings import Standings, standings
 from robolaser.benchmark.standings.ranking import standings_of
 from robolaser.benchmark.statistics.difference import fewest_runs
@@ -40,6 +41,8 @@ def _of(evaluations: np.ndarray, algorithms: tuple[str, ...]) -> ResultArrays:
         total_s=spent * 1e-3,
         final=np.where(there, np.append(np.inf, TOLERANCES)[reached], np.nan),
         failed=there & (reached == 0),
+        headline=int(np.argmin(np.abs(TOLERANCES - 1e-2))),
+        noisy=np.zeros(p, bool),
     )
 
 
@@ -69,7 +72,7 @@ SHAPES = [
 def test_whatever_there_is_of_runs_standings_are_plain_json_and_say_something(speeds, problems, seeds):
     found = _ranked(_arrays(speeds, problems=problems, seeds=seeds))
     json.dumps(asdict(found), allow_nan=False)
-    for order in (found.evaluations, found.seconds, *(each.evaluations for each in found.by_problem)):
+    for order in (found.order, *(each.order for each in found.by_problem)):
         assert order.answer.endswith(".")
         assert "None" not in order.answer
         assert "nan" not in order.answer
@@ -78,12 +81,12 @@ def test_whatever_there_is_of_runs_standings_are_plain_json_and_say_something(sp
 
 def test_where_every_run_failed_the_answer_says_that_and_ranks_nobody():
     found = _ranked(_arrays({"ga": np.inf, "rcga": np.inf, "de": np.inf}))
-    assert found.evaluations.answer.startswith("Every run failed")
-    assert "first place" not in found.evaluations.answer
+    assert found.order.answer.startswith("Every run failed")
+    assert "first place" not in found.order.answer
 
 
 def test_one_whose_runs_all_failed_is_named_beside_the_ranking():
-    answer = _ranked(_arrays({"fast": 1.0, "slow": 9.0, "broken": np.inf})).evaluations.answer
+    answer = _ranked(_arrays({"fast": 1.0, "slow": 9.0, "broken": np.inf})).order.answer
     assert "fast is better than" in answer
     assert answer.endswith("Every run of broken failed.")
 
@@ -91,14 +94,14 @@ def test_one_whose_runs_all_failed_is_named_beside_the_ranking():
 def test_runs_that_are_yet_to_be_made_are_no_runs():
     arrays = _arrays({"one": 1.0, "other": 2.0})
     found = _ranked(_of(np.full_like(arrays.evaluations, np.nan), arrays.algorithms))
-    assert [standing.rank for standing in found.evaluations.places] == [None, None]
-    assert "too few runs" in found.evaluations.answer
+    assert [standing.rank for standing in found.order.places] == [None, None]
+    assert "too few runs" in found.order.answer
     assert found.by_problem[0].results[0].final is None
 
 
 def test_the_faster_rank_before_the_slower_and_all_differ_significantly():
     found = _ranked(_arrays({"slow": 9.0, "fast": 1.0, "middling": 3.0}))
-    for order in (found.evaluations, found.seconds, found.by_problem[1].evaluations):
+    for order in (found.order, found.by_problem[1].order):
         assert [standing.algorithm for standing in order.places] == ["fast", "middling", "slow"]
         assert [standing.rank for standing in order.places] == [1, 2, 3]
         assert all(pair.significant and pair.effect == "large" for pair in order.pairs)
@@ -107,7 +110,7 @@ def test_the_faster_rank_before_the_slower_and_all_differ_significantly():
 
 
 def test_a_planted_ratio_is_in_the_answer():
-    pair = _ranked(_arrays({"fast": 1.0, "slow": 3.0}, seeds=30)).evaluations.pairs[0]
+    pair = _ranked(_arrays({"fast": 1.0, "slow": 3.0}, seeds=30)).order.pairs[0]
     assert (pair.one, pair.other) == ("fast", "slow")
     assert pair.ratio.lower < 3.0 < pair.ratio.upper
     assert pair.ratio.value == pytest.approx(3.0, rel=0.15)
@@ -115,23 +118,23 @@ def test_a_planted_ratio_is_in_the_answer():
 
 def test_equals_do_not_differ_significantly_and_the_answer_says_so():
     found = _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}))
-    assert not any(pair.significant for pair in found.evaluations.pairs)
-    assert "no algorithm differs significantly from" in found.evaluations.answer
-    assert found.evaluations.groups == (tuple(place.algorithm for place in found.evaluations.ranked),)
+    assert not any(pair.significant for pair in found.order.pairs)
+    assert "No algorithm differs significantly from" in found.order.answer
+    assert found.order.groups == (tuple(place.algorithm for place in found.order.places),)
 
 
 def test_solvers_that_do_not_differ_from_the_first_are_named():
-    answer = _ranked(_arrays({"a": 1.0, "b": 1.02, "slow": 5.0})).evaluations.answer
+    answer = _ranked(_arrays({"a": 1.0, "b": 1.02, "slow": 5.0})).order.answer
     assert "does not differ significantly from it" in answer
     assert "it is better than slow" in answer
 
 
 def test_with_too_few_seeds_the_answer_says_how_many_it_takes():
     found = _ranked(_arrays({"fast": 1.0, "slow": 9.0}, problems=1, seeds=3))
-    assert not found.evaluations.pairs[0].significant
-    assert "with 3 seeds no difference can be significant" in found.evaluations.answer
-    assert "at least 4 are needed" in found.evaluations.answer
-    assert _ranked(_arrays({"fast": 1.0, "slow": 9.0}, problems=1, seeds=4)).evaluations.pairs[0].significant
+    assert not found.order.pairs[0].significant
+    assert "with 3 seeds no difference can be significant" in found.order.answer
+    assert "at least 4 are needed" in found.order.answer
+    assert _ranked(_arrays({"fast": 1.0, "slow": 9.0}, problems=1, seeds=4)).order.pairs[0].significant
 
 
 def test_more_comparisons_take_more_seeds():
@@ -143,11 +146,11 @@ def test_more_comparisons_take_more_seeds():
 
 def test_where_nobody_reached_the_target_those_who_came_closer_rank_first():
     found = _ranked(_arrays({"far": 90.0, "near": 60.0}))
-    assert found.evaluations.places[0].algorithm == "near"
-    assert found.evaluations.places[0].solved == 0
-    assert found.evaluations.pairs[0].significant
-    assert found.evaluations.pairs[0].ratio.value is None
-    assert "No algorithm reached the target" in found.evaluations.answer
+    assert found.order.places[0].algorithm == "near"
+    assert found.order.places[0].solved == 0
+    assert found.order.pairs[0].significant
+    assert found.order.pairs[0].ratio.value is None
+    assert "No algorithm reached the target" in found.order.answer
 
 
 def test_who_alone_reached_the_target_is_named_even_if_it_does_not_rank_first():
@@ -155,8 +158,8 @@ def test_who_alone_reached_the_target_is_named_even_if_it_does_not_rank_first():
     steady[..., :8] = 100.0  # far from the target, in every run
     lucky[0, 0, 0] = 50.0  # there at once in one run, nowhere in the others
     found = _ranked(_of(np.concatenate([steady, lucky], axis=1), ("steady", "lucky")))
-    assert found.evaluations.places[0].algorithm == "steady"
-    assert "Only lucky reached the target" in found.evaluations.answer
+    assert found.order.places[0].algorithm == "steady"
+    assert "Only lucky reached the target" in found.order.answer
 
 
 def test_ties_for_first_place_are_named():
@@ -164,18 +167,18 @@ def test_ties_for_first_place_are_named():
     arrays.evaluations[:, 1] = arrays.evaluations[:, 0]
     arrays.final[:, 1] = arrays.final[:, 0]
     found = _ranked(arrays)
-    assert [standing.rank for standing in found.evaluations.places] == [1, 1]
-    assert "one, which ties for first place with other" in found.evaluations.answer
+    assert [standing.rank for standing in found.order.places] == [1, 1]
+    assert "one, which ties for first place with other" in found.order.answer
 
 
 def test_a_solver_that_never_reached_the_target_has_no_running_time():
     found = _ranked(_arrays({"fast": 1.0, "hopeless": np.inf}))
-    last = found.by_problem[0].evaluations.places[1]
+    last = found.by_problem[0].order.places[1]
     assert last.running_time.value is None
     assert last.failed == last.runs == 12
     assert last.success.value == 0.0
     assert last.success.upper > 0.2
-    assert "hopeless comes next, and never reached the target where fast did" in found.evaluations.answer
+    assert "hopeless comes next, and never reached the target where fast did" in found.order.answer
 
 
 def test_the_mean_ratio_says_on_which_problems_it_rests():
@@ -183,26 +186,26 @@ def test_the_mean_ratio_says_on_which_problems_it_rests():
     evaluations = arrays.evaluations.copy()
     evaluations[1, 1] = np.inf
     found = _ranked(_of(evaluations, arrays.algorithms))
-    assert found.evaluations.pairs[0].ratio_problems == ("problem 0",)
-    assert "on the 1 of 2 problems where both reached it" in found.evaluations.answer
-    assert found.by_problem[1].evaluations.pairs[0].ratio.value is None
-    assert found.by_problem[1].evaluations.pairs[0].ratio_problems == ()
+    assert found.order.pairs[0].ratio_problems == ("problem 0",)
+    assert "on the 1 of 2 problems where both reached it" in found.order.answer
+    assert found.by_problem[1].order.pairs[0].ratio.value is None
+    assert found.by_problem[1].order.pairs[0].ratio_problems == ()
 
 
 def test_who_lacks_a_problem_is_not_ranked_with_the_others_and_it_is_said_why():
     arrays = _without(_arrays({"a": 1.0, "b": 2.0, "picky": 0.5}), algorithm=2, problem=1)
     found = _ranked(arrays, refused={("problem 1", "picky"): "its cost is no sum of squares"})
-    last = found.evaluations.places[-1]
+    last = found.order.places[-1]
     assert (last.algorithm, last.rank, last.unranked) == ("picky", None, "its cost is no sum of squares")
-    assert tuple(place.algorithm for place in found.evaluations.ranked) == ("a", "b")
-    assert "Not ranked: picky." in found.evaluations.answer
-    assert found.by_problem[0].evaluations.places[0].algorithm == "picky"
-    assert "it has 0 of 12 runs on problem 1" in _ranked(arrays).evaluations.places[-1].unranked
+    assert tuple(place.algorithm for place in found.order.places if place.rank) == ("a", "b")
+    assert "Not ranked: picky." in found.order.answer
+    assert found.by_problem[0].order.places[0].algorithm == "picky"
+    assert "it has 0 of 12 runs on problem 1" in _ranked(arrays).order.places[-1].unranked
 
 
 def test_while_runs_are_missing_the_blocks_that_are_complete_count():
     arrays = _without(_arrays({"a": 1.0, "b": 2.0}), algorithm=1, problem=0, seeds=slice(9, None))
-    found = _ranked(arrays).evaluations
+    found = _ranked(arrays).order
     assert found.blocks == 24 - 3
     assert [standing.runs for standing in found.places] == [24, 21]
 
@@ -221,14 +224,14 @@ def test_the_order_of_asking_changes_nothing():
     arrays = _arrays({"a": 1.0, "b": 2.0, "c": 1.5}, seeds=8)
     turned = [2, 0, 1]
     other = _of(arrays.evaluations[:, turned], tuple("abc"[i] for i in turned))
-    assert asdict(_ranked(arrays).evaluations) == asdict(_ranked(other).evaluations)
+    assert asdict(_ranked(arrays).order) == asdict(_ranked(other).order)
 
 
 def test_who_takes_part_changes_no_running_time_and_no_comparison_of_others():
     few, more = _arrays({"a": 1.0, "b": 1.2}, seeds=8), _arrays({"a": 1.0, "b": 1.2, "c": 0.3}, seeds=8)
     less = _of(more.evaluations[:, :2], few.algorithms)
-    with_c = {(pair.one, pair.other): pair for pair in _ranked(more).evaluations.pairs}
-    for pair in _ranked(less).evaluations.pairs:
+    with_c = {(pair.one, pair.other): pair for pair in _ranked(more).order.pairs}
+    for pair in _ranked(less).order.pairs:
         other = with_c[pair.one, pair.other]
         assert (other.ratio, other.superiority, other.p) == (pair.ratio, pair.superiority, pair.p)
         assert other.p_adjusted >= pair.p_adjusted
@@ -237,7 +240,7 @@ def test_who_takes_part_changes_no_running_time_and_no_comparison_of_others():
 def test_the_same_seed_gives_the_same_intervals_and_another_nearly_the_same():
     arrays = _arrays({"a": 1.0, "b": 2.0})
     assert _ranked(arrays, seed=5) == _ranked(arrays, seed=5)
-    one, other = (_ranked(arrays, seed=seed).evaluations.pairs[0].ratio for seed in (5, 6))
+    one, other = (_ranked(arrays, seed=seed).order.pairs[0].ratio for seed in (5, 6))
     assert one.lower == pytest.approx(other.lower, rel=0.1)
 
 
@@ -251,10 +254,7 @@ def test_effects_have_the_words_of_vargha_and_delaney(superiority, word):
 
 def test_equals_hardly_ever_differ_significantly():
     different = sum(
-        any(
-            pair.significant
-            for pair in _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}, seeds=6, seed=i)).evaluations.pairs
-        )
+        any(pair.significant for pair in _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}, seeds=6, seed=i)).order.pairs)
         for i in range(12)
     )
     assert different <= 3  # one in twenty expected; more than three once in a thousand times
@@ -263,8 +263,8 @@ def test_equals_hardly_ever_differ_significantly():
 def test_a_benchmark_is_ranked_from_its_runs():
     found = standings(made_up_comparison({"slow": 0.2, "fast": 3.0}, seeds=8), "calibration")
     assert found.seeds == 8
-    assert found.evaluations.places[0].algorithm == "fast"
+    assert found.order.places[0].algorithm == "fast"
     assert len(found.by_problem) == 2
     first = next(of for of in found.by_problem[0].results if of.algorithm == "fast")
     assert [target.tolerance for target in first.targets] == list(TOLERANCES)
-    assert first.targets[0].evaluations.value <= first.targets[-1].evaluations.value
+    assert first.targets[0].evaluations <= first.targets[-1].evaluations

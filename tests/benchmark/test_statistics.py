@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.statistics import difference, profiles, ranks, running_time, superiority
 from robolaser.benchmark.statistics.intervals import Intervals, quantiles, successes, wilson
 from robolaser.benchmark.statistics.ranks import outcomes
@@ -79,7 +78,7 @@ def _intervals(running_times, spent, runs=None, seed=0):
     p, a, s = running_times.shape
     drawn = running_time.draws(p, s, np.random.default_rng(seed), samples=1000)
     value = running_time.expected(running_times[..., None], spent)[..., 0]
-    samples = running_time.resampled(running_times[..., None], spent, drawn)[:, :, 0]
+    samples = running_time.resampled(running_times, spent, drawn)
     runs = np.full((p, a), s) if runs is None else runs
     alone = [running_time.mean_ratios(samples[[i]], value[[i]], runs[[i]]) for i in range(p)]
     ratios = Intervals(*(np.array([getattr(one, name) for one in alone]) for name in ("value", "lower", "upper")))
@@ -115,8 +114,9 @@ def test_a_ratio_turned_round_is_its_inverse():
     _, ratios, measured = _intervals(running_times, running_times)
     mean = running_time.mean_ratios(*measured)
     for of in (ratios, mean):
-        assert of.value * np.swapaxes(of.value, -1, -2) == pytest.approx(1.0)
-        assert of.lower * np.swapaxes(of.upper, -1, -2) == pytest.approx(1.0)
+        others = ~np.eye(3, dtype=bool)
+        assert (of.value * np.swapaxes(of.value, -1, -2))[..., others] == pytest.approx(1.0)
+        assert (of.lower * np.swapaxes(of.upper, -1, -2))[..., others] == pytest.approx(1.0)
 
 
 def test_the_mean_ratio_leaves_out_problems_that_either_did_not_solve():
@@ -155,38 +155,11 @@ def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached(
     assert shares[:, -1] == pytest.approx(np.isfinite(running_times).mean(axis=(0, 2, 3)))
 
 
-def test_the_area_under_an_ecdf_is_the_mean_of_its_shares_over_a_logarithmic_axis():
-    running_times = np.random.default_rng(7).uniform(20, 900, (2, 3, 5, 4))
-    running_times[:, 1] = np.inf
-    fine = np.geomspace(10, 1000, 20001)
-    assert profiles.areas(running_times, 10, 1000) == pytest.approx(
-        profiles.shares(running_times, fine).mean(axis=1), abs=1e-3
-    )
-
-
 def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
     running_times = np.array([1.0, np.inf, np.nan, np.nan]).reshape(1, 2, 2, 1)
     assert profiles.shares(running_times, np.array([5.0]))[0, 0] == 0.5
     assert np.isnan(profiles.shares(running_times, np.array([5.0]))[1, 0])
-    assert np.isnan(profiles.areas(running_times, 0.5, 5.0)[1])
     assert not len(profiles.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
-
-
-def _course(*improvements):
-    evaluations, seconds, costs = zip(*improvements, strict=True) if improvements else ((), (), ())
-    return ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
-
-
-def test_bands_never_rise_and_the_better_runs_are_below_the_worse():
-    rng = np.random.default_rng(8)
-    traces = [_course(*((i, 0.1 * i, 10.0 / i + rng.random() / 100) for i in range(1, 20))) for _ in range(11)]
-    at = np.arange(0, 30)
-    low, middle, high = profiles.bands(profiles.after_evaluations(traces, at), best=0.5, scale=0.5)
-    assert (low <= middle).all()
-    assert (middle <= high).all()
-    assert (middle[1:] <= middle[:-1]).all()
-    assert middle[0] == np.inf
-    assert np.isnan(profiles.bands(profiles.after_evaluations([], at), 0.0, 1.0)).all()
 
 
 def test_quantiles_are_numpys_inverted_distribution_and_bear_infinity():

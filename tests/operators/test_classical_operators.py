@@ -4,6 +4,12 @@ import numpy as np
 import pytest
 from bowl import LOWER, UPPER, Bowl, population
 from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.core.mixed import MixedVariableDuplicateElimination, MixedVariableGA, MixedVariableMating
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Integer, Real
+from pymoo.operators.crossover.sbx import SBX
+from pymoo.operators.mutation.pm import PM
+from pymoo.operators.repair.rounding import RoundingRepair
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
@@ -163,3 +169,23 @@ def test_so_many_genes_are_forgotten_as_is_said(mutation):
 def test_what_cannot_be_is_refused(make):
     with pytest.raises(AlgorithmError, match="at least 0"):
         make()
+
+
+class Mixed(ElementwiseProblem):
+    """One real variable and one integer."""
+
+    def __init__(self):
+        super().__init__(vars={"x": Real(bounds=(0, 1)), "k": Integer(bounds=(0, 5))}, n_obj=1)
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = X["x"] + X["k"]
+
+
+def test_a_heuristic_crossover_without_costs_says_so():
+    operators = {Real: HeuristicCrossover(), Integer: SBX(vtype=float, repair=RoundingRepair())}
+    mutations = {Real: PM(), Integer: PM(vtype=float, repair=RoundingRepair())}
+    mating = MixedVariableMating(
+        crossover=operators, mutation=mutations, eliminate_duplicates=MixedVariableDuplicateElimination()
+    )
+    with pytest.raises(AlgorithmError, match=r"HeuristicCrossover .* without their costs"):
+        minimize(Mixed(), MixedVariableGA(pop_size=10, mating=mating), ("n_gen", 3), seed=1)

@@ -51,6 +51,13 @@ def test_an_evaluation_budget_is_a_clock():
     assert shares(("n_eval", 50)) == pytest.approx([0.2, 0.4, 0.6, 0.8])
 
 
+def test_the_end_that_comes_first_counts():
+    first_by_evaluations = TerminateIfAny(get_termination("n_gen", 2000), get_termination("n_eval", 50))
+    first_by_generations = TerminateIfAny(get_termination("n_gen", 5), get_termination("n_eval", 50_000))
+    assert shares(first_by_evaluations) == pytest.approx([0.2, 0.4, 0.6, 0.8])
+    assert shares(first_by_generations) == pytest.approx([0.2, 0.4, 0.6, 0.8])
+
+
 def test_an_evaluation_budget_among_other_rules_is_a_clock():
     rules = TerminateIfAll(
         get_termination("n_eval", 50), TerminateIfAny(get_termination("n_eval", 30), NoTermination())

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem import ProblemSummary
+from robolaser.benchmark.measures import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
-from robolaser.benchmark.single_run import DONE, FAILED, BenchmarkRun
+from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.standings import standings
 
 BUDGET = 60_000
@@ -28,11 +28,42 @@ SPEEDS = {
 }
 """Title, share of the budget that ten decades take, share of runs that end in the right valley, seconds a candidate."""
 PROBLEMS = (
-    ProblemSummary("paper", "the paper's cell, 15 parameters", "calibration", 15, "m²", 6.5e-6, 6.5e-6, "screening"),
     ProblemSummary(
-        "ur5", "UR5 with a stripe scanner, joint 3 compliant", "calibration", 33, "m²", 2.1e-5, 2.1e-5, "pycma"
+        "paper",
+        "the paper's cell, 15 parameters",
+        "calibration",
+        15,
+        1,
+        "m²",
+        BUDGET,
+        floor=1e-12,
+        found_by="screening",
+        best=6.5e-6,
     ),
-    ProblemSummary("rastrigin", "Rastrigin's function, shifted", "test function", 10, "", 1.0, 0.0, "theory"),
+    ProblemSummary(
+        "ur5",
+        "UR5 with a stripe scanner, joint 3 compliant",
+        "calibration",
+        33,
+        1,
+        "m²",
+        BUDGET,
+        floor=1e-12,
+        found_by="pycma",
+        best=2.1e-5,
+    ),
+    ProblemSummary(
+        "rastrigin",
+        "Rastrigin's function, shifted",
+        "test function",
+        10,
+        1,
+        "",
+        BUDGET,
+        lowest=0.0,
+        found_by="theory",
+        best=0.0,
+    ),
 )
 
 
@@ -75,12 +106,15 @@ def made(
     return BenchmarkResult(
         problems=tuple(problems),
         solvers={name: SPEEDS[name][0] for name in names},
+        know_budget=frozenset({"rcga"} & {*names}),
         refused=refused,
         seeds=tuple(range(1, seeds + 1)),
-        budget=BUDGET,
+        budget=str(BUDGET),
+        target=None,
         time_limit_s=20.0,
         runs=tuple(runs),
-        effort=Effort("this machine", 2, 0.53 * busy, 1.06 * busy, busy),
+        made=tuple(runs),
+        effort=Effort("this machine", 2, 0.53 * busy, busy),
     )
 
 
@@ -105,8 +139,8 @@ def pair():
 def nothing():
     """Nothing is finished yet."""
     one = made()
-    problems = tuple(replace(problem, best=np.inf, scale=np.inf, found_by="") for problem in one.problems)
-    return replace(one, problems=problems, runs=(), effort=Effort("tcp://10.0.0.7:8786", 12, 0.4, 4.8, 0.0))
+    problems = tuple(replace(problem, best=np.inf, found_by="") for problem in one.problems)
+    return replace(one, problems=problems, runs=(), made=(), effort=Effort("tcp://10.0.0.7:8786", 12, 0.4, 0.0))
 
 
 def all_fail():
@@ -117,8 +151,8 @@ def all_fail():
         replace(run, state=FAILED, reason="ImportError: no module named 'x'", evaluations=0, seconds=0.01, trace=none)
         for run in one.runs
     )
-    problems = tuple(replace(problem, best=np.inf, scale=np.inf, found_by="") for problem in one.problems)
-    return replace(one, problems=problems, runs=runs)
+    problems = tuple(replace(problem, best=np.inf, found_by="") for problem in one.problems)
+    return replace(one, problems=problems, runs=runs, made=runs)
 
 
 MADE = {"large": large, "complete": complete, "tiny": tiny, "pair": pair, "nothing": nothing, "all_fail": all_fail}

@@ -9,7 +9,6 @@ import jsonschema
 import pytest
 
 import robolaser
-from robolaser.benchmark.plan import RunPlan
 from robolaser.data.saved_result import SavedResult
 from robolaser.errors import OutputError, UsageError
 from robolaser.results import VEGA_LITE, Result
@@ -91,9 +90,12 @@ def test_results_print_show_tabulate_save_and_are_read_back(tmp_path):
 
 
 def test_a_comparison_is_a_result_too(tmp_path):
-    plan = RunPlan.of(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
     told: list[tuple[str, float]] = []
     keeps_its_contract(
-        robolaser.compare(plan, progress=lambda what, share: told.append((what, share))), "comparison", tmp_path
+        robolaser.compare(
+            ["pymoo:sphere-2"], ["de"], seeds=1, budget=100, progress=lambda what, share: told.append((what, share))
+        ),
+        "comparison",
+        tmp_path,
     )
     assert re.match("[01]/1 runs", told[0][0])

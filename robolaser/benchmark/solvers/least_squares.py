@@ -1,11 +1,9 @@
 """SciPy's least squares, from one random start after another."""
 
-from itertools import chain, repeat
-from typing import ClassVar, Literal, final
+from typing import Literal, final
 
 import numpy as np
 
-from robolaser.algorithms.settings import Setting, number, word
 from robolaser.arrays import Array, Bools
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
@@ -25,12 +23,11 @@ class ScipyLeastSquares(Solver):
     exact derivatives would not help: descents that find nothing then go on for five times as many candidates.
     """
 
-    called: ClassVar[str] = "least-squares"
-    settings: ClassVar[tuple[Setting, ...]] = (word("method", ("trf", "dogbox")), number("tol", 2.3e-16, 1.0))
+    name = "least-squares"
     title = "SciPy's least squares from random starts"
 
-    def __init__(self, name: str = called, *, method: Literal["trf", "dogbox"] = "trf", tol: float = TIGHT) -> None:
-        self.name, self._method, self._tol = name, method, tol
+    def __init__(self, *, method: Literal["trf", "dogbox"] = "trf", tol: float = TIGHT) -> None:
+        self._method, self._tol = method, tol
 
     def refuses(self, problem: BenchmarkProblem) -> str | None:
         """It does not apply to costs that are not a sum of squares."""
@@ -43,8 +40,8 @@ class ScipyLeastSquares(Solver):
         problem, rng = evaluator.problem, np.random.default_rng(seed)
         free = problem.upper > problem.lower
         lower, upper = problem.lower[free], problem.upper[free]
-        for given in chain(problem.starts, repeat(None)):
-            start = problem.sample_uniform(rng)[0] if given is None else given
+        while True:
+            start = problem.sample_uniform(rng)[0]
             residuals = _Residuals(evaluator, start, free)
             if not np.isfinite(residuals(start[free])).all():
                 continue

@@ -1,11 +1,10 @@
 """CMA-ES by its authors, with their restarts."""
 
 import warnings
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
-from robolaser.algorithms.settings import Setting, number, switch, whole
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.solvers.solver import Solver, within
@@ -19,26 +18,16 @@ class Pycma(Solver):
     """Hansen's pycma with restarts that alternate large and small populations (BIPOP, Hansen 2009), in the unit box.
 
     Args:
-        name: As the user named it.
         sigma: Initial step size in the unit box; 0.3 is the authors' advice.
         bipop: Whether restarts alternate small and large populations; if not, each is larger than the last.
         restarts: Restarts after which the search begins anew.
         tolfun: Restart when costs differ by less, in the cost's unit.
     """
 
-    called: ClassVar[str] = "pycma"
-    settings: ClassVar[tuple[Setting, ...]] = (
-        number("sigma"),
-        switch("bipop"),
-        whole("restarts", 0),
-        number("tolfun"),
-    )
+    name = "pycma"
     title = "pycma: covariance matrix adaptation with BIPOP restarts"
 
-    def __init__(
-        self, name: str = called, *, sigma: float = 0.3, bipop: bool = True, restarts: int = 9, tolfun: float = 1e-11
-    ) -> None:
-        self.name = name
+    def __init__(self, *, sigma: float = 0.3, bipop: bool = True, restarts: int = 9, tolfun: float = 1e-11) -> None:
         self._sigma, self._bipop, self._restarts, self._tolfun = sigma, bipop, restarts, tolfun
 
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
@@ -49,7 +38,6 @@ class Pycma(Solver):
 
         problem, rng = evaluator.problem, np.random.default_rng(seed)
         width = problem.upper - problem.lower
-        starts = iter((problem.starts - problem.lower) / np.where(width > 0, width, 1.0) if len(problem.starts) else ())
 
         def costs(y: list[Array]) -> list[float]:
             found: list[float] = evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
@@ -60,7 +48,7 @@ class Pycma(Solver):
             while True:
                 cma.fmin2(
                     None,
-                    lambda: next(starts, rng.uniform(size=problem.dimension)),
+                    lambda: rng.uniform(size=problem.dimension),
                     self._sigma,
                     {
                         "bounds": [0, 1],

@@ -11,6 +11,7 @@ from robolaser.benchmark.problem import BenchmarkProblem
 ROUNDING = 1e-12
 """Share of the distance between the bounds: a candidate outside by no more was meant to lie on the bound."""
 ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
+REAL = "its candidates are real numbers, and the problem's variables are not"
 
 
 class Solver(ABC):
@@ -19,10 +20,12 @@ class Solver(ABC):
     Attributes:
         name: As the user named it, `de` or `rcga:b=2`; unique in a benchmark.
         title: A description for a person.
+        knows_budget: Does it search differently with another budget, so that no run of it is a part of a longer one?
     """
 
     name: str
     title: str
+    knows_budget: bool = False
 
     @abstractmethod
     def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
@@ -36,8 +39,10 @@ class Solver(ABC):
         """
 
     def refuses(self, problem: BenchmarkProblem) -> str | None:
-        """Why the solver does not apply to a problem; None if it does. By default it takes one objective only."""
-        return None if problem.front is None else ONE_OBJECTIVE
+        """Why the solver does not apply to a problem; None if it does. By default it takes one objective of reals."""
+        if problem.mixed or problem.discrete:
+            return REAL
+        return None if problem.n_obj == 1 else ONE_OBJECTIVE
 
 
 def within(x: Array, problem: BenchmarkProblem) -> Array:

@@ -1,20 +1,21 @@
-"""Solvers of the users' own, by import path."""
+"""Solvers of the users' own."""
 
 import copy
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, final
 
 import numpy as np
 
-from robolaser.algorithms.algorithm_spec import AlgorithmSpec
-from robolaser.algorithms.settings import unknown_setting
-from robolaser.algorithms.user_code import EXPECTED, keywords, made_with, no_settings, not_an_algorithm
+from robolaser.algorithms.registry import EXPECTED, maker_of, not_an_algorithm
+from robolaser.algorithms.spec import AlgorithmSpec
+from robolaser.algorithms.user_code import imported, keywords, made
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.pymoo_algorithm import IDLE_ROUNDS, PymooAlgorithm, idle_error
 from robolaser.benchmark.solvers.solver import Solver
+from robolaser.errors import UsageError, near
 
 SEARCHES = 2
 """Arguments of a function that searches: the evaluator and the seed. A function that makes an algorithm has none."""
@@ -53,29 +54,72 @@ class UserSolver(Solver):
         return self._refuses(problem)
 
 
-def user_solver(spec: AlgorithmSpec, found: Any) -> Solver:
-    """Make a solver of what a user wrote.
+def user_solver(given: Any, name: str = "") -> Solver:
+    """Make a solver of what a user wrote: a text `package.module:attribute` with settings, or the thing itself.
 
     Raises:
         UsageError: It cannot search, or cannot be made with these settings.
     """
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
-    if callable(found) and not inspect.isclass(found) and _needs(found) == SEARCHES:
-        return UserSolver(spec.text, _title(found, spec), _with_settings(spec, found))
-    if isinstance(found, Solver | Algorithm):
-        made_with(spec, no_settings)
-        made, make = found, partial(copy.deepcopy, found)
-    elif callable(found):
-        made, make = made_with(spec, found), partial(made_with, spec, found)
+    if isinstance(given, str):
+        spec, found = AlgorithmSpec.of(given), imported(AlgorithmSpec.of(given))
     else:
-        raise not_an_algorithm(spec, found, f"{EXPECTED}, {OR}")
-    if isinstance(made, Algorithm):
-        return PymooAlgorithm(spec.text, _title(found, spec), make)
-    if not isinstance(made, Solver):
-        raise not_an_algorithm(spec, made, f"{EXPECTED}, {OR}")
-    title = getattr(made, "title", "") or _title(found, spec)
-    return UserSolver(spec.text, title, lambda evaluator, seed: make().search(evaluator, seed), made.refuses)
+        name = name or getattr(given, "__name__", type(given).__name__)
+        spec, found = AlgorithmSpec(name, name), given
+    name, title = name or spec.text, _title(found, name or spec.text)
+    if callable(found) and not inspect.isclass(found) and _needs(found) == SEARCHES:
+        return UserSolver(name, title, _with_settings(spec, found))
+    if isinstance(found, Algorithm):
+        if spec.settings or spec.operators:
+            raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
+        return PymooAlgorithm(name, title, _Copies(found))
+    if callable(found) and not isinstance(found, Solver):
+        if spec.operators or (inspect.isclass(found) and issubclass(found, Algorithm)):
+            make = maker_of(spec) if isinstance(given, str) else _Makes(found, spec.settings)
+            return PymooAlgorithm(name, title, make)
+        found_now = made(spec.text, found, spec.settings)
+        if isinstance(found_now, Algorithm):
+            return PymooAlgorithm(name, title, _Makes(found, spec.settings))
+        remade: Callable[[], Any] = partial(made, spec.text, found, spec.settings)
+    else:
+        found_now, remade = found, partial(copy.deepcopy, found)
+    if not isinstance(found_now, Solver):
+        raise not_an_algorithm(spec.text, found_now, f"{EXPECTED}, {OR}")
+    return UserSolver(name, getattr(found_now, "title", "") or title, _Searches(remade), found_now.refuses)
+
+
+@final
+class _Copies:
+    """Copies of an instance."""
+
+    def __init__(self, found: Any) -> None:
+        self._found = found
+
+    def __call__(self, n_obj: int) -> Any:
+        return copy.deepcopy(self._found)
+
+
+@final
+class _Makes:
+    """Instances of a class, or what a function makes."""
+
+    def __init__(self, make: Callable[..., Any], settings: Mapping[str, Any]) -> None:
+        self._make, self._settings = make, settings
+
+    def __call__(self, n_obj: int) -> Any:
+        return made(getattr(self._make, "__name__", "the function"), self._make, self._settings)
+
+
+@final
+class _Searches:
+    """The search of a solver that is made anew each time."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make = make
+
+    def __call__(self, evaluator: BudgetedEvaluator, seed: int) -> None:
+        self._make().search(evaluator, seed)
 
 
 def _needs(function: Callable[..., Any]) -> int:
@@ -90,11 +134,11 @@ def _with_settings(spec: AlgorithmSpec, search: Callable[..., None]) -> Callable
     known, takes_all = keywords(search)
     for name in spec.settings:
         if name not in known[SEARCHES:] and not takes_all:
-            raise unknown_setting(spec.text, name, known[SEARCHES:])
+            raise UsageError(f"{spec.path} has no setting '{name}'.{near(name, known[SEARCHES:])}")
     return partial(search, **spec.settings)
 
 
-def _title(found: Any, spec: AlgorithmSpec) -> str:
+def _title(found: Any, name: str) -> str:
     """The first line of its docstring; an instance has its class's, which `inspect` would not take from bases."""
     text = inspect.cleandoc(found.__doc__ or "")
-    return text.splitlines()[0].rstrip(".") if text else f"{spec.attribute} of {spec.name}"
+    return text.splitlines()[0].rstrip(".") if text else name

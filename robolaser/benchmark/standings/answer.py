@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from robolaser.benchmark.standings.table import Measure, Pair, Standing
+from robolaser.benchmark.standings.table import Pair, Standing
 from robolaser.benchmark.statistics.difference import fewest_runs
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
@@ -10,7 +10,7 @@ MANY = 3
 """Names that a sentence lists before it counts the others."""
 
 
-def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:
+def answer(standings: Sequence[Standing], *, problems: int, runs: int, comparisons: int) -> str:
     """Put an order into words, given the smallest number of runs of any ranked solver on any problem."""
     ranked = [standing for standing in standings if standing.rank is not None]
     left_out = [standing.algorithm for standing in standings if standing.rank is None]
@@ -20,9 +20,9 @@ def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, ru
     if not ranked:
         sentences = ["No algorithm can be ranked: there are too few runs."] if left_out else ["There are no runs yet."]
     elif len(ranked) == 1:
-        sentences = [_alone(ranked[0], measure)]
+        sentences = [_alone(ranked[0])]
     else:
-        sentences = _several(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
+        sentences = _several(ranked, problems=problems, runs=runs, comparisons=comparisons)
     if ranked and left_out:
         sentences.append(f"Not ranked: {names(left_out)}.")
     if failed:
@@ -30,17 +30,17 @@ def answer(measure: Measure, standings: Sequence[Standing], *, problems: int, ru
     return " ".join(sentences)
 
 
-def _alone(standing: Standing, measure: Measure) -> str:
+def _alone(standing: Standing) -> str:
     time = ""
     if (expected := standing.running_time).value is not None:
-        time = f", with an expected running time of {figure(expected.value)}{between(expected)} {measure}"
+        time = f", with an expected running time of {figure(expected.value)}{between(expected)} evaluations"
     return (
         f"Only {standing.algorithm} can be ranked: it reached the target in {share(standing.success)} of its "
         f"runs{time}."
     )
 
 
-def _several(measure: Measure, ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
+def _several(ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
     first = ranked[0].algorithm
     against = [(standing.algorithm, standing.against_first) for standing in ranked[1:]]
     rivals = [name for name, pair in against if pair is None or not pair.significant]
@@ -49,18 +49,18 @@ def _several(measure: Measure, ranked: list[Standing], *, problems: int, runs: i
     if not any(standing.solved for standing in ranked):
         sentences.append("No algorithm reached the target, so the ranking is by how close they came.")
     if not beaten:
-        sentences += _nothing_significant(measure, ranked, problems=problems, runs=runs, comparisons=comparisons)
+        sentences += _nothing_significant(ranked, problems=problems, runs=runs, comparisons=comparisons)
         return [*sentences, *_surprise(ranked)]
     if not rivals:
-        sentences.append(f"In {measure}, {first} is better than {_others(beaten)}{_reaching(ranked[0])}.")
+        sentences.append(f"{first} is better than {_others(beaten)}{_reaching(ranked[0])}.")
     else:
         verb = "do" if len(rivals) > 1 else "does"
         sentences.append(
-            f"In {measure}, {first} {_ranks_first(ranked)}{_reaching(ranked[0])}, but {names(rivals)} {verb} "
+            f"{first} {_ranks_first(ranked)}{_reaching(ranked[0])}, but {names(rivals)} {verb} "
             f"not differ significantly from it with {runs} seeds; it is better than "
             f"{names([name for name, _ in beaten])}."
         )
-    sentences.append(_by_how_much(measure, ranked[0], *beaten[0], problems=problems, comparisons=comparisons))
+    sentences.append(_by_how_much(ranked[0], *beaten[0], problems=problems, comparisons=comparisons))
     return [*sentences, *_surprise(ranked)]
 
 
@@ -88,19 +88,19 @@ def _reaching(standing: Standing) -> str:
     return f", reaching the target in {share(standing.success)} of its runs" if standing.solved else ""
 
 
-def _by_how_much(measure: Measure, first: Standing, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
+def _by_how_much(first: Standing, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
     sure = _how_sure(first.algorithm, next_, pair, comparisons)
     if not first.solved:
         return f"{next_} comes next: {sure}."
     if pair.ratio.value is None:
         return f"{next_} comes next, and never reached the target where {first.algorithm} did: {sure}."
-    return f"{next_} comes next and {_needs(measure, pair, problems)}; {sure}."
+    return f"{next_} comes next and {_needs(pair, problems)}; {sure}."
 
 
-def _needs(measure: Measure, pair: Pair, problems: int) -> str:
+def _needs(pair: Pair, problems: int) -> str:
     solved = len(pair.ratio_problems)
     where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
-    return f"{times_as(measure, pair.ratio)} to the target{where}"
+    return f"{times_as(pair.ratio)} to the target{where}"
 
 
 def _how_sure(first: str, other: str, pair: Pair, comparisons: int) -> str:
@@ -111,23 +111,21 @@ def _how_sure(first: str, other: str, pair: Pair, comparisons: int) -> str:
     )
 
 
-def _nothing_significant(
-    measure: Measure, ranked: list[Standing], *, problems: int, runs: int, comparisons: int
-) -> list[str]:
+def _nothing_significant(ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
     first, second = ranked[0], ranked[1]
     needed = fewest_runs(problems, comparisons)
     if needed is not None and runs < needed:
         return [
-            f"In {measure}, {first.algorithm} {_ranks_first(ranked)}, but with {runs} "
+            f"{first.algorithm} {_ranks_first(ranked)}, but with {runs} "
             f"{'seed' if runs == 1 else 'seeds'} no difference can be significant, however large: at least "
             f"{needed} are needed."
         ]
     pair = second.against_first
     if pair is None or pair.p_adjusted is None:
-        return [f"In {measure}, the algorithms cannot be compared."]
-    comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(measure, pair, problems)}; "
+        return ["The algorithms cannot be compared."]
+    comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(pair, problems)}; "
     return [
-        f"In {measure}, no algorithm differs significantly from {first.algorithm}, which {_ranks_first(ranked)}: "
+        f"No algorithm differs significantly from {first.algorithm}, which {_ranks_first(ranked)}: "
         f"{second.algorithm} {comes}{_how_sure(first.algorithm, second.algorithm, pair, comparisons)}."
     ]
 
@@ -169,7 +167,6 @@ def names(of: Sequence[str]) -> str:
     return f"{', '.join(shown)} and {more} others" if more else f"{', '.join(shown[:-1])} and {shown[-1]}"
 
 
-def times_as(measure: Measure, ratio: IntervalEstimate) -> str:
+def times_as(ratio: IntervalEstimate) -> str:
     """A ratio of running times, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
-    number = f"{figure(ratio.value or 0.0)}{between(ratio)} times as"
-    return f"needs {number} many evaluations" if measure == "evaluations" else f"takes {number} long"
+    return f"needs {figure(ratio.value or 0.0)}{between(ratio)} times as many evaluations"

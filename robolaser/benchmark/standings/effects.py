@@ -10,12 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.algorithms.exchanged import parted
+from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.standings.table import Effect
 from robolaser.benchmark.statistics import running_time
 from robolaser.benchmark.statistics.difference import holm, stratified
 from robolaser.benchmark.statistics.superiority import mean_superiority, superiority
+from robolaser.errors import UsageError
 
 
 def effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[Effect, ...]:
@@ -53,10 +54,19 @@ def _strata(of: Array, one: Ints, other: Ints) -> Array:
 def _pairs(algorithms: Sequence[str]) -> Mapping[tuple[str, str, str], list[tuple[int, int]]]:
     """Which two algorithms differ in one part only, that with it first, by stock, slot and operator."""
     found: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
-    keys = {(stock, frozenset(parts.items())): i for i, (stock, parts) in enumerate(map(parted, algorithms))}
+    keys = {key: i for i, name in enumerate(algorithms) if (key := _parted(name)) is not None}
     for (stock, parts), i in keys.items():
         for slot, operator in parts:
             without = keys.get((stock, parts - {(slot, operator)}))
             if without is not None:
                 found.setdefault((stock, slot, operator), []).append((i, without))
     return found
+
+
+def _parted(name: str) -> tuple[str, frozenset[tuple[str, str]]] | None:
+    """The stock algorithm and its exchanged parts; None of a name that somebody gave."""
+    try:
+        spec = AlgorithmSpec.of(name)
+    except UsageError:
+        return None
+    return spec.stock, frozenset((slot, one.text) for slot, one in spec.operators.items())

@@ -9,12 +9,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.result_arrays import HEADLINE, ResultArrays
+from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.standings.answer import answer
 from robolaser.benchmark.standings.effects import effects
 from robolaser.benchmark.standings.table import (
     FINAL,
-    Measure,
     OnProblem,
     Order,
     Pair,
@@ -23,8 +22,8 @@ from robolaser.benchmark.standings.table import (
     Standing,
     Standings,
 )
-from robolaser.benchmark.statistics import difference, profiles, ranks, running_time, superiority
-from robolaser.benchmark.statistics.intervals import IntervalEstimate, Intervals, finite, quantiles, wilson
+from robolaser.benchmark.statistics import difference, ranks, running_time, superiority
+from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, quantiles, wilson
 
 ENOUGH = 0.5
 """A solver is ranked if it has this share of the largest number of runs on each problem: a block (problem, seed) that
@@ -40,59 +39,48 @@ Reasons = Mapping[tuple[str, str], str]
 
 def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standings:
     """Rank the solvers on a family of problems; `seed` is that of the bootstrap samples."""
-    dropped = {
-        (problem.name, name): f"dropped from the race after {count} seeds"
-        for problem in result.of(family)
-        for name, count in result.dropped.items()
-    }
-    return standings_of(result.arrays(family), family=family, refused={**result.refused, **dropped}, seed=seed)
+    return standings_of(result.arrays(family), family=family, refused=result.refused, seed=seed)
 
 
 def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: int = 1) -> Standings:
     """Rank the solvers, given their runs as arrays."""
     drawn = running_time.draws(len(arrays.problems), len(arrays.seeds), np.random.default_rng(seed))
-    by = evaluations, seconds = _Measured(arrays, "evaluations", drawn), _Measured(arrays, "seconds", drawn)
-    overall = [one.order(range(len(arrays.problems)), refused) for one in by]
+    ranking = _Ranking(arrays, drawn)
+    seconds = running_time.expected(arrays.seconds, arrays.total_s)
+    every = range(len(arrays.problems))
     return Standings(
         family=family,
-        tolerance=HEADLINE,
+        tolerance=float(arrays.tolerances[arrays.headline]),
         seeds=len(arrays.seeds),
-        evaluations=overall[0],
-        seconds=overall[1],
+        order=ranking.order(every, refused),
         by_problem=tuple(
             OnProblem(
                 name,
-                evaluations.order([p], refused),
-                seconds.order([p], refused),
-                tuple(
-                    _result(arrays, evaluations.expected, seconds.expected, p, a) for a in range(len(arrays.algorithms))
-                ),
+                ranking.order([p], refused),
+                tuple(_result(arrays, ranking, seconds, p, a) for a in range(len(arrays.algorithms))),
             )
             for p, name in enumerate(arrays.problems)
         ),
         effects=effects(
-            arrays.algorithms,
-            evaluations.places,
-            evaluations.expected.value[..., arrays.target(HEADLINE)],
-            evaluations.samples,
+            arrays.algorithms, ranking.places, ranking.every_expected[..., arrays.headline], ranking.samples
         ),
         scope=SCOPE,
     )
 
 
 @final
-class _Measured:
-    """A family's runs in one measure: problems p, algorithms a, seeds s, targets t, bootstrap samples b."""
+class _Ranking:
+    """A family's runs: problems p, algorithms a, seeds s, targets t, bootstrap samples b."""
 
-    def __init__(self, arrays: ResultArrays, measure: Measure, drawn: Ints) -> None:
-        self.arrays, self.measure, self.headline = arrays, measure, arrays.target(HEADLINE)
-        self.times, self.totals = arrays.measured(measure)  # to each target, (p, a, s, t), and of whole runs
-        self.places = ranks.outcomes(self.times[..., self.headline], arrays.final)  # of runs on their problem
-        expected = running_time.expected(self.times, self.totals)
-        samples = running_time.resampled(self.times, self.totals, drawn)
-        runs = np.broadcast_to(arrays.there.sum(axis=2)[..., None], expected.shape)
-        self.expected = running_time.bounds(expected, samples, runs)  # to each target, (p, a, t)
-        self.samples = samples[:, :, self.headline]  # to the headline target, (p, a, b)
+    def __init__(self, arrays: ResultArrays, drawn: Ints) -> None:
+        self.arrays = arrays
+        self.times = arrays.evaluations[..., arrays.headline]  # to the target, (p, a, s)
+        judged = np.where(arrays.noisy[:, None, None] & ~np.isnan(self.times), np.inf, self.times)
+        self.places = ranks.outcomes(judged, arrays.final)  # of runs on their problem
+        self.every_expected = running_time.expected(arrays.evaluations, arrays.total_evaluations)  # (p, a, t)
+        self.samples = running_time.resampled(self.times, arrays.total_evaluations, drawn)  # (p, a, b)
+        runs = arrays.there.sum(axis=2)
+        self.expected = running_time.bounds(self.every_expected[..., arrays.headline], self.samples, runs)  # (p, a)
         self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
     def order(self, problems: Sequence[int], refused: Reasons) -> Order:
@@ -100,7 +88,7 @@ class _Measured:
         arrays, at = self.arrays, list(problems)
         names = arrays.algorithms
         runs = arrays.there[at].sum(axis=2)
-        reached = np.isfinite(self.times[at][..., self.headline]).sum(axis=2)
+        reached = np.isfinite(self.times[at]).sum(axis=2)
         unranked = _unranked(arrays, at, runs, refused)
         ranked = [a for a, name in enumerate(names) if name not in unranked]
         blocks = ranks.complete(self.places[at][:, ranked])
@@ -110,7 +98,6 @@ class _Measured:
         mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean_ranks(blocks), strict=bool(ranked))}
         ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
         pairs = self._pairs(at, ordered, runs, reached > 0)
-        areas = self._areas(at)
         places = tuple(
             Standing(
                 algorithm=names[a],
@@ -119,9 +106,8 @@ class _Measured:
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
                 success=wilson(reached[:, a].sum(), runs[:, a].sum()).at(),
-                running_time=self.expected.at(at[0], a, self.headline) if len(at) == 1 else UNKNOWN,
+                running_time=self.expected.at(at[0], a) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
-                area=finite(areas[a]),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
                 unranked=unranked.get(names[a], ""),
             )
@@ -137,20 +123,19 @@ class _Measured:
         alike = np.array([[not {(a, b), (b, a)} & differ for b in order] for a in order], bool)
         fewest = int(runs[:, ranked].min()) if ranked else 0
         return Order(
-            measure=self.measure,
             problems=tuple(arrays.problems[p] for p in at),
             places=places,
             pairs=tuple(pairs.values()),
             blocks=len(blocks),
             groups=tuple(tuple(names[order[i]] for i in group) for group in ranks.groups(alike)),
-            answer=answer(self.measure, places, problems=len(at), runs=fewest, comparisons=comparisons),
+            answer=answer(places, problems=len(at), runs=fewest, comparisons=comparisons),
         )
 
     def _pairs(self, at: list[int], ordered: list[int], runs: Ints, solved: Bools) -> dict[tuple[int, int], Pair]:
         """Each with each, the one that stands before first."""
         names, places = self.arrays.algorithms, self.places[at]
         better = superiority.mean_superiority(superiority.superiority(places))
-        ratios = running_time.mean_ratios(self.samples[at], self.expected.value[at][..., self.headline], runs)
+        ratios = running_time.mean_ratios(self.samples[at], self.expected.value[at], runs)
         p = difference.stratified(places)
         adjusted = self.p_adjusted[at[0]] if len(at) == 1 else difference.holm_pairs(p)
         found = {}
@@ -170,12 +155,6 @@ class _Measured:
             )
         return found
 
-    def _areas(self, at: list[int]) -> Array:
-        budgets = profiles.budgets(self.times[at], self.totals[at], points=2)
-        if not len(budgets) or budgets[-1] <= budgets[0]:
-            return np.full(self.times.shape[1], np.nan)
-        return profiles.areas(self.times[at], float(budgets[0]), float(budgets[-1]))
-
 
 def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons) -> dict[str, str]:
     """Who lacks so many runs that the others would have to be ranked on what little is left, and why."""
@@ -189,10 +168,9 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
     return found
 
 
-def _result(arrays: ResultArrays, evaluations: Intervals, seconds: Intervals, p: int, a: int) -> Result:
+def _result(arrays: ResultArrays, ranking: _Ranking, seconds: Array, p: int, a: int) -> Result:
     runs, final = int(arrays.there[p, a].sum()), arrays.final[p, a]
     reached = np.isfinite(arrays.evaluations[p, a]).sum(axis=0)
-    shares = wilson(reached, np.full(reached.shape, runs))
     infeasible = final[(final >= INFEASIBLE) & np.isfinite(final)]
     ends = quantiles(np.where(final >= INFEASIBLE, np.inf, final), np.linspace(0.0, 1.0, len(FINAL)))
     return Result(
@@ -202,8 +180,12 @@ def _result(arrays: ResultArrays, evaluations: Intervals, seconds: Intervals, p:
         failed=int(arrays.failed[p, a].sum()),
         final=dict(zip(FINAL, map(finite, ends), strict=True)) if runs else None,
         violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
+        evaluations=ranking.expected.at(p, a),
+        seconds=finite(seconds[p, a, arrays.headline]),
         targets=tuple(
-            Reached(float(tolerance), int(reached[t]), shares.at(t), evaluations.at(p, a, t), seconds.at(p, a, t))
+            Reached(
+                float(tolerance), int(reached[t]), finite(ranking.every_expected[p, a, t]), finite(seconds[p, a, t])
+            )
             for t, tolerance in enumerate(arrays.tolerances)
         ),
     )

@@ -1,16 +1,14 @@
-"""What is known of solvers: standings, running times, how sure both are, and sentences that say so.
+"""What is known of solvers: standings, running times, how sure both are, and a sentence that says so.
 
 Plain values throughout, ready for JSON: None stands for a number that there is none of, never NaN or infinity.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, final
+from typing import final
 
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
-Measure = Literal["evaluations", "seconds"]
-"""What counts: evaluations or wall time."""
 FINAL = ("best", "lower_quartile", "median", "upper_quartile", "worst")
 """Of what runs ended with, in units of the problem's scale; None is infinite."""
 
@@ -22,9 +20,8 @@ class Reached:
 
     tolerance: float  # of the target, over the lowest known cost, in units of the problem's scale
     successes: int
-    success: IntervalEstimate  # share of the runs, with Wilson's interval
-    evaluations: IntervalEstimate  # expected running time (ERT), unsuccessful runs repeated
-    seconds: IntervalEstimate  # the same in wall time [s]
+    evaluations: float | None  # expected running time (ERT), unsuccessful runs repeated
+    seconds: float | None  # the same in wall time [s]
 
 
 @final
@@ -38,6 +35,8 @@ class Result:
     failed: int
     final: Mapping[str, float | None] | None  # `FINAL` of the lowest costs, over the best known; None without runs
     violation: float | None  # median of the lowest violations of runs that found no feasible candidate
+    evaluations: IntervalEstimate  # ERT to the target by which solvers are ranked
+    seconds: float | None  # the same in wall time [s]
     targets: tuple[Reached, ...]  # tolerances falling
 
 
@@ -50,7 +49,7 @@ class Pair:
     other: str
     superiority: IntervalEstimate  # A12: how often a run of the one does better; over several problems the mean
     effect: str | None  # its size in a word: negligible, small, medium or large
-    ratio: IntervalEstimate  # ERT of the other over that of the one at the headline target; the geometric mean
+    ratio: IntervalEstimate  # ERT of the other over that of the one; geometric mean; None unless both reached it
     ratio_problems: tuple[str, ...]  # on which both reached the target
     p: float | None  # of runs as different as these if the two were the same
     p_adjusted: float | None  # by Holm for all comparisons made
@@ -67,7 +66,7 @@ class Effect:
     operator: str
     strata: int  # problems and pairs of algorithms that it rests on
     superiority: IntervalEstimate  # mean A12 of runs with the part over runs without it; 0.5 is no effect
-    ratio: IntervalEstimate  # ERT with the part over that without it at the headline target; below 1 is faster
+    ratio: IntervalEstimate  # ERT with the part over that without it; below 1 is faster
     p: float  # of van Elteren's test of the strata
     p_adjusted: float  # by Holm for all parts
 
@@ -82,10 +81,9 @@ class Standing:
     mean_rank: float | None  # over blocks (problem, seed)
     runs: int
     failed: int
-    success: IntervalEstimate  # share of the runs that reached the headline target
-    running_time: IntervalEstimate  # to it, in the measure; None over several problems
+    success: IntervalEstimate  # share of the runs that reached the target
+    running_time: IntervalEstimate  # to it, in evaluations; None over several problems
     solved: int  # problems on which any run reached it
-    area: float | None  # under the ECDF of running times on a logarithmic axis of budgets, 0 to 1
     against_first: Pair | None  # the first as `one`; None for the first itself and the unranked
     unranked: str  # why it is not ranked; empty if it is
 
@@ -93,20 +91,14 @@ class Standing:
 @final
 @dataclass(frozen=True)
 class Order:
-    """Solvers in order, on one problem or a family, in one measure."""
+    """Solvers in order, on one problem or a family."""
 
-    measure: Measure
     problems: tuple[str, ...]
     places: tuple[Standing, ...]  # those that cannot be ranked last
     pairs: tuple[Pair, ...]  # all of them, `one` standing before `other`
     blocks: int  # pairs (problem, seed) in which each ranked solver has a run
     groups: tuple[tuple[str, ...], ...]  # largest sets of ranked solvers no two of which differ significantly
     answer: str  # which is better, by how much, and how sure is that: a sentence or two
-
-    @property
-    def ranked(self) -> tuple[Standing, ...]:
-        """Places of those with a rank."""
-        return tuple(place for place in self.places if place.rank is not None)
 
 
 @final
@@ -115,8 +107,7 @@ class OnProblem:
     """How solvers stand on one problem."""
 
     problem: str
-    evaluations: Order
-    seconds: Order
+    order: Order
     results: tuple[Result, ...]  # in the order of the plan
 
 
@@ -126,10 +117,9 @@ class Standings:
     """How solvers stand on a family of problems."""
 
     family: str
-    tolerance: float  # of the headline target, by which they are ranked
+    tolerance: float  # of the target by which they are ranked
     seeds: int
-    evaluations: Order
-    seconds: Order
+    order: Order
     by_problem: tuple[OnProblem, ...]
-    effects: tuple[Effect, ...]  # of exchanged parts, in evaluations
+    effects: tuple[Effect, ...]  # of exchanged parts
     scope: str  # what such results speak of, and what not

@@ -8,10 +8,12 @@ Intervals are of the expanded percentile bootstrap over seeds: Efron 1979; Heste
 percentiles of few runs are too narrow.
 """
 
+from itertools import permutations
+
 import numpy as np
 from scipy.stats import norm, t
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 SAMPLES = 2000
@@ -40,16 +42,10 @@ def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SA
 
 
 def resampled(running_times: Array, totals: Array, drawn: Ints) -> Array:
-    """ERT in bootstrap samples: running times (p, a, s, t), totals (p, a, s), draws (p, b, s) -> (p, a, t, b)."""
-    p, a, s, targets = running_times.shape
+    """ERT to one target in bootstrap samples: times and totals (p, a, s), draws (p, b, s) -> (p, a, b)."""
     weights = np.swapaxes(drawn, 1, 2).astype(float)  # (p, s, b)
-
-    def total(of_runs: Array) -> Array:
-        rows = np.moveaxis(of_runs, 2, 3).reshape(p, a * targets, s)
-        totals: Array = (rows @ weights).reshape(p, a, targets, weights.shape[2])
-        return totals
-
-    return _over(total(_paid(running_times, totals)), total(np.isfinite(running_times).astype(float)))
+    paid = _paid(running_times[..., None], totals)[..., 0]
+    return _over(paid @ weights, np.isfinite(running_times).astype(float) @ weights)
 
 
 def bounds(value: Array, samples: Array, runs: Ints) -> Intervals:
@@ -66,25 +62,18 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
     ERT to one target in bootstrap samples (p, a, b), of all runs (p, a), and runs (p, a) -> (a, a), the second
     algorithm's over the first's; NaN where there is no such problem.
     """
-    solved = np.isfinite(value)
-    both = solved[:, :, None] & solved[:, None, :]
-    count = both.sum(axis=0)
-    fewer = np.minimum(runs[:, :, None], runs[:, None, :])
-    freedoms = np.where(both, fewer - 1, 0).sum(axis=0)
-    fewest = np.where(both, fewer, np.iinfo(np.int64).max).min(axis=0, initial=np.iinfo(np.int64).max)
-
-    def mean(other: Array, one: Array, counted: Bools) -> Array:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            logs = np.where(counted, np.log(other / one), 0.0).sum(axis=0)
-            averaged: Array = np.exp(logs / np.where(counted.any(axis=0), counted.sum(axis=0), np.nan))
-        return averaged
-
-    return _bounds(
-        mean(value[:, None, :], value[:, :, None], both),
-        mean(samples[:, None, :, :], samples[:, :, None, :], both[..., None]),
-        np.where(count > 0, fewest, 0),
-        freedoms,
-    )
+    solved, count = np.isfinite(value), value.shape[1]
+    ratios = np.full((3, count, count), np.nan)
+    for one, other in permutations(range(count), 2):  # pair by pair: all at once would take gigabytes
+        both = solved[:, one] & solved[:, other]
+        if both.any():
+            fewer = np.minimum(runs[both, one], runs[both, other])
+            with np.errstate(invalid="ignore", divide="ignore"):
+                mean = np.exp(np.log(value[both, other] / value[both, one]).mean())
+                drawn = np.exp(np.log(samples[both, other] / samples[both, one]).mean(axis=0))
+            found = _bounds(mean, drawn, fewer.min(), (fewer - 1).sum())
+            ratios[:, one, other] = found.value, found.lower, found.upper
+    return Intervals(*ratios)
 
 
 def _paid(running_times: Array, totals: Array) -> Array:

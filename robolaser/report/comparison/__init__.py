@@ -1,4 +1,4 @@
-"""What a person sees of a comparison: one self-contained page, and twenty lines on the terminal."""
+"""What a comparison looks like: page, terminal, tables for a paper."""
 
 from robolaser.report.comparison.page import document, page
 from robolaser.report.comparison.terminal import print_comparison

@@ -4,27 +4,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.result_arrays import SHOWN
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import names
-from robolaser.report.comparison import methods, rows
-from robolaser.report.comparison.budgets import budget_table
-from robolaser.report.comparison.charts.anytime import anytime
-from robolaser.report.comparison.charts.attained import attained
-from robolaser.report.comparison.charts.profiles import profiles
-from robolaser.report.comparison.charts.ranks import mean_ranks
-from robolaser.report.comparison.charts.solved import TITLES, solved
-from robolaser.report.comparison.charts.targets import targets
-from robolaser.report.comparison.exchanged import effect_table
-from robolaser.report.comparison.grouped import all_results, group_table
-from robolaser.report.comparison.pairwise import pairwise_matrix
-from robolaser.report.comparison.plot_context import PlotContext, target
-from robolaser.report.comparison.probable import probable_table
-from robolaser.report.comparison.ranking import result_table, standing_table
-from robolaser.report.digits import plain
+from robolaser.report.comparison import tables, words
+from robolaser.report.comparison.charts import Lines, anytime, attained, solved
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
 from robolaser.report.page import render
 
@@ -32,8 +16,6 @@ LONG = 140
 """Letters of a sentence that is too long for large type."""
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
-MOST_DRAWN = 30
-"""Problems with a section each; of more there are tables."""
 NOTHING = "No run has finished yet."
 
 
@@ -48,50 +30,29 @@ def document(
         command: What to type to repeat it.
         brief: Leave out what only a page shows.
     """
-    contexts = [PlotContext(comparison, standings) for standings in (judged if comparison.runs else ())]
-    lead, sense = _parted(unbroken(verdict(comparison, judged)))
-    families = [_family(context, i, brief=brief) for i, context in enumerate(contexts)]
+    shown = judged if comparison.runs else ()
+    lead, sense = _parted(_unbroken(shown[0].order.answer if shown else NOTHING))
+    families = [_family(Lines(comparison, one), i, brief=brief) for i, one in enumerate(shown)]
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
-        methods.setting(comparison),
+        words.setting(comparison),
         lead,
         sense,
         [],
-        families if brief else [*families, *_evidence(comparison, contexts)],
-        tag=(methods.missing(comparison), "unexplained"),
+        families if brief else [*families, *_evidence(comparison, shown)],
+        tag=(words.missing(comparison), "unexplained"),
         command=command,
         prints_lead=True,
     )
 
 
 def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
-    """The page as HTML.
-
-    Args:
-        comparison: What was run.
-        judged: The standings of each family of problems.
-        command: What to type to repeat it.
-    """
+    """The page as HTML."""
     return render(document(comparison, judged, command=command))
 
 
-def verdict(comparison: BenchmarkResult, judged: Sequence[Standings]) -> str:
-    """Which is better, by how much and how certain, in the first family of problems."""
-    if not comparison.runs or not judged:
-        return NOTHING
-    return f"{_raced(comparison)}{judged[0].evaluations.answer}" or NOTHING
-
-
-def _raced(comparison: BenchmarkResult) -> str:
-    """Whom a race left."""
-    left = [name for name in comparison.solvers if name not in comparison.dropped]
-    if not comparison.dropped:
-        return ""
-    return f"The race left {names(left)} of {len(comparison.solvers)} algorithms. "
-
-
-def unbroken(text: str) -> str:
+def _unbroken(text: str) -> str:
     """Numbers and what follows them on one line."""
     return re.sub(r"(?<=\d) (?=[%×])|(?<=p [<=]) | (?=[<=] \d)", "\u00a0", text)
 
@@ -105,77 +66,57 @@ def _parted(answer: str) -> tuple[str, str]:
     return f"{lead}:", rest
 
 
-def _family(context: PlotContext, number: int, *, brief: bool) -> Section:
-    standings, comparison = context.standings, context.comparison
-    title = methods.FAMILIES.get(standings.family, standings.family)
-    above = standings.evaluations.answer if number == 0 else ""
+def _family(lines: Lines, number: int, *, brief: bool) -> Section:
+    standings, comparison = lines.standings, lines.comparison
+    title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
-    spoken = (standings.evaluations.answer,) if brief else (standings.evaluations.answer, standings.seconds.answer)
-    answers = [answer for answer in dict.fromkeys(spoken) if answer and answer != above]
-    blocks: list[Block] = [Text(unbroken(answer), printed=True) for answer in answers]
-    table = standing_table(context, most)
+    table = tables.standing_table(comparison, standings, lines.numbers, most)
+    blocks: list[Block] = [] if number == 0 else [Text(_unbroken(standings.order.answer), printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
-    if (exchanged := effect_table(standings)) is not None:
+    if (exchanged := tables.effect_table(standings)) is not None:
         blocks.append(exchanged)
-    return Section(title, blocks if brief else [*blocks, *_family_evidence(context, title)])
+    if not brief:
+        blocks += charts([solved(lines, f"Targets reached by evaluations: {title.lower()}")])
+        blocks += [tables.pairwise_matrix(standings.order)] if len(standings.by_problem) > 1 else []
+    return Section(title, blocks)
 
 
-def _family_evidence(context: PlotContext, title: str) -> list[Block]:
-    standings = context.standings
-    suffix = f" ({title.lower()})" if len(context.comparison.families) > 1 else ""
-    made = [
-        solved(context, "evaluations", TITLES["evaluations"] + suffix),
-        solved(context, "seconds", TITLES["seconds"] + suffix),
-        mean_ranks(context, standings.evaluations, f"Mean ranks by evaluations{suffix}"),
-        mean_ranks(context, standings.seconds, f"Mean ranks by wall time{suffix}"),
-        profiles(context, f"Evaluations against the fastest{suffix}"),
-        solved(context, "simplex gradients", TITLES["simplex gradients"] + suffix)
-        if len(context.problems) > 1
-        else None,
-    ]
-    tables = [pairwise_matrix(standings.evaluations) if len(context.problems) > 1 else None, probable_table(context)]
-    return [*charts(made), *(table for table in tables if table is not None)]
-
-
-def _evidence(comparison: BenchmarkResult, contexts: Sequence[PlotContext]) -> list[Section]:
-    scopes = dict.fromkeys(context.standings.scope for context in contexts if context.standings.scope)
-    reading = [*methods.READING, *(("Limitations", scope) for scope in scopes)]
+def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
+    failed = Table(
+        [Column("Algorithm", "name"), Column("Runs", "number"), Column("Reason", "wide"), Column("Runs on", "wide")],
+        [(name, Cell(str(n), order=n), reason, where) for name, reason, n, where in tables.failure_rows(comparison)],
+    )
+    refused = Table(
+        [Column("Algorithm", "name"), Column("Problem", "wide"), Column("Reason", "wide")],
+        tables.refusal_rows(comparison),
+    )
+    scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in judged)]
     sections = [
-        *(section for context in contexts for section in _problems(context)),
-        Section("Problems", [_problem_table(comparison)]),
-        Section(
-            "Algorithms", [] if contexts else [_terms(list(comparison.solvers.items()), "Algorithm", "What it is")]
-        ),
-        Section("Runs that failed", [rows.failure_table(comparison)] if comparison.failures else []),
-        Section("What could not be run", [rows.refusal_table(comparison)] if comparison.refused else []),
-        Section("How it was measured", [_terms(methods.measured(comparison), "Condition", "As it was")]),
-        Section("How to read it", [_terms(reading, "Term", "What it means")]),
+        *(section for one in judged for section in _problems(Lines(comparison, one))),
+        Section("Problems", [_problem_table(comparison, judged)]),
+        Section("Runs that failed", [failed] if failed.rows else []),
+        Section("What could not be run", [refused] if refused.rows else []),
+        Section("How it was measured", [_terms(words.measured(comparison), "Condition", "As it was")]),
+        Section("How to read it", [_terms([*words.READING, *scopes], "Term", "What it means")]),
     ]
     return [section for section in sections if section.blocks]
 
 
-def _problems(context: PlotContext) -> list[Section]:
-    if len(context.problems) > MOST_DRAWN:
-        return [Section(f"{len(context.problems)} problems", [group_table(context), all_results(context)])]
-    sections = []
-    for on in context.standings.by_problem:
-        problem = context.contested(on.problem)
-        number = context.number(problem.name)
-        made = [
-            anytime(context, problem, f"Best so far on {problem.name} (problem {number})"),
-            attained(context, problem, f"Half of the runs attain this on {problem.name} (problem {number})"),
-            targets(context, problem, on, f"Evaluations needed per target on {problem.name} (problem {number})"),
-        ]
+def _problems(lines: Lines) -> list[Section]:
+    sections, several = [], len(lines.standings.by_problem) > 1
+    for on in lines.standings.by_problem:
+        problem = next(one for one in lines.comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
-        if len(context.problems) > 1 and on.evaluations.answer:
-            blocks.append(Text(unbroken(on.evaluations.answer)))
-        blocks += [
-            *charts(made),
-            result_table(context, on),
-            budget_table(context, problem),
-            pairwise_matrix(on.evaluations),
-        ]
-        sections.append(Section(f"{number}. {problem.name}", blocks))
+        blocks += [Text(_unbroken(on.order.answer))] if several else []
+        blocks += charts(
+            [
+                anytime(lines, problem, f"Best so far on {problem.name}"),
+                attained(lines, problem, f"Half of the runs attain this on {problem.name}"),
+            ]
+        )
+        blocks.append(tables.result_table(problem, on, lines.standings.tolerance, lines.numbers))
+        blocks.append(tables.pairwise_matrix(on.order))
+        sections.append(Section(problem.name, blocks))
     return sections
 
 
@@ -183,17 +124,15 @@ def _terms(items: Sequence[tuple[str, str]], *titles: str) -> Table:
     return Table([Column(titles[0], "name", 20), Column(titles[1], "wide")], items)
 
 
-def _problem_table(comparison: BenchmarkResult) -> Table:
-    columns = [Column("Problem", "name", 30), Column("Variables"), Column("Lowest cost known"), Column("Found by"),
-               Column("Targets shown", "wide")]  # fmt: skip
-    shown = [
+def _problem_table(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Table:
+    tolerance = {one.family: one.tolerance for one in judged}
+    rows = [
         (
-            Cell(f"{number}. {problem.name}", below=[problem.title] if problem.title else []),
-            Cell(str(problem.dimension), order=problem.dimension),
-            plain(problem.best, problem.unit) if np.isfinite(problem.best) else "not known",
-            methods.found_by(problem.found_by),
-            "; ".join(target(problem.family, tolerance) for tolerance in SHOWN),
+            Cell(one.name, below=[one.title, *(["noisy"] if one.noisy else [])]),
+            Cell(str(one.dimension), order=one.dimension),
+            f"{one.budget:,}",
+            words.target(one, tolerance[one.family]) if one.family in tolerance else "",
         )
-        for number, problem in enumerate(comparison.problems, 1)
+        for one in comparison.problems
     ]
-    return Table(columns, shown)
+    return Table([Column("Problem", "name", 30), Column("Variables"), Column("Budget"), Column("Target", "wide")], rows)

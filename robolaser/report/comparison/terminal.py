@@ -8,12 +8,11 @@ from rich.text import Text
 
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
-from robolaser.report.comparison import methods, rows
+from robolaser.report.comparison import tables, words
 from robolaser.report.comparison.page import document
-from robolaser.report.comparison.plot_context import target
 from robolaser.report.console import plain_unless_terminal, print_document, print_page
 
-MOST_FAILURES, MOST_REFUSALS = 6, 3
+MOST_FAILURES, MOST_TARGETS = 6, 8
 """Lines of each."""
 LONGEST = 90
 """Letters of a reason that are worth printing."""
@@ -26,7 +25,7 @@ def print_comparison(
     *,
     console: Console | None = None,
 ) -> None:
-    """Print setting, verdict, standings and failures; plain text unless on a terminal.
+    """Print setting, verdict, standings, targets and failures; plain text unless on a terminal.
 
     Args:
         comparison: What was run.
@@ -36,19 +35,24 @@ def print_comparison(
     """
     out = plain_unless_terminal(console)
     print_document(document(comparison, judged, brief=True), out)
-    if missing := methods.missing(comparison):
+    if missing := words.missing(comparison):
         out.print(Text(missing, style="yellow"))
-    for standings in judged if comparison.runs else ():
-        aim = target(standings.family, standings.tolerance)
-        out.print(Text(f"The target is {aim}.", style="dim"))
+    aims = [line for one in judged for line in words.aims(comparison, one)] if comparison.runs else []
+    knowing = [name for name in comparison.solvers if name in comparison.know_budget]
+    notes = [f"{', '.join(knowing)}: searches differently with another budget."] if knowing else []
+    notes += [
+        f"{one.name} is noisy: runs are ranked by what they returned, evaluated anew."
+        for one in comparison.problems
+        if one.noisy
+    ]
     failures = [
         f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
-        for name, reason, count, _ in rows.failure_rows(comparison)
+        for name, reason, count, _ in tables.failure_rows(comparison)
     ]
-    refusals = [
-        f"{name} was not run on {where}: {_short(reason)}" for name, where, reason in rows.refusal_rows(comparison)
+    failures += [
+        f"{name} was not run on {where}: {_short(why)}" for name, where, why in tables.refusal_rows(comparison)
     ]
-    for lines, most in ((failures, MOST_FAILURES), (refusals, MOST_REFUSALS)):
+    for lines, most in ((aims, MOST_TARGETS), (notes, MOST_TARGETS), (failures, MOST_FAILURES)):
         for line in lines[:most]:
             out.print(Text(line, style="dim"))
         if len(lines) > most:

@@ -1,0 +1,204 @@
+"""Runs are handed to processes or a cluster, and written as they end."""
+
+import math
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from statistics import fmean
+from typing import Any, Literal
+
+from robolaser.arrays import Progress
+from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
+from robolaser.benchmark.journal import NAME, Journal
+from robolaser.benchmark.plan import Plan, Terms
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.run import BenchmarkRun, Key, Task, done
+from robolaser.benchmark.solvers import DEFAULT
+from robolaser.data.result_folder import results_in
+from robolaser.errors import Interrupted, OutputError
+
+FILES = ("comparison.json", "runs.csv", "report.html")
+AHEAD = 4
+"""Runs handed out for each worker, so that none waits for its next."""
+GRACE_S = 10.0
+"""Time after its limit when a run that hangs is killed."""
+REPORT_S = 0.5
+"""Time between two reports of progress."""
+MOST_SHOWN = 4
+"""Runs under way that a line has room for."""
+
+
+def compare(
+    problems: Sequence[object] | Mapping[str, object],
+    algorithms: Sequence[object] | Mapping[str, object] = DEFAULT,
+    *,
+    seeds: int = SEEDS,
+    first_seed: int = 1,
+    budget: int | str = BUDGET,
+    target: float | None = None,
+    time_limit_s: float = TIME_LIMIT_S,
+    on_error: Literal["fail", "inf"] = "fail",
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    output: str | Path | None = None,
+    resume: bool = False,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> BenchmarkResult:
+    """Run algorithms side by side, and say which is better, by how much, and how certain that is.
+
+    Args:
+        problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
+            gives them names.
+        algorithms: Names, or pymoo algorithms, solvers, or functions `search(evaluator, seed)`; a mapping gives them
+            names.
+        seeds: Number of runs of each algorithm on each problem.
+        first_seed: The first of their seeds, at least 1.
+        budget: Evaluations of a run: a number, or "1000d" for a thousand times the number of variables.
+        target: How far above the lowest known cost counts as reached: absolute, for calibrations a share of J, for
+            several objectives IGD+. Default: 0.01.
+        time_limit_s: Wall time of a run [s]; what it found by then counts.
+        on_error: "fail": a candidate whose evaluation raises ends its run; "inf": it costs infinity.
+        jobs: Runs at a time; one on each core by default.
+        scheduler: Address of a Dask cluster that makes the runs instead, tcp://HOST:PORT.
+        output: Folder for the result; runs are written to it as they end. None: nothing is written.
+        resume: Go on with the runs that are in `output`.
+        force: Replace the result that is in `output`.
+        progress: Called twice a second with how far it has come, in words, and the share that is done.
+
+    Raises:
+        UsageError: There is no such problem, algorithm or setting, or a number makes no sense.
+        BenchmarkError: Runs in `output` were made under other conditions, or the cluster is lost.
+        OutputError: `output` cannot be written to, or holds runs and neither `resume` nor `force` is set.
+        Interrupted: It was stopped; the runs so far are in `output`.
+
+    Examples:
+        >>> result = robolaser.compare(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
+        >>> result.to_frame()["state"].tolist()
+        ['done']
+    """
+    terms = Terms(tuple(range(first_seed, first_seed + seeds)), budget, target, time_limit_s, on_error)
+    folder = None if output is None else Path(output)
+    if folder is not None:
+        refuse_to_mix(folder, resume=resume, force=force)
+    plan = Plan.of(problems, algorithms, terms)
+    with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
+        try:
+            with engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine:
+                fill(journal, plan, engine, progress)
+        except (KeyboardInterrupt, CancelledError) as stopped:
+            result, why = (
+                journal.result(plan.to_dict()),
+                "Stopped" if isinstance(stopped, KeyboardInterrupt) else "The cluster is lost",
+            )
+        else:
+            result, why = journal.result(plan.to_dict(engine.label, engine.workers)), ""
+    if folder is not None:
+        result.save(folder)
+    if why:
+        where = f" They are in {folder}: continue with --resume." if folder else ""
+        raise Interrupted(f"{why}, after {len(result.runs)} of {len(plan.tasks)} runs.{where}") from None
+    return result
+
+
+def fill(journal: Journal, plan: Plan, engine: Engine, progress: Progress | None = None) -> None:
+    """Make all runs of a plan that a journal lacks.
+
+    Raises:
+        BenchmarkError: The runs in the journal were made under other conditions.
+        OutputError: The journal cannot be written.
+    """
+    journal.begin(plan.to_dict(engine.label, engine.workers))
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills:
+        for run in _runs(plan, engine, journal.done(), Path(spills), progress):
+            journal.add(run, after_s=time.monotonic() - began)
+
+
+def _runs(
+    plan: Plan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
+) -> Iterator[BenchmarkRun]:
+    """Make all runs but those made already, which took so long, and yield each as soon as it is done."""
+    planned = {task.key for task in plan.tasks}
+    finished = {key: seconds for key, seconds in made.items() if key in planned}
+    waiting = iter([task for task in plan.tasks if task.key not in finished])
+    pending: dict[Future[BenchmarkRun], Task] = {}
+    local, reported = engine.label == "this machine", -math.inf
+    while True:
+        for number, task in enumerate(islice(waiting, AHEAD * engine.workers - len(pending))):
+            watched = replace(task, spill=str(spills / f"{len(finished)}-{number}")) if local else task
+            pending[engine.executor.submit(done, watched)] = watched
+        if not pending:
+            return
+        for future in wait(pending, timeout=REPORT_S, return_when=FIRST_COMPLETED).done:
+            task = pending.pop(future)
+            try:
+                run = future.result()
+            except WorkerLost as error:
+                run = task.failed(str(error))
+            except CancelledError:
+                raise
+            except Exception as error:  # a worker of the cluster was lost again and again
+                run = task.failed(f"{type(error).__name__}: {error}")
+            finished[run.key] = run.seconds
+            if task.spill:
+                Path(task.spill).unlink(missing_ok=True)
+            yield run
+        if progress is not None and time.monotonic() - reported > REPORT_S:
+            progress(_words(plan, finished, list(islice(pending.values(), engine.workers)), engine.workers),
+                     len(finished) / len(plan.tasks))  # fmt: skip
+            reported = time.monotonic()
+
+
+def _words(plan: Plan, done: Mapping[Key, float], running: Sequence[Task], workers: int) -> str:
+    """How far it has come, how long the others will take by those of the same problem and solver, and what runs now."""
+    taken = defaultdict(list)
+    for (problem, algorithm, _), seconds in done.items():
+        taken[problem, algorithm].append(seconds)
+    left = ""
+    if taken:
+        means = {pair: fmean(times) for pair, times in taken.items()}
+        overall = fmean(means.values())
+        lacking = [task for task in plan.tasks if task.key not in done]
+        left_s = sum(means.get((task.problem, task.algorithm), overall) for task in lacking) / workers
+        minutes, seconds = divmod(round(left_s), 60)
+        left = f"{minutes // 60} h {minutes % 60} min left, " if minutes >= 60 else f"{minutes}:{seconds:02d} left, "
+    now = "; ".join(f"{task.algorithm} on {task.problem}, seed {task.seed}" for task in running[:MOST_SHOWN])
+    return f"{len(done)}/{len(plan.tasks)} runs, {left}{now}"
+
+
+@contextmanager
+def _journal(folder: Path | None, inputs: Sequence[Path], *, resume: bool, force: bool) -> Iterator[Journal]:
+    """The journal of a folder, which is kept for this comparison meanwhile."""
+    if folder is None:
+        yield Journal()
+        return
+    kept: dict[str, Any] = {"files": FILES, "state": [NAME], "inputs": inputs, "force": force or resume}
+    with results_in(folder, command="compare", **kept):
+        if not resume:
+            (folder / NAME).unlink(missing_ok=True)
+        yield Journal(folder / NAME)
+
+
+def _inputs(problems: Sequence[object] | Mapping[str, object]) -> list[Path]:
+    given = problems.values() if isinstance(problems, Mapping) else problems
+    paths = [Path(one.removeprefix("reduced:")) for one in given if isinstance(one, str)]
+    return [path for path in paths if path.is_dir()]
+
+
+def refuse_to_mix(folder: Path, *, resume: bool, force: bool) -> None:
+    """Raise if runs would be overwritten."""
+    if resume or force or not (folder / NAME).is_file():
+        return
+    runs = len(Journal.read({str(folder / NAME): (folder / NAME).read_text(encoding="utf-8")}))
+    if runs:
+        raise OutputError(
+            f"{folder} holds {runs} runs of a comparison. Continue or extend it with --resume; start over with --force."
+        )

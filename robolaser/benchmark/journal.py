@@ -1,0 +1,237 @@
+"""The runs of a comparison on disk, `runs.jsonl`: a line for what was planned, and one for each run as it ends.
+
+It is only ever appended to, so whoever is killed loses no run that has ended. Journals of one comparison may be merged.
+"""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.benchmark.evaluator import ConvergenceTrace
+from robolaser.benchmark.measures import ProblemSummary, measured
+from robolaser.benchmark.result import BenchmarkResult, Effort
+from robolaser.benchmark.run import DONE, BenchmarkRun, Key
+from robolaser.errors import BenchmarkError, unwritable
+
+NAME = "runs.jsonl"
+FORMAT = "robolaser-runs/1"
+
+
+@final
+class Journal:
+    """The runs of a comparison, with all that is needed to rank them.
+
+    Args:
+        path: The file, created with the first line; None: in memory.
+
+    Raises:
+        BenchmarkError: The file is not such a journal.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._path = path
+        self._lines: list[str] = []
+        self._plans: list[dict[str, Any]] = []
+        self._runs: dict[Key, BenchmarkRun] = {}
+        self._sessions: list[float] = []
+        if path is not None and path.is_file():
+            text = path.read_text(encoding="utf-8")
+            whole = text[: text.rfind("\n") + 1]
+            if whole != text:
+                path.write_text(whole, encoding="utf-8")  # killed amid a line
+            self._read(whole, str(path))
+
+    @classmethod
+    def read(cls, texts: Mapping[str, str]) -> "Journal":
+        """Of the texts of several journals, by where they come from."""
+        journal = cls()
+        for where, text in texts.items():
+            journal._read(text[: text.rfind("\n") + 1], where)
+        return journal
+
+    def __len__(self) -> int:
+        """Number of runs."""
+        return len(self._runs)
+
+    @property
+    def text(self) -> str:
+        """All lines."""
+        return "".join(self._lines)
+
+    def done(self) -> Mapping[Key, float]:
+        """How long each run took that did not fail and need not be made again [s]."""
+        return {key: run.seconds for key, run in self._runs.items() if run.state == DONE}
+
+    def begin(self, plan: Mapping[str, Any]) -> None:
+        """Note what is planned.
+
+        Args:
+            plan: `conditions` that all runs share, `problems`, `solvers`, `refused`, `seeds`, `target`, `engine`,
+                `workers`.
+
+        Raises:
+            BenchmarkError: The runs that are there were made under other conditions.
+        """
+        said = {"format": FORMAT, **plan}
+        self._planned(said, str(self._path))
+        self._write(said)
+
+    def add(self, run: BenchmarkRun, *, after_s: float) -> None:
+        """Add a run that ended so many seconds after the session began; it replaces one of the same key."""
+        said = asdict(replace(run, trace=None))  # type: ignore[arg-type]
+        said["trace"] = [column.tolist() for column in (run.trace.evaluations, run.trace.seconds, run.trace.costs)]
+        self._ran(said, after_s)
+        self._write({"run": said, "after_s": after_s})
+
+    def result(self, of: Mapping[str, Any] | None = None) -> BenchmarkResult:
+        """The result so far, of a plan or of all that is there."""
+        plans = self._plans if of is None else [dict(of)]
+        problems: dict[str, ProblemSummary] = {}
+        solvers: dict[str, str] = {}
+        refused: dict[tuple[str, str], str] = {}
+        know_budget, seeds = set(), set()
+        for plan in plans:
+            problems |= {one["name"]: ProblemSummary(**one) for one in plan["problems"]}
+            solvers |= {name: title for name, title, _ in plan["solvers"]}
+            know_budget |= {name for name, _, knows in plan["solvers"] if knows}
+            refused |= {(problem, solver): reason for problem, solver, reason in plan["refused"]}
+            seeds |= set(plan["seeds"])
+        made = [
+            run
+            for run in self._runs.values()
+            if run.problem in problems and run.algorithm in solvers and run.seed in seeds
+        ]
+        ranked: list[BenchmarkRun] = []
+        for name, problem in problems.items():
+            problems[name], runs = measured(problem, [run for run in made if run.problem == name])
+            ranked += runs
+        last = plans[-1] if plans else {}
+        conditions = last.get("conditions", {})
+        effort = sum(self._sessions), sum(run.seconds for run in made)
+        return BenchmarkResult(
+            problems=tuple(problems.values()),
+            solvers=solvers,
+            know_budget=frozenset(know_budget),
+            refused=refused,
+            seeds=tuple(sorted(seeds)),
+            budget=str(conditions.get("budget", "")),
+            target=last.get("target"),
+            time_limit_s=float(conditions.get("time_limit_s", 0.0)),
+            runs=tuple(ranked),
+            made=tuple(made),
+            effort=Effort(last.get("engine", ""), last.get("workers", 0), *effort),
+            journal=self.text,
+        )
+
+    def _read(self, text: str, where: str) -> None:
+        try:
+            for line in text.splitlines():
+                said = json.loads(line)
+                if "run" in said:
+                    self._ran(said["run"], said["after_s"])
+                elif said["format"] != FORMAT:
+                    raise ValueError(f"format {said['format']}, expected {FORMAT}")
+                else:
+                    self._planned(said, where)
+                self._lines.append(f"{line}\n")
+        except (ValueError, KeyError, TypeError) as error:
+            raise BenchmarkError(
+                f"{where} cannot be read as the runs of a comparison ({type(error).__name__}: {error})."
+                " Use another folder, or start over with --force."
+            ) from None
+
+    def _planned(self, plan: dict[str, Any], where: str) -> None:
+        for name, value in plan["conditions"].items():
+            there = next((one["conditions"][name] for one in self._plans if name in one["conditions"]), value)
+            if there != value:
+                raise _incomparable(where, name, there, value)
+        known = {one["name"]: one["fingerprint"] for there in self._plans for one in there["problems"]}
+        for one in plan["problems"]:
+            if known.get(one["name"], one["fingerprint"]) != one["fingerprint"]:
+                raise _incomparable(where, f"the problem {one['name']}", "another one", "this one")
+        self._plans.append(plan)
+        self._sessions.append(0.0)
+
+    def _ran(self, said: dict[str, Any], after_s: float) -> None:
+        evaluations, seconds, costs = said["trace"]
+        trace = ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+        run = BenchmarkRun(**{**said, "trace": trace})
+        self._runs.pop(run.key, None)
+        self._runs[run.key] = run
+        self._sessions[-1] = max(self._sessions[-1], after_s)
+
+    def _write(self, said: Mapping[str, Any]) -> None:
+        line = json.dumps(said, default=_plain) + "\n"
+        self._lines.append(line)
+        if self._path is not None:
+            try:
+                with self._path.open("a", encoding="utf-8") as file:
+                    file.write(line)
+            except OSError as error:
+                raise unwritable(self._path, str(error)) from None
+
+
+def load(path: str | Path) -> BenchmarkResult:
+    """Read the runs of a comparison, finished or not, from its folder or the file `runs.jsonl` in it.
+
+    `load(path).to_frame()` has a row for each run.
+
+    Raises:
+        BenchmarkError: There is no such file.
+
+    Examples:
+        >>> from robolaser.benchmark import load
+        >>> from robolaser.cli import main
+        >>> typed = "compare pymoo:sphere-2 --algorithms de --seeds 1 --budget 100 --output race --quiet"
+        >>> main(typed.split())
+        0
+        >>> load("race").to_frame()["state"].tolist()
+        ['done']
+    """
+    return merge([path])
+
+
+def merge(paths: Sequence[str | Path]) -> BenchmarkResult:
+    """Put the runs of several folders together, as those of an array job; of runs with one seed the last counts.
+
+    Raises:
+        BenchmarkError: There are no runs in one of them, or they were made under other conditions.
+
+    Examples:
+        >>> from robolaser.benchmark import merge
+        >>> for seed in (1, 2):
+        ...     task = {"seeds": 1, "first_seed": seed, "budget": 100, "output": f"node-{seed}"}
+        ...     _ = robolaser.compare(["pymoo:sphere-2"], ["de"], **task)
+        >>> len(merge(["node-1", "node-2"]).runs)
+        2
+    """
+    return Journal.read(dict(_texts(paths))).result()
+
+
+def _texts(paths: Sequence[str | Path]) -> Iterable[tuple[str, str]]:
+    for path in map(Path, paths):
+        file = path / NAME if path.is_dir() else path
+        if not file.is_file():
+            raise BenchmarkError(f"No runs in {path}: expected the folder of a comparison, or the file {NAME} in it.")
+        yield str(file), file.read_text(encoding="utf-8")
+
+
+def summary_of(problem: ProblemSummary) -> dict[str, Any]:
+    """A problem as a journal has it: what is known before any run."""
+    said = asdict(problem)
+    return {name: value for name, value in said.items() if name != "best"}
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)
+
+
+def _incomparable(where: str, what: str, there: object, here: object) -> BenchmarkError:
+    return BenchmarkError(
+        f"{where} holds runs under other conditions: {what} is {there} there, here it is {here}, and such runs"
+        " are not comparable. Continue under the same conditions, use another folder, or start over with --force."
+    )

@@ -1,0 +1,135 @@
+"""What a run is measured by: its cost above the lowest known, or how far its front falls short of the best.
+
+Of several objectives that is IGD+ of all that the run found by then: the mean distance by which it falls short of the
+points of the best front, each objective in units of that front's extent. It has no plateau, a front that is dominated
+is never better, and no reference point is drawn. Ishibuchi, Masuda, Tanigaki & Nojima 2015. The best front is theory's
+or, where that is not known, what nothing dominates of the feasible candidates of all runs together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.benchmark.evaluator import ConvergenceTrace
+from robolaser.benchmark.problem import CALIBRATION, SEVERAL
+from robolaser.benchmark.run import BenchmarkRun
+
+LOWER = 1e-9
+"""A solver has improved the best known cost only if it is lower by more than this share."""
+TOLERANCE = 1e-2
+"""The usual target: J within one per cent of the lowest known (RMS within half of one), a cost so much above it."""
+RELATIVE = 10.0 ** np.arange(4.0, -6.5, -0.5)
+"""Targets where the cost has a natural zero: from a hundred times the best RMS to half a millionth more than it."""
+ABSOLUTE = 10.0 ** (np.arange(10, -41, -1) / 5)
+"""BBOB's 51 targets above the lowest cost, from 1e2 to 1e-8. Hansen et al. 2021 (COCO)."""
+FRONTS = 10.0 ** (np.arange(0, -26, -1) / 5)
+"""Of IGD+, from the extent of the best front to a hundred-thousandth of it."""
+THEORY, OUR_OWN, TOGETHER = "theory", "robolaser's own search", "all runs together"
+CHUNK = 256
+
+
+@final
+@dataclass(frozen=True)
+class ProblemSummary:
+    """A problem, and the best that is known of it."""
+
+    name: str
+    title: str  # a description for a person
+    family: str
+    dimension: int
+    objectives: int
+    unit: str  # of the cost
+    budget: int  # evaluations of a run
+    noisy: bool = False  # runs are ranked by what they returned, evaluated anew
+    floor: float | None = None  # where the cost has a natural zero: what can be neglected; targets are relative then
+    lowest: float | None = None  # the lowest cost, where it is known before any run
+    front: Any = None  # the best front, where theory knows it, rows of objectives
+    found_by: str = ""  # a solver's name, or one of `THEORY`, `OUR_OWN`, `TOGETHER`
+    best: float = np.inf  # the lowest cost known; of several objectives IGD+ of the best front, 0
+    fingerprint: str = ""
+
+    @property
+    def scale(self) -> float:
+        """Unit of the targets' tolerances: the lowest cost itself where its zero means something, else 1."""
+        return 1.0 if self.floor is None else max(abs(self.best), self.floor)
+
+    def target(self, tolerance: float) -> float:
+        """The cost to be reached."""
+        return self.best + tolerance * self.scale
+
+
+def tolerances(family: str, target: float | None) -> Array:
+    """Targets of a family of problems, falling, the one that solvers are ranked by among them."""
+    usual = {CALIBRATION: RELATIVE, SEVERAL: FRONTS}.get(family, ABSOLUTE)
+    wanted = TOLERANCE if target is None else target
+    if np.isclose(usual, wanted, rtol=1e-6, atol=0.0).any():
+        return usual
+    return np.sort(np.append(usual, wanted))[::-1]
+
+
+def measured(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[ProblemSummary, list[BenchmarkRun]]:
+    """A problem with the best known of it, and its runs with the costs that they are ranked by."""
+    if problem.objectives > 1:
+        return _by_fronts(problem, runs)
+    best, found_by = (np.inf, "") if problem.lowest is None else (problem.lowest, problem.found_by)
+    for run in runs:
+        if run.trace.final < best - (LOWER * abs(best) if np.isfinite(best) else 0.0):
+            best, found_by = run.trace.final, run.algorithm
+    return replace(problem, best=best, found_by=found_by), list(runs)
+
+
+def _by_fronts(problem: ProblemSummary, runs: Sequence[BenchmarkRun]) -> tuple[ProblemSummary, list[BenchmarkRun]]:
+    found = [run.trace.costs for run in runs if len(run.trace.costs)]
+    if problem.front is not None:
+        best, by = np.asarray(problem.front, np.float64), THEORY
+    elif found:
+        best, by = _non_dominated(np.concatenate(found)), TOGETHER
+    else:
+        return problem, list(runs)
+    extent = np.where((width := np.ptp(best, axis=0)) > 0, width, 1.0)
+    return replace(problem, best=0.0, found_by=by), [
+        replace(run, trace=_igd_plus(run.trace, best / extent, extent)) for run in runs
+    ]
+
+
+def _igd_plus(trace: ConvergenceTrace, best: Array, extent: Array) -> ConvergenceTrace:
+    nearest, courses = np.full(len(best), np.inf), [np.empty(0)]
+    for first in range(0, len(trace.costs), CHUNK):
+        found = trace.costs[first : first + CHUNK] / extent
+        short = np.linalg.norm(np.maximum(found[:, None] - best, 0.0), axis=2)
+        reached = np.minimum(np.minimum.accumulate(short, axis=0), nearest)
+        nearest = reached[-1]
+        courses.append(reached.mean(axis=1))
+    course = np.concatenate(courses)
+    kept = np.diff(course, prepend=np.inf) < 0
+    return ConvergenceTrace(trace.evaluations[kept], trace.seconds[kept], course[kept])
+
+
+def _non_dominated(F: Array) -> Array:
+    import moocore  # noqa: PLC0415 - only several objectives need it
+
+    kept: Array = F[moocore.is_nondominated(F)]
+    return kept
+
+
+def final_front(run: BenchmarkRun) -> Array:
+    """What nothing dominates of a run as it was made, (n, m)."""
+    return _non_dominated(run.trace.costs) if len(run.trace.costs) else run.trace.costs
+
+
+def attainment(runs: Sequence[BenchmarkRun], share: float = 0.5) -> Array:
+    """What so large a share of the runs, as they were made, attained or dominated, (k, m); (0, 0) without fronts.
+
+    Empirical attainment function: Grunert da Fonseca, Fonseca & Hall 2001.
+    """
+    import moocore  # noqa: PLC0415 - only several objectives need it
+
+    fronts = [final_front(run) for run in runs]
+    if not any(len(front) for front in fronts):
+        return np.empty((0, 0))
+    of_run = np.repeat(np.arange(len(fronts)), [len(front) for front in fronts])
+    corners: Array = moocore.eaf(np.concatenate([f for f in fronts if len(f)]), of_run, percentiles=[100 * share])
+    return corners[:, :-1]

@@ -1,0 +1,282 @@
+"""The problems that can be named: data sets, the paper's experiment, test functions, and the users' own."""
+
+import copy
+import inspect
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robolaser.algorithms.spec import AlgorithmSpec
+from robolaser.algorithms.user_code import imported, made
+from robolaser.arrays import Array
+from robolaser.benchmark.problem import CALIBRATION, OWN, SEVERAL, TEST_FUNCTION, BenchmarkProblem, ProblemSpec
+from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
+
+PAPER, REDUCED, PYMOO, BBOB = "paper", "reduced:", "pymoo:", "bbob:"
+NEGLIGIBLE_M2 = 1e-12
+"""Squared error of a point that can be neglected: a micrometre's."""
+TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
+"""pymoo's test functions of any dimension whose lowest cost is known."""
+DIMENSION = 10
+"""Variables of a test function, unless the name says otherwise."""
+FRONT_POINTS = 500
+"""Points of a known front that distances are measured from."""
+RANGE = re.compile(r":instance=(\d+)\.\.(\d+)")
+
+
+def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[ProblemSpec, ...]:
+    """Find the problems that are meant, by name, or as pymoo problems with names of their own.
+
+    Raises:
+        UsageError: There is no such problem, it cannot be made, or two have one name.
+        BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
+        DataError: A data set cannot be read.
+    """
+    pairs = list(problems.items()) if isinstance(problems, Mapping) else [("", problem) for problem in problems]
+    found: dict[str, ProblemSpec] = {}
+    given: dict[str, object] = {}
+    for name, problem in pairs:
+        spec = _named(problem, str(name)) if isinstance(problem, str) else _own(problem, str(name))
+        if spec.name in given and not (given[spec.name] is problem or given[spec.name] == problem):
+            raise UsageError(
+                f"{given[spec.name]} and {problem} are both called '{spec.name}', and results are stored by name. Name"
+                ' them: compare({"small": …, "large": …}, …); a data set by the `name` in its dataset.toml.'
+            )
+        found.setdefault(spec.name, spec)
+        given.setdefault(spec.name, problem)
+    return tuple(found.values())
+
+
+def _named(text: str, name: str) -> ProblemSpec:
+    whole = text.removeprefix(REDUCED)
+    if ":" in whole and not Path(whole).exists():
+        if whole != text:
+            raise UsageError(f"{text}: only calibrations have a closed form. Leave out `reduced:`.")
+        instances = RANGE.search(text)
+        if instances is not None:
+            low, high = int(instances[1]), int(instances[2])
+            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
+            if not of_each:
+                raise UsageError(f"{text}: there is no instance from {low} to {high}.")
+            one = name or RANGE.sub("", text)
+            return ProblemSpec(one, tuple(partial(_renamed, one, spec.makers[0]) for spec in of_each))
+        return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
+    from robolaser.estimation.search_bounds import check_bounds  # noqa: PLC0415 - test functions need no models
+    from robolaser.model.forward_model import Model  # noqa: PLC0415
+    from robolaser.problems.reduction import Reduction  # noqa: PLC0415
+
+    found, dataset = _dataset(whole)
+    check_bounds(Model(dataset), "compare")
+    reduced = text != whole
+    if reduced and not len(Reduction(Model(dataset)).parameters):
+        raise BenchmarkError(
+            f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
+            " Only stripe scanners have a reduced problem worth comparing on."
+        )
+    name = name or (REDUCED + found if reduced else found)
+    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),), stateless=True)
+
+
+def _renamed(name: str, make: Callable[[], BenchmarkProblem]) -> BenchmarkProblem:
+    return replace(make(), name=name)
+
+
+def _dataset(text: str) -> tuple[str, Any]:
+    """Name and data of a folder, or of the paper's experiment as it is simulated."""
+    from robolaser.data.loading import load  # noqa: PLC0415
+
+    folder = Path(text)
+    if text == PAPER and not folder.exists():
+        from robolaser.robot.by_name import find_robot  # noqa: PLC0415 - only here
+        from robolaser.simulation import paper  # noqa: PLC0415
+
+        return PAPER, paper(find_robot("scorbot_er7"), seed=1).dataset
+    if not folder.exists():
+        raise UsageError(
+            f"No folder '{text}', and no problem of that name. A problem is the folder of a data set; `paper`, the"
+            " simulated experiment of Lee et al. 2004; `reduced:` before either, the search problem that its closed"
+            " form leaves; a test function, as pymoo:rastrigin or bbob:15-10; or your own, package.module:attribute."
+        )
+    dataset = load(folder)
+    return dataset.name, dataset
+
+
+def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
+    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others."""
+    from robolaser.model.forward_model import Model  # noqa: PLC0415
+    from robolaser.problems import ReducedCalibration, ScannerCalibration  # noqa: PLC0415
+
+    question = ReducedCalibration(Model(dataset)) if reduced else ScannerCalibration(dataset)
+    model, completed = question.model, question.completed if isinstance(question, ReducedCalibration) else np.asarray
+    arm = dataset.robot.name if dataset.robot else "measured flange poses"
+    left = "parameters left by the closed form" if reduced else "parameters"
+    return BenchmarkProblem(
+        name,
+        f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses,"
+        f" {question.n_var} {left}",
+        CALIBRATION,
+        question,
+        unit="m²",
+        floor=NEGLIGIBLE_M2 * len(dataset.points),
+        residuals=lambda x: model.residuals(completed(x)).reshape(len(x), -1),
+        model=model,
+    )
+
+
+def _function(text: str, name: str) -> ProblemSpec:
+    """`pymoo:NAME[-DIMENSION][:key=value...]`, or `bbob:FUNCTION[-DIMENSION]` likewise."""
+    suite = PYMOO if text.startswith(PYMOO) else BBOB
+    if text == suite:
+        raise _unknown(text)
+    spec = AlgorithmSpec.of(text)
+    function, dash, typed = str(spec.attribute).rpartition("-")
+    if not dash or "^" in typed:
+        function, typed = str(spec.attribute), ""
+    elif not (typed.isdecimal() and int(typed) > 1):
+        raise UsageError(f"{text}: '{typed}' variables, expected a whole number of at least 2: {suite}{function}-14.")
+    settings: dict[str, Any] = dict(spec.settings)
+    if typed:
+        settings["n_var"] = int(typed)
+    if suite == BBOB or function in TEST_FUNCTIONS:
+        dimension = settings.setdefault("n_var", DIMENSION)
+        others = "".join(f":{key}={value}" for key, value in settings.items() if key != "n_var")
+        text = f"{suite}{function}-{dimension}{others}"
+    make = partial(_pymoos if suite == PYMOO else _bbobs, text, function, settings)
+    return _checked(name or text, partial(_built, name or text, make, TEST_FUNCTION))
+
+
+def _own(given: object, name: str) -> ProblemSpec:
+    """A user's problem: an import path with settings, or the thing itself; what was built here is sent to workers."""
+    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
+
+    if isinstance(given, str):
+        spec = AlgorithmSpec.of(given)
+        name, found = name or given, imported(spec)
+    else:
+        name = name or getattr(given, "__name__", type(given).__name__)
+        spec, found = AlgorithmSpec(name, name), given
+    if callable(found) and not isinstance(found, Problem):
+        found = made(spec.text, found, spec.settings)
+    return _checked(name, partial(_built, name, partial(copy.deepcopy, found), OWN))
+
+
+def _checked(name: str, make: Callable[[], BenchmarkProblem]) -> ProblemSpec:
+    try:
+        make()
+    except RobolaserError:
+        raise
+    except Exception as error:  # whatever a user's problem raises
+        raise UsageError(f"{name} cannot be made ({type(error).__name__}: {error}).") from error
+    return ProblemSpec(name, (make,))
+
+
+def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
+    """A pymoo problem with what it says of itself.
+
+    Raises:
+        UsageError: It is no pymoo problem with bounds, or changes with time.
+    """
+    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
+    from pymoo.problems.dyn import DynamicProblem  # noqa: PLC0415
+
+    problem = make()
+    if not isinstance(problem, Problem):
+        raise UsageError(
+            f"{name} is {problem!r:.80}, expected a pymoo problem: its class, an instance, or a function that"
+            " returns one."
+        )
+    if isinstance(problem, DynamicProblem):
+        raise UsageError(f"{name} changes with time, and every run would see it at another one: it cannot be compared.")
+    if getattr(problem, "vars", None) is None and not problem.has_bounds():
+        raise UsageError(f"{name} needs a lower and an upper bound for each variable (xl and xu).")
+    constraints = problem.n_ieq_constr + problem.n_eq_constr
+    counted = ((problem.n_var, "variables"), (constraints, "constraints"), (problem.n_obj, "objectives"))
+    many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))
+    known = _front(problem)
+    lowest = getattr(problem, "lowest", None)
+    if lowest is None and problem.n_obj == 1 and known is not None:
+        lowest = known.min()
+    return BenchmarkProblem(
+        name,
+        ", ".join([_title(problem, name), *many]),
+        SEVERAL if problem.n_obj > 1 else family,
+        problem,
+        lowest=None if lowest is None or problem.n_obj > 1 else float(lowest),
+        front=known if problem.n_obj > 1 else None,
+    )
+
+
+def _front(problem: Any) -> Array | None:
+    """The best front that theory knows, thinned evenly; None where it is not known."""
+    from robolaser.algorithms.registry import reference_directions  # noqa: PLC0415
+
+    try:
+        known = problem.pareto_front()
+    except Exception:  # some want to be told in which directions
+        try:
+            known = problem.pareto_front(reference_directions(problem.n_obj))
+        except Exception:
+            known = None
+    if known is None or not np.isfinite(known := np.atleast_2d(np.asarray(known, np.float64))).all():
+        return None
+    thinned: Array = known[np.unique(np.linspace(0, len(known) - 1, min(len(known), FRONT_POINTS)).round().astype(int))]
+    return thinned
+
+
+def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
+    from pymoo.problems import get_problem  # noqa: PLC0415 - pymoo takes a second to import
+
+    try:
+        problem = get_problem(function, **settings)
+        if function == "zdt5":
+            problem.vtype = bool  # its variables are bits, which pymoo does not say
+        return problem
+    except Exception as error:
+        if str(error) == "Problem not found.":
+            raise _unknown(PYMOO + function) from None
+        raise UsageError(
+            f"{text} cannot be made ({type(error).__name__}: {error}). Give it other arguments."
+        ) from error
+
+
+def _bbobs(text: str, function: str, settings: Mapping[str, Any]) -> Any:
+    """One of BBOB's 24 functions, above its lowest value."""
+    from pymoo.problems.functional import FunctionalProblem  # noqa: PLC0415
+
+    try:
+        import ioh  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise DependencyMissing(
+            "BBOB comes with `ioh`, which is not installed: pip install 'robolaser[bbob]'."
+        ) from None
+    suite = ioh.ProblemClass.BBOB
+    number = int(function) if function.isdecimal() else function
+    if number not in suite.problems and number not in suite.problems.values():
+        raise UsageError(f"No BBOB function '{function}'. They are numbered 1 to 24: {BBOB}15-10:instance=3.")
+    if unknown := settings.keys() - {"n_var", "instance"}:
+        raise UsageError(f"{text}: no argument '{min(unknown)}'. There are n_var and instance: {BBOB}15-10:instance=3.")
+    problem = ioh.get_problem(number, settings.get("instance", 1), settings["n_var"], suite)
+    bounds, optimum = problem.bounds, problem.optimum.y
+    found = FunctionalProblem(settings["n_var"], lambda x: problem(x) - optimum, xl=bounds.lb, xu=bounds.ub)
+    found.title, found.lowest = f"BBOB's function {problem.meta_data.name}", 0.0
+    return found
+
+
+def _unknown(text: str) -> UsageError:
+    hint = near(text, [PYMOO + name for name in TEST_FUNCTIONS])
+    return UsageError(
+        f"No test function '{text}'.{hint} Other names that pymoo's get_problem knows will do, too, and arguments may"
+        " follow: pymoo:rastrigin-14, pymoo:ackley:a=30."
+    )
+
+
+def _title(problem: Any, name: str) -> str:
+    if name.startswith(PYMOO):
+        return f"pymoo's {name.removeprefix(PYMOO).split(':')[0].split('-')[0]} function"
+    documented = inspect.cleandoc(vars(type(problem)).get("__doc__") or "")
+    return getattr(problem, "title", "") or (documented.splitlines()[0].rstrip(".") if documented else name)

@@ -1,0 +1,208 @@
+"""One solver on one problem with one seed: the task, as it is sent to another process, and the run that comes of it."""
+
+import hashlib
+import json
+import pickle
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, ConvergenceTrace
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
+from robolaser.benchmark.solvers import find
+from robolaser.benchmark.solvers.solver import Solver
+from robolaser.errors import BenchmarkError, RobolaserError
+
+DONE, FAILED = "done", "failed"
+PROBE_SEED = 1
+REPEATS = 25
+"""Evaluations whose median a noisy problem without `exact` gives for what a run returned; they are not counted."""
+PROBE_DIGITS = 9
+"""Digits of the costs that identify a problem: another machine may round differently."""
+
+Key = tuple[str, str, int]
+"""Problem, algorithm and seed of a run: what identifies it."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class BenchmarkRun:
+    """The result of one run."""
+
+    problem: str
+    algorithm: str
+    seed: int
+    state: str  # `DONE` if it ended by itself, used up its budget or its time, else `FAILED`
+    reason: str  # why it failed, or what ended it early; empty if nothing did
+    evaluations: int  # candidates evaluated
+    seconds: float  # wall time
+    processor_s: float  # processor time
+    trace: ConvergenceTrace  # every improvement
+    violation: float = 0.0  # the lowest of the constraints'; 0 with a feasible candidate, or if nothing is known
+    x: Any = None  # the best candidates, lists of numbers or dictionaries
+
+    @property
+    def key(self) -> Key:
+        """What identifies it."""
+        return self.problem, self.algorithm, self.seed
+
+
+@final
+@dataclass(frozen=True)
+class Limits:
+    """What every run on a problem keeps to."""
+
+    budget: int
+    time_limit_s: float
+    crash_costs_inf: bool = False
+    one_by_one: bool = False  # candidates take so long that the time is looked at after each
+    noisy: bool = False  # the same candidate has another cost each time
+
+
+@final
+@dataclass(frozen=True)
+class Task:
+    """Which solver is to run on which problem, with which seed and limits."""
+
+    problem: str
+    algorithm: str
+    seed: int
+    limits: Limits
+    spec: bytes  # the problem's, pickled
+    solver: bytes  # pickled
+    fingerprint: str  # what the problem looks like where it was planned; empty: it is not checked
+    spill: str = ""  # file for improvements as they come, for whoever kills the process; empty: none
+
+    @property
+    def key(self) -> Key:
+        """What identifies its run."""
+        return self.problem, self.algorithm, self.seed
+
+    def failed(self, reason: str) -> BenchmarkRun:
+        """A failed run of which only the reason is known, and what it spilt."""
+        file = Path(self.spill or ".")
+        lines = file.read_text().splitlines() if self.spill and file.exists() else []
+        steps = [json.loads(line) for line in lines if line.endswith("]")]
+        evaluations, seconds, costs = zip(*steps, strict=True) if steps else ((), (), ())
+        trace = ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
+        return BenchmarkRun(
+            *self.key, FAILED, reason, max(evaluations, default=0), max(seconds, default=0.0), 0.0, trace
+        )
+
+
+def done(task: Task) -> BenchmarkRun:
+    """Make the run of a task, in whatever process this is."""
+    digest = hashlib.sha256(task.spec).hexdigest()
+    try:
+        _check(digest, task.spec, task.fingerprint)
+        problem = _problem(digest, task.spec, task.seed)
+        solver = pickle.loads(task.solver)
+        solver = find(solver) if isinstance(solver, str) else solver
+    except Exception as error:
+        return task.failed(_reason(error))
+    return run(problem, solver, task)
+
+
+_SPECS: dict[str, ProblemSpec] = {}
+
+
+def _problem(digest: str, pickled: bytes, seed: int) -> BenchmarkProblem:
+    """The problem as it was when it was planned, or, where nothing can stay behind in it, that of an earlier run."""
+    if digest in _SPECS:
+        return _shared(digest, (seed - 1) % len(_SPECS[digest].makers))
+    spec: ProblemSpec = pickle.loads(pickled)
+    if spec.stateless:
+        _SPECS[digest] = spec
+    return spec.makers[(seed - 1) % len(spec.makers)]()
+
+
+@lru_cache(maxsize=4)
+def _shared(digest: str, instance: int) -> BenchmarkProblem:
+    return _SPECS[digest].makers[instance]()
+
+
+@lru_cache(maxsize=64)
+def _check(digest: str, pickled: bytes, expected: str) -> None:
+    """Raise if a problem is another one here than where it was planned."""
+    if expected and fingerprint(pickle.loads(pickled).makers[0]()) != expected:
+        raise BenchmarkError(
+            "In this process the problem is another one than where the comparison was planned: its bounds or costs"
+            " differ. A problem must not draw anything when it is imported or made; give it a seed."
+        )
+
+
+def probe(problem: BenchmarkProblem) -> Any:
+    """A candidate that is the same in every process."""
+    return problem.sample_uniform(np.random.default_rng(PROBE_SEED))
+
+
+def fingerprint(problem: BenchmarkProblem) -> str:
+    """What identifies a problem besides its name: its bounds and the values of one candidate."""
+    values = problem.values(probe(problem))
+    bounds = [] if problem.mixed else [problem.lower, problem.upper]
+    numbers = np.concatenate([*bounds, *(value.ravel() for value in values.values())])
+    return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)
+
+
+def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
+    """Run a solver until it stops, its budget or its time is used up, or it fails."""
+    from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
+
+    limits = task.limits
+    evaluator = BudgetedEvaluator(
+        problem,
+        budget=limits.budget,
+        time_limit_s=limits.time_limit_s,
+        one_by_one=limits.one_by_one,
+        crash_costs_inf=limits.crash_costs_inf,
+        spill=task.spill,
+    )
+    began, reason, state = time.process_time(), "", DONE
+    try:
+        with np.errstate(all="ignore"):
+            solver.search(evaluator, task.seed)
+    except BudgetExhausted:
+        if evaluator.out_of_time:
+            reason = f"ended by its time limit of {limits.time_limit_s:g} s"
+    except (Exception, SystemExit) as error:
+        reason, state = _reason(error), FAILED
+    finally:
+        evaluator.close()
+    seconds, processor_s, trace = evaluator.seconds(), time.process_time() - began, evaluator.trace()
+    if limits.noisy and len(evaluator.x):
+        with seeded(task.seed):
+            cost = returned_cost(problem, evaluator.x)
+        trace = ConvergenceTrace(np.array([evaluator.evaluations]), np.array([seconds]), np.array([cost]))
+    return BenchmarkRun(
+        *task.key,
+        state,
+        reason,
+        evaluator.evaluations,
+        seconds,
+        processor_s,
+        trace,
+        evaluator.violation if np.isfinite(evaluator.violation) else 0.0,
+        evaluator.x.tolist(),
+    )
+
+
+def returned_cost(problem: BenchmarkProblem, x: Any) -> float:
+    """What a candidate (1, d) of a noisy problem costs: `exact` of the problem, or the median of new evaluations."""
+    exact = getattr(problem.question, "exact", None)
+    if exact is not None:
+        return float(np.ravel(exact(x))[0])
+    return float(np.median([problem.values(x)["F"][0, 0] for _ in range(REPEATS)]))
+
+
+def _reason(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return "it needed more memory than there is"
+    if isinstance(error, SystemExit):
+        return f"it called sys.exit({error.code!r})"
+    if isinstance(error, RobolaserError):
+        return str(error)
+    return f"{type(error).__name__}: {error}".strip().removesuffix(":")

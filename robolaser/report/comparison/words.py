@@ -1,0 +1,157 @@
+"""A comparison in words: its targets, how far costs are above them, and how it was measured."""
+
+import importlib.metadata
+import math
+import platform
+from collections.abc import Sequence
+from itertools import groupby
+
+from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
+from robolaser.benchmark.problem import CALIBRATION, OWN, SEVERAL, TEST_FUNCTION
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.standings import Standings
+from robolaser.report.digits import duration, plain, rate, times
+from robolaser.report.page import version
+
+FAMILIES = {
+    CALIBRATION: "Calibration problems",
+    TEST_FUNCTION: "Test functions",
+    OWN: "Own problems",
+    SEVERAL: "Several objectives",
+}
+"""Headings."""
+PACKAGES = ("numpy", "scipy", "pymoo", "cma")
+"""Whose versions results depend on."""
+SAME = 1e-6
+"""Excess of an RMS that counts as none."""
+FOUND_BY = {THEORY: "by theory", OUR_OWN: "by robolaser's own search", "": ""}
+
+READING = (
+    ("Target", "A cost that much above the lowest known, which the table of problems states. Where theory does not know"
+     " the lowest cost, it is what any of the runs, or robolaser's own search beforehand, has found."),
+    ("IGD+", "Of several objectives the cost of a run: the mean distance by which what it found falls short of the best"
+     " front, in units of that front's extent; the best front is theory's, or else what all runs found together."),
+    ("Success", "Share of the runs that reached the target within the budget; a failed run did not, unless it got there"
+     " before it failed. Its interval covers the true share 95 times in a hundred (Wilson)."),
+    ("ERT", "Expected running time: what all runs spent until they reached the target or ended, over the number of runs"
+     " that reached it. It is what a target costs on average if runs are restarted until one reaches it."),
+    ("A12", "How often a run of the one does better than a run of the other, ties counting half: 0.5 is no difference,"
+     " 1 is always (Vargha and Delaney)."),
+    ("Significant", "If the two were the same, differences like these would occur less than once in twenty comparisons"
+     " like this, all of its pairs taken together (Mann and Whitney's test on one problem, van Elteren's over several,"
+     " with Holm's correction)."),
+    ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, runs that reached the target come"
+     " before those that did not: the former by their evaluations, the latter by how close they came."),
+    ("Knows its budget", "A run with a smaller budget is not the beginning of one with a larger: curves over"
+     " evaluations say how it does with this budget only."),
+    ("Noisy", "The same candidate has another cost each time. Runs are ranked by the candidate that each returned,"
+     " evaluated anew, never by their luckiest sample."),
+)  # fmt: skip
+"""Each measure in a sentence or two."""
+
+
+def target(problem: ProblemSummary, tolerance: float) -> str:
+    """A target of a problem, with the cost that it is: "a cost of at most 0.01, 0.01 above the lowest known"."""
+    if not math.isfinite(problem.best):
+        return "not known yet: no run found a feasible candidate"
+    if problem.objectives > 1:
+        return f"IGD+ of at most {number(tolerance)}"
+    reached = problem.target(tolerance)
+    if problem.floor is not None:
+        share = math.sqrt(1.0 + tolerance) - 1.0
+        return f"J of at most {plain(reached, problem.unit)}, an RMS within {_percent(share)} of the lowest known"
+    where = FOUND_BY.get(problem.found_by, f"found by {problem.found_by}")
+    digits = max(1 + math.ceil(math.log10(max(abs(reached), tolerance) / tolerance)), 2)
+    return (
+        f"a cost of at most {reached:.{digits}g}, {number(tolerance)} above the lowest known,"
+        f" {problem.best:.{digits}g} {where}"
+    )
+
+
+def aims(comparison: BenchmarkResult, standings: Standings) -> list[str]:
+    """The targets of a family, a line each."""
+    problems = comparison.of(standings.family)
+    return [f"Target on {one.name}: {target(one, standings.tolerance)}." for one in problems]
+
+
+def excess(problem: ProblemSummary, tolerance: float) -> str:
+    """How far above the best known, for a person."""
+    if not math.isfinite(tolerance):
+        return "" if math.isnan(tolerance) else "nothing found"
+    if problem.objectives > 1:
+        return number(tolerance)
+    if problem.floor is not None and problem.scale > problem.floor:
+        share = math.sqrt(1.0 + max(tolerance, 0.0)) - 1.0
+        if share < SAME:
+            return "best"
+        return f"{times(1.0 + share)} times" if share >= 2.0 else f"+{_percent(share)}"
+    cost = tolerance * problem.scale
+    return "best" if cost == 0 else f"+{plain(cost, problem.unit, 2)}"
+
+
+def number(value: float) -> str:
+    """A tolerance: few digits, and a bare power of ten where it is one."""
+    return f"{value:,.0f}" if value >= 10.0 else plain(value, "", 2).removeprefix("1 × ")
+
+
+def setting(comparison: BenchmarkResult) -> str:
+    """How many algorithms, problems and runs."""
+    counts = (
+        _many(len(comparison.solvers), "algorithm"),
+        _many(len(comparison.problems), "problem"),
+        _many(len(comparison.seeds), "seed"),
+    )
+    return f"{', '.join(counts)}, {budget(comparison)} a run"
+
+
+def budget(comparison: BenchmarkResult) -> str:
+    """Evaluations of a run."""
+    stated = comparison.budget
+    return f"{stated[:-1]} evaluations for each variable" if stated.endswith("d") else f"{stated} evaluations"
+
+
+def missing(comparison: BenchmarkResult) -> str:
+    """How far an unfinished comparison is; empty if it is done."""
+    made, wanted = len(comparison.runs), comparison.wanted
+    return "" if made >= wanted else f"{made:,} of {wanted:,} runs so far"
+
+
+def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
+    """Conditions of the runs, and the effort."""
+    effort = comparison.effort
+    versions = ", ".join(f"{name} {of}" for name in PACKAGES if (of := _version(name)))
+    ended = sum(bool(run.reason) for run in comparison.runs) - len(comparison.failures)
+    return (
+        ("Budget", f"{budget(comparison)} a run; one is one candidate's cost, or its residuals once"),
+        (
+            "Time limit",
+            f"{duration(comparison.time_limit_s)} a run; {ended} runs were ended by it and count as they are",
+        ),
+        ("Seeds", f"{spans(comparison.seeds)}, the same for all"),
+        ("Runs", f"{len(comparison.runs):,} of {comparison.wanted:,}, {len(comparison.failures):,} of them failed"),
+        ("Run on", f"{effort.engine or 'nothing yet'}, {_many(effort.workers, 'run')} at a time"),
+        ("Took", f"{duration(effort.seconds)}; {rate(effort.busy)} of the workers' time went into runs"),
+        ("Versions", f"robolaser {version()}, {versions}, Python {platform.python_version()}"),
+    )
+
+
+def spans(numbers: Sequence[int]) -> str:
+    """Whole numbers, neighbours as from-to."""
+    runs = [[number for _, number in group]
+            for _, group in groupby(enumerate(sorted(numbers)), key=lambda pair: pair[1] - pair[0])]  # fmt: skip
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{plain(100 * share, '', 2)} %"
+
+
+def _many(count: int, noun: str) -> str:
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return ""

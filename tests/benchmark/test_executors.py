@@ -1,0 +1,67 @@
+"""A cluster gives the same runs; whoever is killed leaves no process behind and loses no run that had ended."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import robolaser
+from robolaser.benchmark import load
+from robolaser.errors import BenchmarkError
+
+HERE = Path(__file__).parent
+
+
+def outcomes(result):
+    return {run.key: (run.state, run.trace.evaluations.tolist(), run.trace.costs.tolist()) for run in result.runs}
+
+
+def test_a_dask_cluster_makes_the_same_runs():
+    distributed = pytest.importorskip("distributed")
+    asked = {"problems": ["pymoo:sphere-3"], "algorithms": ["de", "random"], "seeds": 2, "budget": 200}
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        there = robolaser.compare(**asked, scheduler=cluster.scheduler_address)
+    assert outcomes(there) == outcomes(robolaser.compare(**asked, jobs=1))
+    assert there.effort.workers == 1
+
+
+def test_a_cluster_that_does_not_answer_is_named(monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("robolaser.benchmark.executors.CONNECT_S", 0.5)
+    with pytest.raises(BenchmarkError, match=r"tcp://127\.0\.0\.1:1\b"):
+        robolaser.compare(["pymoo:sphere-3"], ["random"], seeds=1, budget=10, scheduler="tcp://127.0.0.1:1")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+def test_a_killed_comparison_leaves_no_process_and_is_resumed(tmp_path):
+    typed = ["compare", "mine:Slow:seconds=0.02", "--algorithms", "random", "--seeds", "6", "--budget", "30"]
+    command = [sys.executable, "-m", "robolaser", *typed, "--output", str(tmp_path), "--jobs", "1"]
+    process = subprocess.Popen(command, cwd=HERE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    until = time.monotonic() + 120
+    while time.monotonic() < until and not (
+        (tmp_path / "runs.jsonl").exists() and len((tmp_path / "runs.jsonl").read_text().splitlines()) > 2
+    ):
+        time.sleep(0.05)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    workers = [int(pid) for pid in children.read_text().split()] if children.exists() else []
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    before = outcomes(load(tmp_path))
+    assert 0 < len(before) < 6
+    subprocess.run([*command, "--resume"], cwd=HERE, stdout=subprocess.DEVNULL, check=True)
+    after = outcomes(load(tmp_path))
+    assert len(after) == 6
+    assert before.items() <= after.items()
+    assert not [pid for pid in workers if _runs(pid)]
+
+
+def _runs(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return "Z" not in Path(f"/proc/{pid}/stat").read_text().split()[2]

@@ -1,0 +1,53 @@
+"""Expensive problems: nothing is evaluated that does not count, and nothing that was found is lost."""
+
+import time
+
+import pytest
+from mine import Slow
+
+import robolaser
+from robolaser.cli import main
+
+
+def test_a_budget_is_kept_to_the_candidate(tmp_path):
+    count = tmp_path / "count"
+    result = robolaser.compare([Slow(0.0, str(count))], ["de", "random"], seeds=2, budget=20, jobs=1)
+    assert [run.evaluations for run in result.runs] == [20] * 4
+    looked_at = 3  # twice when the comparison is planned, once in the process
+    assert len(count.read_text()) == 4 * 20 + looked_at
+
+
+def test_the_time_limit_is_looked_at_after_each_candidate_and_keeps_what_was_found():
+    began = time.monotonic()
+    result = robolaser.compare([Slow(0.2)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=1.0)
+    (run,) = result.runs
+    assert (run.state, run.reason) == ("done", "ended by its time limit of 1 s")
+    assert 3 <= run.evaluations <= 6
+    assert run.trace.final < 75
+    assert time.monotonic() - began < 60
+
+
+def test_a_crash_of_a_candidate_may_cost_infinity():
+    failing = robolaser.compare(["mine:Flaky"], ["random"], seeds=2, budget=300)
+    assert {run.state for run in failing.runs} == {"failed"}
+    result = robolaser.compare(["mine:Flaky"], ["random", "de"], seeds=2, budget=300, on_error="inf")
+    assert {(run.state, run.evaluations) for run in result.runs} == {("done", 300)}
+
+
+@pytest.mark.parametrize("algorithm", ["mine:hanging", "mine:dying"])
+def test_who_hangs_or_dies_fails_alone_and_keeps_what_it_found(algorithm, monkeypatch):
+    monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 2.0)
+    result = robolaser.compare(["mine:Sphere"], [algorithm, "random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    lost, other = (next(run for run in result.runs if run.algorithm == name) for name in (algorithm, "random"))
+    assert lost.state == "failed"
+    assert lost.reason.startswith(("it hung", "its process died"))
+    assert lost.trace.costs.tolist() == [0.0]
+    assert other.state == "done"
+
+
+def test_the_exit_status_says_when_nothing_ran(tmp_path, capsys):
+    assert main(["compare", "mine:Whole", "--algorithms", "de", "--output", str(tmp_path / "a")]) == 1
+    assert "No algorithm could be run" in capsys.readouterr().err
+    typed = ["compare", "mine:Sphere", "--algorithms", "mine:raising", "--seeds", "1", "--output", str(tmp_path / "b")]
+    assert main(typed) == 1
+    assert "Every run failed" in capsys.readouterr().err
