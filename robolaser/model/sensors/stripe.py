@@ -218,11 +218,11 @@ class Stripe(Sensor):
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         return self.target(values, perturb) - self.in_base(values, T_base_flange, perturb)
 
-    def costs(self, x: Array, T_base_flange: Array) -> Array:
+    def costs(self, values: Values, T_base_flange: Array) -> Array:
         """J of the model without effects; where the target is placed, compiled for long searches."""
-        if self.dataset.placed and LOOPS.after(len(x) * len(self.dataset.points)):
-            return self._compiled.costs(dict(zip(SCANNER, x.T, strict=True)), T_base_flange)
-        return super().costs(x, T_base_flange)
+        if self.dataset.placed and LOOPS.after(len(values["f"]) * len(self.dataset.points)):
+            return self._compiled.costs(values, T_base_flange)
+        return super().costs(values, T_base_flange)
 
     @cached_property
     def _compiled(self) -> CompiledStripe:
