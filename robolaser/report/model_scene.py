@@ -13,6 +13,7 @@ from robolaser.diagnosis.cause_words import place
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.parameters import Values
@@ -184,7 +185,7 @@ class CellPoses:
         of |= {"laser": self.light[:, 0]} if self.light.shape[1] else {}
         if len(self.known):
             of["target"] = np.broadcast_to(self.known.mean(axis=0), (len(self.frames), 3))
-        return of.get(site)
+        return of.get(kind_of_site(site))
 
     def _tool(self, pose: int) -> Array:
         own = self._values_at(pose)

@@ -84,10 +84,12 @@ class Run:
         assert self.poses.time_s is not None  # effects that read them need the order
         return self.poses.time_s
 
-    @property
-    def stripe_axis(self) -> str:
-        """Image axis that the stripe runs along."""
-        return self.dataset.stripe_axis
+    @cached_property
+    def across_stripe(self) -> Array:
+        """The direction across each row's stripe in its image, unit vectors (m, 2); (1, 2) for all rows alike."""
+        parts = self.dataset.parts
+        across = np.array([[0.0, 1.0] if part.stripe_axis == "u" else [1.0, 0.0] for part in parts])
+        return across if len(parts) == 1 else across[self.points.sensor]
 
     @cached_property
     def paths(self) -> tuple[Ints, ...]:
