@@ -1,7 +1,7 @@
 """Named numbers with unit, nominal value and bounds, and the flat vector that an optimiser sees of them."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -42,6 +42,10 @@ class Parameter:
     def fixed(self) -> bool:
         """Whether it is held at its nominal value."""
         return self.upper <= self.lower
+
+    def renamed(self, name: str) -> "Parameter":
+        """The same under another name."""
+        return replace(self, name=name)
 
 
 @final

@@ -83,7 +83,7 @@ def stripe(*, robot=None, effects=(), name="made up", axis="u", k=600.0):
     away[0] = model.parameters.nominal[0]
     values = model.parameters.values(away[None])
     perturb = model.perturb(values)
-    seen = model.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
+    seen = model.blocks.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
     dataset = replace(dataset, points=replace(points, xyz=seen + rng.normal(scale=1e-4, size=seen.shape)))
     return finished(Model(dataset, model.effects), away)
 
@@ -140,7 +140,7 @@ def finished(model, x):
     rng = np.random.default_rng(6)
     parameters = model.parameters
     std = rng.uniform(1e-4, 1e-3, len(x)) * parameters.width
-    held = np.isin(parameters.names, model.sensor.fixed)
+    held = np.isin(parameters.names, model.blocks.fixed)
     std[held] = np.nan
     residuals = model.residuals(x[None])[0]
     noise = {
@@ -150,7 +150,7 @@ def finished(model, x):
         "camera": {"pixel": 0.1, "joint": 1e-5},
         "profile": {"point": 2e-5, "joint": 1e-5},
     }
-    own = tuple(model.sensor.free)
+    own = tuple(model.blocks.free)
     history = None
     if own:
         wandering = parameters.lower + parameters.width * rng.uniform(size=(20, len(x)))

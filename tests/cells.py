@@ -48,9 +48,9 @@ class Cell:
     def missed(self) -> Array:
         """Residuals at the truth, (m, 3), without the closed form that a model starts from."""
         model = self.model()
-        values = at_truth(model.sensor.free + model.sensor.derived)
+        values = at_truth(model.blocks.free + model.blocks.derived)
         perturb = model.perturb(values)
-        return model.sensor.residuals(values, model.flange(values, perturb), perturb)[0]
+        return model.blocks.residuals(values, model.flange(values, perturb), perturb)[0]
 
     def shaken(
         self,
@@ -170,7 +170,8 @@ def on_board(cell: Cell, pixel: Array) -> Array:
     values = model.parameters.values(cell.truth(model)[None])
     perturb = model.perturb(values)
     T_target_camera = (
-        inverse(motion(values, "target")) @ (model.flange(values, perturb) @ model.sensor.mount(values, perturb))[0]
+        inverse(motion(values, "target"))
+        @ (model.flange(values, perturb) @ model.blocks.sensor.mount(values, perturb))[0]
     )[cell.dataset.points.pose]
     ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], "u")[0]
     direction = np.einsum("mij,mj->mi", T_target_camera[:, :3, :3], ray)

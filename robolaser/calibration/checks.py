@@ -73,7 +73,7 @@ def check_orientations(model: Model) -> None:
     Raises:
         EstimationError: It does not.
     """
-    if reason := model.sensor.undetermined(model.dataset.flange()):
+    if reason := model.blocks.undetermined(model.dataset.flange()):
         raise EstimationError(reason)
 
 
@@ -85,7 +85,7 @@ def check_target(model: Model) -> None:
     """
     values = model.parameters.values(model.parameters.nominal[None])
     perturb = model.perturb(values)
-    behind = ~model.sensor.in_view(values, model.flange(values, perturb), perturb)
+    behind = ~model.blocks.in_view(values, model.flange(values, perturb), perturb)
     if model.dataset.placed and behind.mean() > 0.5:
         pose = model.dataset.points.pose
         row = int(np.argmax(behind))
@@ -122,7 +122,7 @@ def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
         )
     if not reasons:
         return None
-    axis = "stripe_axis, " if model.sensor.has_laser_plane() else ""
+    axis = "stripe_axis, " if model.blocks.has_laser_plane else ""
     return (
         f"{' '.join(reasons)} Do not use this result. Check the start values in [parameters], {axis}the joint angles' "
         "units and signs, the flange, and the units of points.csv, before you look for effects."

@@ -25,7 +25,7 @@ def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
         The parameters (d,) within the bounds, where the data set gives others; and a sentence for each placement that
         lies beyond them.
     """
-    items, derived = model.parameters.items, model.sensor.derived
+    items, derived = model.parameters.items, model.blocks.derived
     stated = {item.name: item for item in items if item.name in derived and item.given and not item.fixed}
     nominal = {item.name: np.array([item.nominal]) for item in items}
     if not stated:

@@ -72,14 +72,14 @@ def find_start(
 
 
 def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:
-    unbounded = model.sensor_parameters.unbounded(model.sensor.free)
-    algorithm = plan.algorithm or (SCREENING if model.sensor.free and not unbounded else POLISH_ONLY)
+    unbounded = model.sensor_parameters.unbounded(model.blocks.free)
+    algorithm = plan.algorithm or (SCREENING if model.blocks.free and not unbounded else POLISH_ONLY)
     if algorithm == POLISH_ONLY:
         return _downhill(model, plan)
     if algorithm != SCREENING:
         algorithm_named(algorithm)
     check_bounds(model, f"--algorithm {algorithm}")
-    if not model.sensor.free and not model.effects:
+    if not model.blocks.free and not model.effects:
         warning = f"{algorithm} had nothing to search for: every parameter follows from the data in closed form."
         return replace(_downhill(model, plan), warnings=(warning,))
     if algorithm == SCREENING:

@@ -88,9 +88,9 @@ class Calibration(Result):
     @cached_property
     def objective_m2(self) -> float:
         """J of eq. 18: the sum of squared residuals, in the square of the sensor's unit; without angles."""
-        sensor = self.model.sensor
-        numbers = sensor.row_numbers.copy()
-        for rows, _, angles in sensor.kinds_of_rows.values():
+        blocks = self.model.blocks
+        numbers = blocks.row_numbers.copy()
+        for rows, _, angles in blocks.kinds_of_rows.values():
             numbers[rows] -= angles
         lengths = np.arange(self.residuals.shape[1]) < numbers[:, None]
         return float((self.residuals[lengths] ** 2).sum())
@@ -118,8 +118,8 @@ class Calibration(Result):
     @cached_property
     def row_errors(self) -> tuple[RowErrors, ...]:
         """The errors of the sensor's rows, those of angles apart, then of the known distances, where any are stated."""
-        sensor, known = self.model.sensor, self.model.known_distances
-        of_sensors = [errors for name, kind in sensor.kinds_of_rows.items() for errors in self._of_rows(name, *kind)]
+        blocks, known = self.model.blocks, self.model.known_distances
+        of_sensors = [errors for name, kind in blocks.kinds_of_rows.items() for errors in self._of_rows(name, *kind)]
         if known is None:
             return tuple(of_sensors)
         apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
@@ -127,11 +127,11 @@ class Calibration(Result):
 
     def _of_rows(self, name: str, rows: Ints, unit: str, angles: int) -> Iterator[RowErrors]:
         """The errors of one sensor's rows, and of their angles."""
-        sensor, held_out = self.model.sensor, self.held_out_rows
+        blocks, held_out = self.model.blocks, self.held_out_rows
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
             held_out = None if angles else self.held_out
-        fitted = sensor.own_rows(self.residuals, name)
-        unseen = None if held_out is None else sensor.own_rows(held_out, name)
+        fitted = blocks.own_rows(self.residuals, name)
+        unseen = None if held_out is None else blocks.own_rows(held_out, name)
         lengths = slice(fitted.shape[1] - angles)
         for part, of_part in ((lengths, unit), (slice(lengths.stop, None), "rad")):
             if fitted[:, part].size:
@@ -192,7 +192,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     items = zip(model.parameters.items[:sensor], calibration.x, calibration.std, strict=False)
     description = {
         "sensor": dataset.kind,
-        **model.sensor.description,
+        **model.blocks.description,
         "robot": "robot.urdf" if robot else None,
         "flange": robot.flange if robot else None,
         "joints": list(robot.joints) if robot else None,
@@ -210,7 +210,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "model": description,
         "effects": _effect_entries(calibration),
         "run": RunSummary.of(dataset).as_json(),
-        "objective_m2": calibration.objective_m2 if model.sensor.format.unit == "m" else None,
+        "objective_m2": calibration.objective_m2 if model.blocks.unit == "m" else None,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),
         "axis_max_m": [float(a) for a in np.abs(calibration.errors_m).max(axis=0)],

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
@@ -17,7 +17,8 @@ from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
-from robolaser.model.effects.requirements import own_lengths
+from robolaser.model.effects.requirements import own_lengths, passes
+from robolaser.model.effects.sensor_sites import sites_of_sensors
 from robolaser.model.stages import Stage
 
 FORCE = "force at the flange"
@@ -34,7 +35,8 @@ class Site:
     """A site, a coordinate, and what smooth functions of that coordinate do there.
 
     Attributes:
-        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`.
+        site: A joint's name, or one of `camera laser hand_eye target base timing image tool measuring_system`; one that
+            each of several sensors has for itself begins with the sensor's name: `left.laser`.
         coordinate: For a person.
         moves: Derivatives of the whitened residuals by what the function moves, each at its own pose or row, (K, q).
         basis: The function's basis functions at each pose or row, (n, p).
@@ -144,21 +146,40 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
     if pixel is None or derivatives.passing(Stage.PIXELS) is None:
         return
     seen, rows = derivatives.pixel(), fit.problem.row_of_number
-    yield Site("camera", "image position", seen, smooth(pixel), rows, most=MAX_DISTORTION_PX)
+    for name, here in _rows_of_sensors(fit, "camera", Stage.PIXELS):
+        yield Site(name, "image position", _only(here, seen, rows), smooth(pixel), rows, most=MAX_DISTORTION_PX)
     on_plane = derivatives.passing(Stage.POINTS)
     if on_plane is None:
         return
-    plane = derivatives.laser_plane()
-    along = 0 if dataset.stripe_axis == "u" else 1
-    yield Site("laser", "position along the stripe", plane, smooth(pixel[:, [along]]), rows)
-    yield Site("laser", "place on the laser plane", plane, _over_plane(on_plane[:, 1:]), rows)
-    tilt = fit.model.run.tilt
-    if np.ptp(tilt) > 0:
-        yield Site("laser", "tilt of the surface", seen[:, [1 - along]], smooth(tilt[:, None]), rows)
-    moved = np.hstack([plane, derivatives.turned_laser_plane() / LEVER_M])
-    for coordinate, basis in coordinates.run():
-        drift = np.concatenate([basis, basis * _centred(pixel[:, along], dataset.points.pose, len(basis))], axis=1)
-        yield Site("laser", coordinate, moved, drift, fit.pose_of_number)
+    plane, turned, tilt = derivatives.laser_plane(), derivatives.turned_laser_plane(), fit.model.run.tilt
+    for name, here in _rows_of_sensors(fit, "laser", Stage.LASER_PLANE):
+        own = _only(here, plane, rows)
+        directions = np.broadcast_to(fit.model.run.across_stripe, pixel.shape)
+        across = int(directions[here][0].argmax())
+        along = 1 - across
+        yield Site(name, "position along the stripe", own, smooth(pixel[:, [along]]), rows)
+        yield Site(name, "place on the laser plane", own, _over_plane(on_plane[:, 1:]), rows)
+        if np.ptp(tilt[here]) > 0:
+            biased = _only(here, seen[:, [across]], rows)
+            yield Site(name, "tilt of the surface", biased, smooth(tilt[:, None]), rows)
+        moved = np.hstack([own, _only(here, turned, rows) / LEVER_M])
+        for coordinate, basis in coordinates.run():
+            middle = _centred(pixel[here, along], dataset.points.pose[here], len(basis))
+            yield Site(name, coordinate, moved, np.concatenate([basis, basis * middle], axis=1), fit.pose_of_number)
+
+
+def _rows_of_sensors(fit: Fit, site: str, stage: Stage) -> Iterator[tuple[str, Bools]]:
+    """A site by the names of the sensors that have it for themselves, and their rows, (m,)."""
+    dataset = fit.model.dataset
+    parts = dataset.parts
+    for name, here in sites_of_sensors(site, dataset, lambda number: not passes(stage, parts[number])).items():
+        of_row = np.zeros(len(dataset.points), dtype=np.int64) if len(parts) == 1 else dataset.points.sensor
+        yield name, here[of_row]
+
+
+def _only(here: Bools, moves: Array, row_of_number: Ints) -> Array:
+    """Moves of some rows (m,) alone, (K, q)."""
+    return moves if here.all() else moves * here[row_of_number][:, None]
 
 
 def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:

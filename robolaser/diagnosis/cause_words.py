@@ -5,6 +5,7 @@ from itertools import groupby
 from typing import Final
 
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.sensor_sites import kind_of_site, of_sensor
 
 NOUNS: Final[Mapping[str, str]] = {
     "arm_geometry": "the arm's geometry",
@@ -31,8 +32,10 @@ def noun(name: str) -> str:
 
 
 def place(site: str) -> str:
-    """A site as people call it; a joint as it is named."""
-    return site.replace("_", " ") if site in ("hand_eye", "measuring_system") else site
+    """A site as people call it, one of several sensors with its name: "laser of left"; a joint as it is named."""
+    kind = kind_of_site(site)
+    said = kind.replace("_", " ") if kind in ("hand_eye", "measuring_system") else kind
+    return said if kind == site else f"{said} of {site.removesuffix(f'.{kind}')}"
 
 
 def named(one: CandidateEffect) -> str:
@@ -57,7 +60,10 @@ def listed(items: Sequence[str]) -> str:
 def _of(same: Sequence[CandidateEffect]) -> str:
     effect = same[0].effect
     name = effect.name.replace("_", " ")
-    return name if effect.site else f"{name} of {joint_names(sorted(one.where for one in same))}"
+    if not effect.site:
+        return f"{name} of {joint_names(sorted(one.where for one in same))}"
+    own = [one.where.removesuffix(f".{effect.site}") for one in same if of_sensor(one.where)]
+    return f"{name} of {listed(sorted(own))}" if own else name
 
 
 def joint_names(names: Sequence[str]) -> str:

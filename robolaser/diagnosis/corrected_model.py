@@ -60,7 +60,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
 def given_on_bound(diagnosis: Diagnosis) -> Bools:
     """Parameters that ended on one of the bounds that the data set gives them, (d,)."""
     x, parameters = diagnosis.x, diagnosis.model.parameters
-    fixed = np.isin(parameters.names, diagnosis.model.sensor.held)
+    fixed = np.isin(parameters.names, diagnosis.model.blocks.held)
     given = np.array([item.given for item in parameters.items])
     return np.asarray(given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper)))
 

@@ -74,7 +74,7 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
     floor = final.size_of(noise)
-    has_turns = start.model.sensor.format.angles > 0
+    has_turns = start.model.dataset.format.angles > 0
     turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
     nominal, calibrated = _nominal_gap(start, held_out), held_out.gap(start)
     return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns)

@@ -61,7 +61,7 @@ class HeldOut:
     def turn(self, fit: Fit) -> float:
         """Root mean square of those numbers of the rows that are angles [rad]."""
         self.errors(fit)
-        row_format = fit.model.sensor.format
+        row_format = fit.model.dataset.format
         return rms(self._known[id(fit)][2][:, row_format.numbers - row_format.angles :])
 
     def gap(self, fit: Fit) -> float:

@@ -117,7 +117,7 @@ class PoseNoise:
         sources, residuals = _sources(data, model, x), model.residuals(x[None])[0]
         likelihood = NoiseLikelihood(sources, data.dataset.points.pose, residuals, J)
         limits = scatter_limits(sources, data.dataset, alone=bool(np.bincount(likelihood.of_pose).max() == 1))
-        return cls(likelihood, _known(sources, shots), limits, residuals, J, int(model.sensor.row_numbers.sum()))
+        return cls(likelihood, _known(sources, shots), limits, residuals, J, int(model.blocks.row_numbers.sum()))
 
     def loosened(self, names: Collection[str], further: tuple[ErrorSource, ...] = ()) -> "PoseNoise":
         """The same with some sources as large as the residuals say, whatever is stated of them.

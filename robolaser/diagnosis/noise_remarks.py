@@ -90,10 +90,10 @@ def _growing(final: Fit) -> Iterator[str]:
     model = final.model
     values = final.problem.parameters.values(final.x[None])
     perturb = model.perturb(values)
-    ranges = model.sensor.ranges(values, model.flange(values, perturb), perturb)
+    ranges = model.blocks.ranges(values, model.flange(values, perturb), perturb)
     if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_RANGE_SPREAD:
         return
-    squares = np.square(final.at.white.reshape(len(ranges), -1)).mean(axis=1)
+    squares = np.square(final.at.white.reshape(len(ranges), -1)).sum(axis=1) / model.blocks.row_numbers
     over = squares / squares.mean() - 1.0
     away = np.log(ranges) - np.log(ranges).mean()
     sigma = float(over @ away / np.sqrt((away @ away) * over.var()))

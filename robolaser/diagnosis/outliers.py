@@ -15,6 +15,7 @@ from robolaser.diagnosis.thresholds import (
 )
 from robolaser.estimation.robust_loss import EFFICIENT, Loss
 from robolaser.estimation.solver import solve
+from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.noise.whitening import group_sums
 
 FITS = 4
@@ -56,7 +57,7 @@ def outliers_within_poses(fit: Fit) -> Bools:
     if not enough.any():
         return outliers_of(fit)
     perturb = model.perturb(values)
-    shifts, turns = model.sensor.moved_with_pose(values, model.flange(values, perturb), perturb)
+    shifts, turns = moved_with_pose(model.blocks, values, model.flange(values, perturb), perturb)
     moves = FREE_POSE_M * np.concatenate([shifts, turns / LEVER_M], axis=-1)
     B = root @ moves * enough[of_pose, None, None]
     left = r

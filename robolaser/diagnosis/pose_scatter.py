@@ -12,6 +12,7 @@ from robolaser.diagnosis.noise_estimate import PoseNoise
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
 from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise.covariance import NoiseModel
@@ -160,7 +161,7 @@ def _scattering_parts(fit: Fit, found: PoseNoise) -> Iterator[_Part]:
         return
     values = fit.problem.parameters.values(fit.x[None])
     perturb = fit.model.perturb(values)
-    shifts, turns = fit.model.sensor.moved_with_pose(values, fit.model.flange(values, perturb), perturb)
+    shifts, turns = moved_with_pose(fit.model.blocks, values, fit.model.flange(values, perturb), perturb)
     of_pose = fit.model.dataset.points.pose
     further = (
         ErrorSource("flange", shifts, of_pose, level="pose"),

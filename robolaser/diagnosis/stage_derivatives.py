@@ -51,15 +51,10 @@ class StageDerivatives:
         self._residuals(1, stage, note)
         if stage not in OF_ROWS or len(seen) < 2 or seen[0].shape[1] == 1:
             return seen[-1][0] if seen and all(np.array_equal(value, seen[0]) for value in seen) else None
-        dataset = self._model.dataset  # each sensor's and each session's rows came by themselves
-        session = dataset.session_of_pose[dataset.points.pose]
-        group = np.full(len(session), -1, dtype=np.int64)
-        for number, (rows, stages) in enumerate(self._model.sensor.stages_of_rows):
-            if stage in stages:
-                group[rows] = session[rows] + number * (1 + session.max())
-        there = np.flatnonzero(group >= 0)
         passed: Array = np.zeros_like(seen[0][0])
-        passed[there] = np.stack([value[0] for value in seen])[np.unique(group[there], return_inverse=True)[1], there]
+        passing = (block for block in self._model.blocks if stage in block.sensor.stages)
+        for block, value in zip(passing, seen, strict=True):
+            passed[block.rows] = value[0, block.rows]
         return passed
 
     def _by(
@@ -93,7 +88,7 @@ class StageDerivatives:
         else:
             joints = perturb(Stage.JOINTS, q[None])
             flange = perturb(Stage.FLANGE, robot.forward(joints, perturb(Stage.LINKS, robot.placements[None, None])))
-        return model.sensor.residuals(values, flange, perturb)
+        return model.blocks.residuals(values, flange, perturb)
 
     def _by_shift(self, stage: Stage, directions: Array, step: float) -> Array:
         """By shifts of the stage's value, one along each of some directions (q, j)."""

@@ -18,12 +18,11 @@ from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
+from robolaser.model.blocks import Blocks
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
-from robolaser.model.sensors import sensor_of
-from robolaser.model.sensors.sensor import Sensor
 from robolaser.parameters import Parameter, Parameters
 
 T = TypeVar("T")
@@ -43,8 +42,8 @@ def validated(diagnosis: Diagnosis, others: Sequence[Dataset], seed: int) -> Dia
 
 
 def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
-    names = diagnosis.model.sensor.free + diagnosis.model.sensor.derived
-    anew = _put_anew(diagnosis.model.sensor) | _put_anew(sensor_of(other))
+    names = diagnosis.model.blocks.free + diagnosis.model.blocks.derived
+    anew = _put_anew(diagnosis.model.blocks) | _put_anew(Blocks(other))
     calibrated = _without(dict(zip(names, diagnosis.calibrated_x.tolist(), strict=True)), anew)
     found = dict(zip(diagnosis.model.parameters.names, diagnosis.x.tolist(), strict=True))
     held = _without(found, anew)
@@ -85,9 +84,9 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     )
 
 
-def _put_anew(sensor: Sensor) -> set[str]:
+def _put_anew(blocks: Blocks) -> set[str]:
     """Parameters that are fitted anew; those of sessions also by the name that stands for all sessions."""
-    return {name for own in sensor.put_anew for name in (own, own.partition("@")[0])}
+    return {name for own in blocks.put_anew for name in (own, own.partition("@")[0])}
 
 
 def _without(values: Mapping[str, T], names: Collection[str]) -> dict[str, T]:

@@ -80,7 +80,7 @@ def assign_folds(model: Model, seed: int) -> Folds | None:
         seed: Shuffles the poses.
     """
     dataset = model.dataset
-    of_pose, groups = dataset.points.pose, model.sensor.held_out_groups
+    of_pose, groups = dataset.points.pose, model.blocks.held_out_groups
     if groups is not None and groups.max() > 0:
         return Folds(groups % FOLDS, whole=True, remark=_divided(dataset, groups))
     number, copies = _configurations(dataset)
@@ -159,7 +159,7 @@ def held_out(
         fits, evaluations = _by_sample(problem, x, folds, sample)
     errors = _predicted(problem, fits, folds)
     if folds.whole:
-        errors = problem.model.sensor.located_apart(errors)
+        errors = problem.model.blocks.located_apart(errors)
     return FoldFits(errors, fits, evaluations + folds.count)
 
 
@@ -171,7 +171,7 @@ def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
     """Residuals of each row by the fit (f, d) without its fold, (m, k)."""
     if len(problem.blocks) == 1:
         return problem.plain(fits)[folds.of_row, np.arange(problem.rows)]
-    errors = np.empty((problem.rows, problem.model.sensor.format.numbers))
+    errors = np.empty((problem.rows, problem.model.blocks.numbers))
     for fold in range(folds.count):
         mine = np.flatnonzero(folds.of_row == fold)
         errors[mine] = with_rows(problem.model, mine).residuals(fits[[fold]])[0]

@@ -76,7 +76,7 @@ def _slopes(description: Dataset, view: BoardObserver, q: Array, effects: Sequen
     poses = Poses(tuple(map(str, range(len(q)))), time_s=np.arange(len(q), dtype=np.float64), q=q)
     dataset = replace(description, poses=poses, points=view.points(q), time_is_order=True)
     model = Model(dataset, candidate_effects(effects, dataset))
-    free = ~np.isin(model.parameters.names, model.sensor.held)
+    free = ~np.isin(model.parameters.names, model.blocks.held)
     slopes = (jacobian_matrix(model, model.parameters.nominal) * model.parameters.width / view.error)[:, free]
     return slopes.reshape(len(q), -1, int(free.sum()))
 

@@ -57,7 +57,7 @@ class Problem:
     @cached_property
     def fixed(self) -> Bools:
         """Parameters that stay at their nominal values, by the sensor's gauge or by bounds without room, (d,)."""
-        gauge = np.isin(self.parameters.names, self.model.sensor.held)
+        gauge = np.isin(self.parameters.names, self.model.blocks.held)
         return np.asarray(gauge | (self.parameters.upper <= self.parameters.lower))
 
     @cached_property
@@ -88,7 +88,7 @@ class Problem:
     @cached_property
     def numbers(self) -> int:
         """How many numbers the rows have: K, less those that are zero because a row has fewer than others."""
-        return int(self.model.sensor.row_numbers.sum())
+        return int(self.model.blocks.row_numbers.sum())
 
     @cached_property
     def starts(self) -> Ints:
@@ -102,7 +102,7 @@ class Problem:
 
     @cached_property
     def _axes(self) -> int:
-        return self.model.sensor.format.numbers
+        return self.model.blocks.numbers
 
     def plain(self, x: Array) -> Array:
         """Residuals as the sensor has them, (c, d) -> (c, m, k)."""

@@ -14,7 +14,7 @@ def check_bounds(model: Model, what: str) -> None:
     Raises:
         UsageError: Nobody did for some.
     """
-    names = model.sensor_parameters.unbounded(model.sensor.free)
+    names = model.sensor_parameters.unbounded(model.blocks.free)
     if names:
         raise UsageError(
             f"{what} searches within bounds, but dataset.toml gives none for {', '.join(names)}: these start from"

@@ -6,6 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
+from robolaser.model.blocks.cell_frames import camera_of
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.stages import Stage
 
@@ -21,13 +22,13 @@ def camera_yaml(calibration: Calibration) -> str | None:
     """
     model, dataset = calibration.model, calibration.model.dataset
     values = model.parameters.values(calibration.x[None])
-    camera = model.sensor.camera(values, model.perturb(values))
+    camera = camera_of(model.blocks, values, model.perturb(values))
     if camera is None or dataset.image_px is None:
         return None
     if camera.distortion is not None:
         distortion, remark = camera.distortion, "# plumb_bob is the calibrated camera's own model."
     else:
-        own = "tangential" in model.sensor.lens_terms(dataset)
+        own = "tangential" in model.blocks.sensor.lens_terms(dataset)
         bent = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in model.effects)
         distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=own or bent)
         remark = f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image."

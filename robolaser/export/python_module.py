@@ -10,6 +10,7 @@ from robolaser.calibration.result import Calibration
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import apply
+from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.model.effects.effect import perturb_with
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
@@ -66,8 +67,8 @@ def corrected_module(calibration: Calibration) -> str | None:
         "END": robot.end.tolist(),
         "MASSES": masses(robot, arm.stated_payload_kg),
         "GRAVITY": list(robot.gravity),
-        "FRAMES": _listed(model.sensor.flange_frames(values, perturb)),
-        "CELL": _listed(model.sensor.base_frames(values, perturb)),
+        "FRAMES": _listed(flange_frames(model.blocks, values, perturb)),
+        "CELL": _listed(base_frames(model.blocks, values, perturb)),
     }
     source = Path(__file__).with_name("runtime.py").read_text(encoding="utf-8").partition(LINE)[2]
     notes = "".join(f"Not contained: {note}.\n" for note in left_out).replace("\\", "/").replace('"', "'")

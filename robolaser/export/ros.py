@@ -7,12 +7,13 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.model.blocks.cell_frames import base_frames, flange_frames, published_frames
 from robolaser.model.sensors.camera import OPTICAL
 
 
 def static_transform(calibration: Calibration) -> str | None:
     """Command lines that publish where the sensor sits, and what it tracks; None where it has no frames for that."""
-    published = calibration.model.sensor.published_frames
+    published = published_frames(calibration.model.blocks)
     every = ((link, name, T) for link, frames in _frames(calibration) for name, T in frames.items())
     commands = [_command(link, name, T) for link, name, T in every if name in published]
     return " &\n".join(commands) + "\n" if commands else None
@@ -60,7 +61,7 @@ def _frames(calibration: Calibration) -> Sequence[tuple[str, Mapping[str, Array]
     values = model.parameters.values(calibration.x[None])
     perturb = model.perturb(values)
     base, flange = _links(calibration)
-    return [(flange, model.sensor.flange_frames(values, perturb)), (base, model.sensor.base_frames(values, perturb))]
+    return [(flange, flange_frames(model.blocks, values, perturb)), (base, base_frames(model.blocks, values, perturb))]
 
 
 def _links(calibration: Calibration) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.model.effects.effect import perturb_with
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -66,13 +67,13 @@ def _with_sensor(text: str, calibration: Calibration) -> str:
     robot = calibration.model.dataset.robot
     flange = robot.flange if robot else "flange"
     values, perturb = _values(calibration), _perturbation(calibration)
-    sensor = calibration.model.sensor
+    blocks = calibration.model.blocks
     if robot is not None:
         base = urdf.parse(text).root
-    elif sensor.base_frames(values, perturb):
-        return _with_frames(BASE_ONLY, "base", sensor.base_frames(values, perturb))
-    text = _with_frames(text, flange, sensor.flange_frames(values, perturb))
-    return text if robot is None else _with_frames(text, base, sensor.base_frames(values, perturb))
+    elif standing := base_frames(blocks, values, perturb):
+        return _with_frames(BASE_ONLY, "base", standing)
+    text = _with_frames(text, flange, flange_frames(blocks, values, perturb))
+    return text if robot is None else _with_frames(text, base, base_frames(blocks, values, perturb))
 
 
 def _with_frames(text: str, parent: str, frames: Mapping[str, Array]) -> str:

@@ -46,7 +46,7 @@ def jacobian(model: Model, x: Array) -> Array:
 def _by_numbers(model: Model, x: Array, flange: Array | Dual, chain: ChainRule, count: int) -> Array:
     """Derivatives of the residuals by all numbers below a count, (c, count, m, k)."""
     values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
-    residuals: Any = model.sensor.residuals(cast("Values", values), cast("Array", flange), cast("Perturbation", chain))
+    residuals: Any = model.blocks.residuals(cast("Values", values), cast("Array", flange), cast("Perturbation", chain))
     J = np.zeros((len(x), count, *residuals.shape[1:]))
     if isinstance(residuals, Dual):
         J[:, list(residuals.of)] = np.swapaxes(residuals.slopes, 0, 1)

@@ -11,10 +11,12 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, bare
 from robolaser.errors import DataError
+from robolaser.model.blocks import Blocks
+from robolaser.model.blocks.distances import known_distances
+from robolaser.model.blocks.start import initialize, parameters_of
 from robolaser.model.chain_rule import Acting, ChainRule
 from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
-from robolaser.model.sensors import Sensor, sensor_of
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
@@ -39,12 +41,12 @@ def started(dataset: Dataset) -> Dataset:
 
 
 def _started(dataset: Dataset) -> Dataset:
-    sensor, given = sensor_of(dataset), dataset.parameters
-    missing = [name for name in sensor.free if name not in given]
+    blocks = Blocks(dataset)
+    missing = [name for name in blocks.free if name not in blocks.given]
     if not missing:
         return dataset
-    found = {item.name: item for item in sensor.parameters(dataset.flange()[None], Perturbation()).items}
-    return replace(dataset, parameters={**given, **{name: found[name] for name in missing}})
+    found = {item.name: item for item in parameters_of(blocks, dataset.flange()[None]).items}
+    return replace(dataset, parameters={**dataset.parameters, **{name: found[name] for name in missing}})
 
 
 @final
@@ -68,9 +70,9 @@ class Model:
             )
 
     @cached_property
-    def sensor(self) -> Sensor:
-        """The way the data were measured."""
-        return sensor_of(self.dataset)
+    def blocks(self) -> Blocks:
+        """The rows of every sensor in every session."""
+        return Blocks(self.dataset)
 
     @cached_property
     def run(self) -> Run:
@@ -80,7 +82,7 @@ class Model:
     def with_effects(self, candidate_effects: tuple[CandidateEffect, ...]) -> "Model":
         """The same data seen with other effects; what was worked out about the data is kept."""
         other = Model(self.dataset, candidate_effects, self.course)
-        other.__dict__.update(sensor=self.sensor, run=self.run, _nominal_flange=self._nominal_flange)
+        other.__dict__.update(blocks=self.blocks, run=self.run, _nominal_flange=self._nominal_flange)
         return other.sharing(self.sensor_parameters)
 
     def sharing(self, sensor_parameters: Parameters) -> "Model":
@@ -103,7 +105,7 @@ class Model:
     @cached_property
     def sensor_parameters(self) -> Parameters:
         """The sensor's parameters; effects at their nominal values change none of them."""
-        return self.sensor.parameters(self._nominal_flange, Perturbation())
+        return parameters_of(self.blocks, self._nominal_flange)
 
     def chain_rule(self, x: Array, steps: Array) -> ChainRule:
         """How what passes the stages moves with all parameters.
@@ -169,7 +171,7 @@ class Model:
             x: Candidates in the order of `parameters`, (c, d).
 
         Returns:
-            (c, m, k) [`sensor.format.unit`]; not finite at the model's poles.
+            (c, m, k) [`blocks.unit`]; not finite at the model's poles.
         """
         parts = [self.residuals_at(self.parameters.values(part)) for part in self._in_chunks(x)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
@@ -177,12 +179,12 @@ class Model:
     def residuals_at(self, values: Values) -> Array:
         """The same for values by name, (c,) each, all candidates at once."""
         perturb = self.perturb(values)
-        return self.sensor.residuals(values, self.flange(values, perturb), perturb)
+        return self.blocks.residuals(values, self.flange(values, perturb), perturb)
 
     @cached_property
     def known_distances(self) -> KnownDistances | None:
         """Rows of their own, of no pose, that every fit has beside those of points.csv; None where there are none."""
-        return self.sensor.known_distances
+        return known_distances(self.blocks)
 
     def extra_residuals(self, x: Array) -> Array:
         """Known distances less the model's over their standard deviation, (c, d) -> (c, r); r may be 0.
@@ -199,7 +201,7 @@ class Model:
         """Residuals (m, k) at x (d,) as they are at the point's place, (m, j) [m]: what a person reads."""
         values = self.parameters.values(x[None])
         perturb = self.perturb(values)
-        there: Array = self.sensor.in_metres(residuals[None], values, self.flange(values, perturb), perturb)[0]
+        there: Array = self.blocks.in_metres(residuals[None], values, self.flange(values, perturb), perturb)[0]
         return there
 
     def completed(self, values: Values, known: Collection[str] = ()) -> Values:
@@ -209,26 +211,26 @@ class Model:
             values: What is known, (c,) each.
             known: Parameters that stay as they are in `values`, though they would follow from the others.
         """
-        stay = {*known, *self.sensor.held}
-        follow = [name for name in self.sensor.derived if name not in stay]
+        stay = {*known, *self.blocks.held}
+        follow = [name for name in self.blocks.derived if name not in stay]
         if not follow:
             return values
         others = {name: value for name, value in values.items() if name not in follow}
         perturb = self.perturb(values)
-        found = self.sensor.initialize(others, self.flange(values, perturb), perturb)
+        found = initialize(self.blocks, others, self.flange(values, perturb), perturb)
         return {**values, **{name: found[name] for name in follow}}
 
     def fix_gauge(self, x: Array) -> Array:
         """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""
-        values = self.sensor.fix_gauge(self.parameters.values(x[None]))
+        values = self.blocks.fix_gauge(self.parameters.values(x[None]))
         return np.array([values[name][0] for name in self.parameters.names])
 
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
         if not self.effects:
-            return self.sensor.costs(x, self._nominal_flange)
+            return self.blocks.costs(self.parameters.values(x), self._nominal_flange)
         return np.concatenate([self._squares(self.parameters.values(part)) for part in self._in_chunks(x)])
 
     def _squares(self, values: Values) -> Array:
         perturb = self.perturb(values)
-        return self.sensor.squares(values, self.flange(values, perturb), perturb)
+        return self.blocks.squares(values, self.flange(values, perturb), perturb)

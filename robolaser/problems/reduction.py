@@ -6,6 +6,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
+from robolaser.model.blocks.start import conditionally_linear, solve_conditional
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.parameters import Parameters, Values
@@ -27,10 +28,10 @@ class Reduction:
     """
 
     def __init__(self, model: Model) -> None:
-        sensor = model.sensor
+        blocks = model.blocks
         self.model = model
-        found = (*sensor.conditionally_linear, *sensor.derived)
-        self.parameters = model.parameters.without((*found, *sensor.held))
+        found = (*conditionally_linear(blocks), *blocks.derived)
+        self.parameters = model.parameters.without((*found, *blocks.held))
 
     def completed(self, x: Array) -> Array:
         """Candidates (c, len(parameters)) as candidates of the whole model (c, d), within its bounds.
@@ -48,7 +49,7 @@ class Reduction:
         for _ in range(2 if any(effect.effect.stage in BREAKS_SCALE for effect in model.effects) else 1):
             perturb = model.perturb(values)
             flange = model.flange(values, perturb)
-            values = {**values, **model.sensor.solve_conditional(values, flange, perturb, bounds)}
+            values = {**values, **solve_conditional(model.blocks, values, flange, perturb, bounds)}
         found = np.stack([values[name] for name in whole.names], axis=-1)
         return np.asarray(np.clip(found, whole.lower, whole.upper))
 

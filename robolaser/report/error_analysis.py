@@ -127,7 +127,7 @@ def known_points(model: Model, x: Array) -> Array | None:
     """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; None where rows are no points."""
     values = model.parameters.values(x[None])
     perturb = model.perturb(values)
-    known = model.sensor.known(values, model.flange(values, perturb), perturb)
+    known = model.blocks.known(values, model.flange(values, perturb), perturb)
     return None if known is None else known[0]
 
 

@@ -11,7 +11,9 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.cause_words import place
 from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.parameters import Values
@@ -61,12 +63,12 @@ class CellPoses:
     @property
     def rides(self) -> bool:
         """Is the camera on the flange, if there is one?"""
-        return self.model.sensor.description.get("mount") != "base"
+        return self.model.blocks.description.get("mount") != "base"
 
     @cached_property
     def cameras(self) -> Array | None:
         """T_base_camera of all poses, (p, 4, 4); None where there is no camera."""
-        mount = self.model.sensor.mount(self.values, self.model.perturb(self.values))
+        mount = mount_of(self.model.blocks, self.values, self.model.perturb(self.values))
         if mount is not None:
             cameras: Array = self.flanges @ mount[0]
             return cameras
@@ -111,8 +113,8 @@ class CellPoses:
     def light(self) -> Array:
         """The projector and points where the stripe falls, (n, 1 + k, 3); empty without a laser."""
         perturb = self.model.perturb(self.values)
-        seen = self.model.sensor.in_base(self.values, self.model.flange(self.values, perturb), perturb)
-        if seen is None or self.camera is None or not self.model.sensor.has_laser_plane():
+        seen = self.model.blocks.in_base(self.values, self.model.flange(self.values, perturb), perturb)
+        if seen is None or self.camera is None or not self.model.blocks.has_laser_plane:
             return np.empty((len(self.frames), 0, 3))
         baseline = np.array([[float(self.values["b"][0]), 0.0, 0.0]])
         light = np.full((len(self.frames), 1 + LIGHT_POINTS, 3), np.nan)
@@ -155,7 +157,7 @@ class CellPoses:
 
     def misses(self, errors_m: Array) -> Array | None:
         """From each row's pixel to where the model predicts it, (m, 2) [px]; without the slope of the distortion."""
-        view = self.model.sensor.camera(self.values, self.model.perturb(self.values))
+        view = camera_of(self.model.blocks, self.values, self.model.perturb(self.values))
         shifts, across = self.shifts(errors_m), self.across_view(errors_m)
         if view is None or shifts is None or self.cameras is None:
             return None
@@ -170,7 +172,7 @@ class CellPoses:
     @property
     def _is_turned(self) -> bool:
         """Does the camera's frame have x along image v, as that of a scanner whose stripe moves along u?"""
-        return self.model.sensor.has_laser_plane() and self.model.dataset.stripe_axis == "u"
+        return self.model.blocks.has_laser_plane and self.model.dataset.stripe_axis == "u"
 
     def at(self, site: str) -> Array | None:
         """Where a site is in each pose, (n, 3); None where it is nowhere in space."""
@@ -183,7 +185,7 @@ class CellPoses:
         of |= {"laser": self.light[:, 0]} if self.light.shape[1] else {}
         if len(self.known):
             of["target"] = np.broadcast_to(self.known.mean(axis=0), (len(self.frames), 3))
-        return of.get(site)
+        return of.get(kind_of_site(site))
 
     def _tool(self, pose: int) -> Array:
         own = self._values_at(pose)

@@ -59,7 +59,7 @@ def _seen(exact: Dataset, truth: Mapping[str, float], effects: tuple[CandidateEf
     off = np.full_like(pixel, np.inf)
     for _ in range(ROUNDS):
         model = Model(scanner_with_corners(exact, replace(corners, pixel=pixel)), effects)
-        off = model.sensor.own_rows(model.residuals_at(values)[0], "camera")
+        off = model.blocks.own_rows(model.residuals_at(values)[0], "camera")
         far = np.abs(off) > size  # not in view
         pixel = np.where(far | ~np.isfinite(off), pixel, pixel - off)
         if not (np.abs(off[np.isfinite(off) & ~far]) > SETTLED_PX).any():

@@ -22,7 +22,7 @@ def breathing(size: float) -> Dataset:
     dataset, truth, model = made.dataset, made.truth, Model(made.dataset)
     values = model.parameters.values(np.array([[truth[name] for name in model.parameters.names]]))
     perturb = model.perturb(values)
-    away = model.sensor.ranges(values, model.flange(values, perturb), perturb).reshape(-1)
+    away = model.blocks.sensor.ranges(values, model.flange(values, perturb), perturb).reshape(-1)
     centre = np.array([truth["cx"], truth["cy"]])
     pixel = centre + (dataset.points.pixel - centre) * (1.0 + size * ((away / away.mean()) ** 2 - 1.0))[:, None]
     return replace(dataset, points=replace(dataset.points, pixel=pixel))

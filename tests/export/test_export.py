@@ -35,7 +35,7 @@ def values_of(calibration):
 
 def mount(calibration):
     values = values_of(calibration)
-    return calibration.model.sensor.mount(values, calibration.model.perturb(values))[0, 0]
+    return calibration.model.blocks.sensor.mount(values, calibration.model.perturb(values))[0, 0]
 
 
 def cameras():
@@ -58,7 +58,7 @@ def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
     at = frames(robot_urdf(calibration))
     points = calibration.model.dataset.points
     values = values_of(calibration)
-    seen = calibration.model.sensor.in_camera(values, calibration.model.perturb(values))[0]
+    seen = calibration.model.blocks.sensor.in_camera(values, calibration.model.perturb(values))[0]
     T_optical_camera = inverse(at["scanner_camera_optical"]) @ at["scanner_camera"]
     x, y, z = apply(T_optical_camera, seen).T
     flat = undistort(metric(points.pixel[None], values), values["k"])[0]
@@ -69,7 +69,7 @@ def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
 def test_all_points_lie_in_the_sheet_of_the_laser_frame(calibration):
     at = frames(robot_urdf(calibration))
     values = values_of(calibration)
-    seen = calibration.model.sensor.in_camera(values, calibration.model.perturb(values))[0]
+    seen = calibration.model.blocks.sensor.in_camera(values, calibration.model.perturb(values))[0]
     T_camera_laser = inverse(at["scanner_camera"]) @ at["scanner_laser"]
     in_sheet = apply(inverse(T_camera_laser), seen)
     np.testing.assert_allclose(in_sheet[:, 0], 0.0, atol=1e-9)
@@ -120,7 +120,7 @@ def test_there_is_no_corrected_robot_without_effects_that_a_urdf_can_say():
 def test_opencv_projects_as_the_calibrated_lens_does(axis, k):
     calibration = stripe(axis=axis, k=k)
     values = values_of(calibration)
-    camera = calibration.model.sensor.camera(values, calibration.model.perturb(values))
+    camera = calibration.model.blocks.sensor.camera(values, calibration.model.perturb(values))
     distortion, error_px = plumb_bob(camera, (640, 480), decentred=False)
     K = camera.K
     pixel = np.stack(np.meshgrid(np.linspace(0, 639, 23), np.linspace(0, 479, 19)), axis=-1).reshape(1, -1, 2)

@@ -31,7 +31,7 @@ def cell(kind: str) -> Dataset:
 
 def rounding(model: Model, metres: float) -> float:
     """A rounding error of points [m], in the unit of the sensor's rows."""
-    return metres * (1e4 if model.sensor.format.unit == "px" else 1.0)
+    return metres * (1e4 if model.blocks.sensor.format.unit == "px" else 1.0)
 
 
 def homes(kind: type[Effect]) -> list[Model]:
@@ -203,8 +203,8 @@ def test_values_of_a_sensor_pass_exactly_the_stages_that_it_declares(kind: str) 
     model = Model(cell(kind))
     values = model.parameters.values(model.parameters.nominal[None])
     perturb = Perturbation(tuple((stage, watch(stage)) for stage in Stage))
-    model.sensor.residuals(values, model.flange(values), perturb)
-    assert passed == model.sensor.stages - {Stage.JOINTS, Stage.LINKS, Stage.FLANGE}
+    model.blocks.residuals(values, model.flange(values), perturb)
+    assert passed == model.blocks.sensor.stages - {Stage.JOINTS, Stage.LINKS, Stage.FLANGE}
 
 
 def test_effects_of_different_stages_compose_in_any_order() -> None:

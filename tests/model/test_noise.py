@@ -92,18 +92,18 @@ class TestOnABoard:
 
     def effect(self, cell: Cell) -> np.ndarray:
         model = cell.model()
-        assert isinstance(model.sensor, Stripe)
+        assert isinstance(model.blocks.sensor, Stripe)
         values = model.parameters.values(cell.truth(model)[None])
         perturb = model.perturb(values)
-        return pixel_moves(model.sensor, values, model.flange(values, perturb), perturb)
+        return pixel_moves(model.blocks.sensor, values, model.flange(values, perturb), perturb)
 
     def test_pixel_noise_moves_a_residual_along_its_viewing_ray_only(self):
         model = self.cell.model()
         values = at_truth(model.parameters.names)
         perturb = model.perturb(values)
         T_base_flange = model.flange(values, perturb)
-        centre = (T_base_flange @ model.sensor.mount(values, perturb))[0, self.cell.dataset.points.pose, :3, 3]
-        ray = model.sensor.in_base(values, T_base_flange, perturb)[0] - centre
+        centre = (T_base_flange @ model.blocks.sensor.mount(values, perturb))[0, self.cell.dataset.points.pose, :3, 3]
+        ray = model.blocks.sensor.in_base(values, T_base_flange, perturb)[0] - centre
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
         effect = self.effect(self.cell)
         across = effect - ray[..., None] * np.einsum("mk,mkq->mq", ray, effect)[:, None]
@@ -120,9 +120,9 @@ class TestOnABoard:
 
     def test_a_placed_board_is_the_plane_through_its_points(self):
         model = self.cell.model()
-        known = model.sensor.target(at_truth(model.parameters.names), model.perturb(at_truth(model.parameters.names)))[
-            0
-        ]
+        known = model.blocks.sensor.target(
+            at_truth(model.parameters.names), model.perturb(at_truth(model.parameters.names))
+        )[0]
         parameters = {k: v for k, v in self.cell.dataset.parameters.items() if not k.startswith("target.")}
         placed = replace(
             self.cell.dataset, placed=True, parameters=parameters, points=replace(self.cell.dataset.points, xyz=known)

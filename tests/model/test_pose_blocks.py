@@ -111,5 +111,5 @@ def check_held_out(dataset, loss):
         out = folds.of_row == fold
         end = solve(problem, x[None], tol=TOLERANCE / 10, kept=~out[None])
         whole = model.residuals(end.x)[0]
-        expected = (model.sensor.located_apart(whole) if folds.whole else whole)[out]
+        expected = (model.blocks.located_apart(whole) if folds.whole else whole)[out]
         assert np.linalg.norm(errors[out] - expected) < 0.05 * np.linalg.norm(expected)

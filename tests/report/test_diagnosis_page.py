@@ -163,7 +163,7 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange_in_every_pose():
     model = diagnosis.model
     cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
     values = model.parameters.values(diagnosis.x[None])
-    mount = model.sensor.mount(values, model.perturb(values))[0, 0]
+    mount = model.blocks.sensor.mount(values, model.perturb(values))[0, 0]
     flange = model.flange(values)[0]
     np.testing.assert_allclose(cell.line[:, -1], flange[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose((inverse(flange) @ cell.camera)[:, :3, 3], [mount[:3, 3]] * len(flange), atol=1e-12)
@@ -174,7 +174,7 @@ def test_arrows_lead_from_what_is_known_to_where_the_model_puts_it(made):
     model = diagnosis.model
     cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
     values = model.parameters.values(diagnosis.x[None])
-    seen = model.sensor.in_base(values, model.flange(values, model.perturb(values)), model.perturb(values))[0]
+    seen = model.blocks.sensor.in_base(values, model.flange(values, model.perturb(values)), model.perturb(values))[0]
     np.testing.assert_allclose(cell.known + cell.shifts(model.residuals(diagnosis.x[None])[0]), seen, atol=1e-9)
 
 

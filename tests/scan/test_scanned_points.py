@@ -88,7 +88,7 @@ def test_the_calibrated_data_set_is_scanned_to_where_its_model_sees_it(data, eff
     kept = calibration.model.parameters.columns(model.parameters.names)
     values = model.parameters.values(calibration.x[None, kept])
     perturb = model.perturb(values)
-    seen = model.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
+    seen = model.blocks.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
     np.testing.assert_allclose(places(scan), seen, atol=2e-7)
     assert scan.warnings == ()
 

@@ -113,7 +113,7 @@ def test_every_pixel_is_inside_the_image_and_every_point_before_the_camera(robot
     assert ((dataset.points.pixel >= 0) & (dataset.points.pixel <= np.array(dataset.image_px) - 1)).all()
     model = Model(dataset, simulated.effects)
     values = {name: np.array([value]) for name, value in simulated.truth.items()}
-    assert (model.sensor.in_camera(values, model.perturb(values))[0, :, 2] > 0.1).all()
+    assert (model.blocks.sensor.in_camera(values, model.perturb(values))[0, :, 2] > 0.1).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)

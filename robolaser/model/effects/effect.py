@@ -8,13 +8,14 @@ from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.mechanism import Part
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.effects.sensor_sites import of_sensor, sites_of_sensors
 from robolaser.model.sensors import parts_with_lens
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
@@ -85,7 +86,7 @@ class Effect(ABC):
         needs: What the data must have besides values that pass the stage, see `requirements`.
         depends_on_trajectory: Whether `apply` looks at other poses or points than the one that it changes.
         in_urdf: Whether a URDF can hold it: then the exported robot does.
-        where: Its location: a joint's name, or its site.
+        where: Its location: a joint's name, or its site; a sensor's own as `left.laser`.
     """
 
     name: ClassVar[str]
@@ -115,17 +116,35 @@ class Effect(ABC):
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
         """Why these data cannot test it, such as "no joint velocities in the data"; "" where they can."""
-        by_sensor = [
-            next(filter(None, (passes(cls.stage, part), *(need(part) for need in cls.needs))), "")
-            for part in parts_with_lens(dataset)
-        ]
+        by_sensor = cls.missing_by_sensor(dataset)
         reason = "" if "" in by_sensor else by_sensor[0]
         return reason or ("" if cls.sites(dataset.robot) else "this robot has no location for it")
 
     @classmethod
+    def missing_by_sensor(cls, dataset: Dataset) -> tuple[str, ...]:
+        """Likewise of each sensor."""
+        return tuple(
+            next(filter(None, (passes(cls.stage, part), *(need(part) for need in cls.needs))), "")
+            for part in parts_with_lens(dataset)
+        )
+
+    @classmethod
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Where these data can test it; empty where something is missing."""
-        return () if cls.missing(dataset) else cls.sites(dataset.robot)
+        """Where these data can test it; empty where something is missing.
+
+        Where several sensors each have its site, that of each is a location: `left.laser`.
+        """
+        if cls.missing(dataset):
+            return ()
+        return tuple(cls.sites_of_sensors(dataset)) if cls.site else cls.sites(dataset.robot)
+
+    @classmethod
+    def sites_of_sensors(cls, dataset: Dataset) -> dict[str, Bools]:
+        """Its site, by name where sensors have their own, and which of the sensors are there, (sensors,)."""
+        if cls.stage not in OF_ROWS:
+            return {cls.site: np.ones(len(dataset.parts), dtype=bool)}
+        missing = cls.missing_by_sensor(dataset)
+        return sites_of_sensors(cls.site, dataset, lambda number: not missing[number])
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
@@ -253,13 +272,17 @@ def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
 def acted(effect: Effect, value: Array, run: Run) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
     out = effect.apply(value, run)
-    if not run.dataset.members or effect.stage not in OF_ROWS or value.shape[1] == 1:
+    if len(run.dataset.parts) == 1 or effect.stage not in OF_ROWS:
         return out
-    untouched = run.kept("untouched rows", type(effect), lambda: _untouched(effect, run.dataset))
+    if value.shape[1] == 1 and not of_sensor(effect.where):
+        return out
+    untouched = run.kept("untouched rows", (type(effect), effect.where), lambda: _untouched(effect, run.dataset))
     return np.where(untouched[:, None], value, out) if untouched.any() else out
 
 
 def _untouched(effect: Effect, dataset: Dataset) -> Array:
-    """Rows of sensors that cannot have an effect, (m,)."""
+    """Rows of sensors that cannot have an effect, or are elsewhere, (m,)."""
     lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in parts_with_lens(dataset)])
+    if of_sensor(effect.where):
+        lacks |= ~effect.sites_of_sensors(dataset)[effect.where]
     return np.asarray(lacks[dataset.points.sensor])

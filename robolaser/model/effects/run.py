@@ -1,7 +1,7 @@
 """A run as effects see it: poses, points, and what follows from them once and for all."""
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, final
@@ -11,9 +11,10 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.path_velocities import known_velocities
+from robolaser.model.blocks import Block, blocks_of
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
-from robolaser.model.sensors import parts_with_lens, parts_with_parameters, sensor_class
+from robolaser.model.sensors import parts_with_lens, sensor_class
 from robolaser.robot.kinematics import DOWN, Robot
 
 
@@ -82,10 +83,12 @@ class Run:
         assert self.poses.time_s is not None  # effects that read them need the order
         return self.poses.time_s
 
-    @property
-    def stripe_axis(self) -> str:
-        """Image axis that the stripe runs along."""
-        return self.dataset.stripe_axis
+    @cached_property
+    def across_stripe(self) -> Array:
+        """The direction across each row's stripe in its image, unit vectors (m, 2); (1, 2) for all rows alike."""
+        parts = self.dataset.parts
+        across = np.array([[0.0, 1.0] if part.stripe_axis == "u" else [1.0, 0.0] for part in parts])
+        return across if len(parts) == 1 else across[self.points.sensor]
 
     @cached_property
     def paths(self) -> tuple[Ints, ...]:
@@ -191,13 +194,9 @@ class Run:
 
         Zero in rows of sensors that are no scanners.
         """
-        session = self.dataset.session_of_pose[self.points.pose]
-        tilt = np.zeros(len(session))
-        for of_scanner, scanner in self._scanners:
-            for number in np.unique(session[of_scanner]):
-                there = session[of_scanner] == number
-                own = replace(scanner, points=scanner.points.take(there))
-                tilt[of_scanner[there]] = surface_tilt(own, self.flange, self.target)
+        tilt = np.zeros(len(self.points))
+        for block in self._scanners:
+            tilt[block.rows] = surface_tilt(block.sensor.dataset, self.flange, self.target)
         return tilt
 
     @cached_property
@@ -206,14 +205,14 @@ class Run:
         if not self.dataset.members:
             return np.array([self.dataset.parameters["theta"].nominal])
         angle = np.zeros(len(self.points))
-        for rows, scanner in self._scanners:
-            angle[rows] = scanner.parameters["theta"].nominal
+        for block in self._scanners:
+            angle[block.rows] = block.sensor.dataset.parameters["theta"].nominal
         return angle
 
     @cached_property
-    def _scanners(self) -> tuple[tuple[Ints, Dataset], ...]:
-        """Rows of each stripe scanner and what it saw, with its parameters by its own names."""
-        return tuple((rows, part) for rows, part in parts_with_parameters(self.dataset) if "theta" in part.parameters)
+    def _scanners(self) -> tuple[Block, ...]:
+        """The blocks of stripe scanners."""
+        return tuple(block for block in blocks_of(self.dataset) if block.sensor.has_laser_plane())
 
 
 def gravity_of(dataset: Dataset) -> Array:

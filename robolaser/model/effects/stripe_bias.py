@@ -42,8 +42,7 @@ class StripeBias(Effect):
         """Shift the coordinate across the stripe."""
         tilt = run.tilt if self.tilt is None else np.full(pixel.shape[1], self.tilt)
         shift = self.slope[:, None] * tilt
-        across = np.array([0.0, 1.0] if run.stripe_axis == "u" else [1.0, 0.0])
-        return np.asarray(pixel + shift[..., None] * across)
+        return np.asarray(pixel + shift[..., None] * run.across_stripe)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It needs the tilt of the surface, which only the target points of a data set tell."""

@@ -202,7 +202,7 @@ def _telling(model: Model, kept: Bools | None) -> Model:
     """The model of rows that tell the sizes of errors: more poses, or more rows of each, say nothing new."""
     points = model.dataset.points
     rows = np.arange(len(points)) if kept is None else np.flatnonzero(kept)
-    if model.sensor.prefix_of(points.names[0]):  # each name is a place of its own to be fitted
+    if model.blocks.prefix_of(points.names[0]):  # each name is a place of its own to be fitted
         rows = rows[of_some_groups(points.number[rows], MOST_NAMES)]
     rows = rows[of_some_groups(points.pose[rows], MOST_POSES)]
     rows = rows[rows_of_each(points.pose[rows], _most_of_a_pose(len(np.unique(points.pose[rows]))))]

@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.finite_differences import central_differences
+from robolaser.model.blocks.errors import moved_with_pose, row_errors
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Values
@@ -34,10 +35,10 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
 
     So at the level of the pose there is always a source that nobody stated, for which the residuals may speak.
     """
-    values, dataset, sensor = model.parameters.values(x[None]), model.dataset, model.sensor
+    values, dataset, blocks = model.parameters.values(x[None]), model.dataset, model.blocks
     perturb = model.perturb(values)
     flange = model.flange(values, perturb)
-    rows = sensor.row_errors(values, flange, perturb)
+    rows = row_errors(blocks, values, flange, perturb)
     found = [*rows]
     of_pose = dataset.points.pose
     has_joints = dataset.robot is not None and dataset.poses.q is not None
@@ -45,16 +46,16 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
         effect = _joint_effect(model, values)
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.joint_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
-    if sensor.whole_pose_errors and has_joints:
+    if blocks.whole_pose_errors and has_joints:
         whole = "probe"
         wanted = shared or all(source.stated is not None for source in rows)
     else:
         whole = "flange"
         wanted = shared and (not has_joints or dataset.noise.joint_rad is not None)
     if wanted:
-        shifts, turns = sensor.moved_with_pose(values, flange, perturb)
+        shifts, turns = moved_with_pose(blocks, values, flange, perturb)
         found.append(ErrorSource(whole, shifts, of_pose, level="pose"))
-        if (shared or sensor.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
+        if (shared or dataset.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
             found.append(ErrorSource(f"{whole}_turn", turns, of_pose, "rad", level="pose"))
     return tuple(found)
 
@@ -67,7 +68,7 @@ def _joint_effect(model: Model, values: Values) -> Array:
         moved = q.copy()
         moved[:, list(robot.chain)] += shift
         shaken = Model(replace(model.dataset, poses=replace(poses, q=moved)), model.effects)
-        e: Array = model.sensor.residuals(values, shaken.flange(values), perturb)[0]
+        e: Array = model.blocks.residuals(values, shaken.flange(values), perturb)[0]
         return e
 
     def at_each(shifts: Array) -> Array:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.model.blocks.errors import row_errors
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
@@ -16,11 +17,11 @@ def comparable(model: Model, x: Array) -> NoiseModel | None:
         model: Data and effects.
         x: Parameters near the optimum, (d,).
     """
-    if not any(angles for *_, angles in model.sensor.kinds_of_rows.values()):
+    if not any(angles for *_, angles in model.blocks.kinds_of_rows.values()):
         return None
     values = model.parameters.values(x[None])
     perturb = model.perturb(values)
-    sources = tuple(model.sensor.row_errors(values, model.flange(values, perturb), perturb))
+    sources = row_errors(model.blocks, values, model.flange(values, perturb), perturb)
     residuals = model.residuals_at(values)[0]
     sigmas = {}
     for source in sources:

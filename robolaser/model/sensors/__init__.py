@@ -7,18 +7,13 @@ package announces it by an entry point in the group `robolaser.sensors`.
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
-
-from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset, Member
 from robolaser.model.sensors.camera import CameraSensor
-from robolaser.model.sensors.per_session import PerSession
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.pose import Pose
 from robolaser.model.sensors.profile import Profile
 from robolaser.model.sensors.scanner_corners import ScannerCorners, scanner_of, seen_by
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
-from robolaser.model.sensors.several import Several
 from robolaser.model.sensors.socket import Socket
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
@@ -43,27 +38,17 @@ def sensor_class(kind: str) -> type[Sensor]:
     return (REGISTERED if kind in REGISTERED else sensors())[kind]
 
 
-def sensor_of(dataset: Dataset) -> Sensor:
-    """The sensor that a data set was measured with."""
-    if dataset.members:
-        return Several(dataset, lambda part, number: _member(dataset, part, number))
-    return _one(dataset, sensor_class(dataset.kind))
+def sensors_of(dataset: Dataset) -> tuple[Sensor, ...]:
+    """Every sensor of a data set, for what it saw."""
+    if not dataset.members:
+        return (sensor_class(dataset.kind)(dataset),)
+    return tuple(_member(dataset, *one) for one in zip(dataset.parts, dataset.members, strict=True))
 
 
-def _one(dataset: Dataset, kind: type[Sensor]) -> Sensor:
-    return kind(dataset) if dataset.sessions is None else PerSession(dataset, kind, dataset.sessions)
-
-
-def _member(dataset: Dataset, part: Dataset, number: int) -> Sensor:
+def _member(dataset: Dataset, part: Dataset, member: Member) -> Sensor:
     """One of several sensors: a camera that is a stripe scanner's has the scanner's parameters."""
-    scanner = _scanner_of(dataset, dataset.members[number])
-    return _one(part, sensor_class(part.kind)) if scanner is None else _one(seen_by(scanner, part), ScannerCorners)
-
-
-def parts_with_parameters(dataset: Dataset) -> tuple[tuple[Ints, Dataset], ...]:
-    """Rows of each of several sensors and what it saw, with its parameters by its own names; else all rows, itself."""
-    sensor = sensor_of(dataset) if dataset.members else None
-    return sensor.seen if isinstance(sensor, Several) else ((np.arange(len(dataset.points)), dataset),)
+    scanner = _scanner_of(dataset, member)
+    return sensor_class(part.kind)(part) if scanner is None else ScannerCorners(seen_by(scanner, part))
 
 
 def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:
@@ -93,4 +78,4 @@ def _announced() -> None:
     announced("robolaser.sensors", Sensor, taken=ours, name="", required=["format"])
 
 
-__all__ = ["Sensor", "Stripe", "sensor_class", "sensor_of", "sensors"]
+__all__ = ["Sensor", "Stripe", "sensor_class", "sensors", "sensors_of"]

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
-from robolaser.errors import DataError, near
+from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
@@ -20,7 +20,7 @@ from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameter, Parameters, Values
+from robolaser.parameters import Parameter, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
@@ -164,25 +164,6 @@ class Sensor(ABC):
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None where it has none."""
         return None
 
-    @property
-    def row_numbers(self) -> Ints:
-        """How many numbers each row has, (m,)."""
-        return np.full(len(self.dataset.points), self.format.numbers)
-
-    @property
-    def stages_of_rows(self) -> Sequence[tuple[Ints, frozenset[Stage]]]:
-        """Rows (m,), and the stages that what they measure passes."""
-        return [(np.arange(len(self.dataset.points)), self.stages)]
-
-    @property
-    def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
-        """Rows (m,) by what they are called in results, their unit, and how many of their numbers are angles."""
-        return {self.format.kind: (np.arange(len(self.dataset.points)), self.format.unit, self.format.angles)}
-
-    def own_rows(self, residuals: Array, kind: str) -> Array:
-        """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
-        return residuals
-
     def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
         known = self.known(values, T_base_flange, perturb)
@@ -257,10 +238,9 @@ class Sensor(ABC):
             J = np.einsum("ij,ij->i", flat, flat)
         return np.where(np.isfinite(J), J, np.inf)
 
-    def costs(self, x: Array, T_base_flange: Array) -> Array:
-        """The same without effects, for candidates in the order of `free`, then `derived`, (c, d) -> (c,)."""
-        names = self.free + self.derived
-        return self.squares(dict(zip(names, x.T, strict=True)), T_base_flange, Perturbation())
+    def costs(self, values: Values, T_base_flange: Array) -> Array:
+        """The same without effects."""
+        return self.squares(values, T_base_flange, Perturbation())
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
         """What would be measured at other poses (default: each named point once); None where the flange cannot go.
@@ -307,46 +287,6 @@ class Sensor(ABC):
         """Errors of held-out rows (m, k) once what only they can locate is located from them."""
         return errors
 
-    def parameters(self, T_base_flange: Array, perturb: Perturbation) -> Parameters:
-        """All parameters: as given, and where nothing is given around what `initialize` finds at the nominal values.
-
-        Raises:
-            DataError: The data set gives one that this sensor does not have, or not all of its free ones.
-        """
-        given = self.dataset.parameters
-        self.check_given()
-        if any(name not in given for name in self.free):
-            started = self.start({name: item.nominal for name, item in given.items()}, T_base_flange)
-            spans = self.spans(started)
-            given = {name: self._start(name, started[name], spans[name]) for name in started if name in spans} | dict(
-                given
-            )
-        items = [given[name] for name in self.free]
-        if any(name not in given for name in self.derived):
-            known = [*items, *(given[name] for name in self.held if name in given)]
-            nominal = {item.name: np.array([item.nominal]) for item in known}
-            found = self.initialize(nominal, T_base_flange, perturb)
-            at = {name: float(found[name][0]) for name in self.derived if name not in given}
-            spans = self.spans(at | {item.name: item.nominal for item in given.values()})
-            items += [given.get(name) or self._start(name, at[name], spans[name]) for name in self.derived]
-        else:
-            items += [given[name] for name in self.derived]
-        return Parameters(tuple(items))
-
-    def check_given(self) -> None:
-        """See that the data set gives no parameter that this sensor does not have.
-
-        Raises:
-            DataError: It does.
-        """
-        for name in self.dataset.parameters:
-            if name not in self.free + self.derived:
-                raise DataError(
-                    f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, self.free + self.derived)}",
-                    file="dataset.toml",
-                    column=f"[parameters] {name}",
-                )
-
     def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
         """Free parameters, and derived ones that are found on the way, in closed form from the data alone.
 
@@ -377,8 +317,3 @@ class Sensor(ABC):
         """
         units = {name: self.format.unit_of(name) for name in self.free + self.derived}
         return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}
-
-    def _start(self, name: str, at: float, span: float) -> Parameter:
-        return Parameter(
-            name, self.format.unit_of(name), at, at - span, at + span, given=False, origin=self.closed_form
-        )

@@ -216,10 +216,10 @@ class Stripe(Sensor):
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         return self.target(values, perturb) - self.in_base(values, T_base_flange, perturb)
 
-    def costs(self, x: Array, T_base_flange: Array) -> Array:
+    def costs(self, values: Values, T_base_flange: Array) -> Array:
         """J of the model without effects; where the target is placed, by few operations for long searches."""
         if not self.dataset.placed:
-            return super().costs(x, T_base_flange)
+            return super().costs(values, T_base_flange)
         if self._cost is None or self._cost.T_base_flange is not T_base_flange:
             self._cost = StripeCost(self.dataset, T_base_flange)
-        return self._cost(dict(zip(SCANNER, x.T, strict=True)))
+        return self._cost(values)

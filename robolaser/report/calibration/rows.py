@@ -74,13 +74,13 @@ def _bounds(calibration: Calibration, i: int) -> Bounds:
 def note(calibration: Calibration, i: int) -> str:
     """The caveat about the i-th parameter; may be empty."""
     name = calibration.model.parameters.names[i]
-    if name in calibration.model.sensor.held:
+    if name in calibration.model.blocks.held:
         return FIXED
     if calibration.on_bound[i]:
         return ON_BOUND
     if not np.isfinite(calibration.std[i]):
         return UNDETERMINED
-    held = set(calibration.model.sensor.fixed)
+    held = set(calibration.model.blocks.fixed)
     shared = [set(direction.parameters) for direction in calibration.unidentifiable if name in direction.parameters]
     if any(not held & names for names in shared):
         return CORRELATED

@@ -18,7 +18,7 @@ OVERFITTED = 1.5
 def headline(analysis: ErrorAnalysis) -> str:
     """Error on new poses beside what noise alone would give."""
     calibration = analysis.calibration
-    does = calibration.model.sensor.task
+    does = calibration.model.blocks.sensor.task
     noise = analysis.noise_m
     if calibration.held_out_rms_m is None:
         first = f"How far off {does} on new poses is unknown: there are too few poses to hold any out"
@@ -60,8 +60,8 @@ def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
     would not do here, since few poses raise it without anything being unmodelled.
     """
     calibration = analysis.calibration
-    numbers = int(calibration.model.sensor.row_numbers.sum())
-    free = max(1, numbers - len(calibration.x) + len(calibration.model.sensor.held))
+    numbers = int(calibration.model.blocks.row_numbers.sum())
+    free = max(1, numbers - len(calibration.x) + len(calibration.model.blocks.held))
     ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
     return ratio, ratio / float(np.sqrt(2 * free))
 

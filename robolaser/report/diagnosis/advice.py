@@ -13,6 +13,7 @@ from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.report.digits import plain
 
 CLEAR = 2.0
@@ -183,10 +184,10 @@ def _look(diagnosis: Diagnosis) -> str:
     alike = {lies.site: lies.coordinate for lies in reversed(where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
     pulled = [site for site in sites if alike[site] == FORCE]
-    joints = [site for site in sites if site not in SITES and site not in pulled]
+    joints = [site for site in sites if kind_of_site(site) not in SITES and site not in pulled]
     checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
     checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
-    checked += [SITES[site] for site in sites if site in SITES]
+    checked += list(dict.fromkeys(SITES[kind] for site in sites if (kind := kind_of_site(site)) in SITES))
     said = f"Check {listed(checked)}. What is left there {_form(dict.fromkeys(alike[site] for site in sites))}"
     if any(lies.unknown for lies in where if lies.site in sites):
         return f"{said}, but in no form that an effect of the library has. An effect of your own may."

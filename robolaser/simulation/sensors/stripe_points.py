@@ -61,7 +61,7 @@ def stripe_points(
         model = Model(dataset, tuple(candidate_effects))
         perturb = model.perturb(values)
         T = model.flange(values, perturb)
-        left = np.abs(model.sensor.residuals(values, T, perturb))[0].max(axis=-1)
+        left = np.abs(model.blocks.residuals(values, T, perturb))[0].max(axis=-1)
         left = np.maximum(left, np.abs(given[:, 2] - level))
         if (left < EXACT_M).all():
             break
@@ -72,8 +72,9 @@ def stripe_points(
 
 
 def _sensor(model: Model) -> Stripe:
-    assert isinstance(model.sensor, Stripe)
-    return model.sensor
+    sensor = model.blocks.sensor
+    assert isinstance(sensor, Stripe)
+    return sensor
 
 
 def _on_target(

@@ -109,14 +109,14 @@ def test_residuals_are_told_in_millimetres_at_the_target() -> None:
     model = Model(made.dataset)
     x = truth_of(made, model)
     values = model.parameters.values(x[None])
-    depth = model.sensor.in_camera(values, model.flange(values), Perturbation())[0, :, 2]
+    depth = model.blocks.sensor.in_camera(values, model.flange(values), Perturbation())[0, :, 2]
     there = model.in_metres(x, np.full((len(depth), 2), 1.0))
     np.testing.assert_allclose(there, depth[:, None] / [made.truth["fx"], made.truth["fy"]], rtol=1e-12)
 
 
 def test_a_wrist_that_turns_about_one_axis_only_gives_no_hand_eye() -> None:
     made = cell(poses=8)
-    sensor = Model(made.dataset).sensor
+    sensor = Model(made.dataset).blocks.sensor
     turns = exp_so3(np.outer(np.linspace(-0.4, 0.4, 8), [0.0, 0.0, 1.0]))
     T = pose(turns, np.random.default_rng(0).normal(0.0, 0.05, (8, 3)))
     with pytest.raises(EstimationError, match="turns about one axis only"):
@@ -169,8 +169,8 @@ def test_the_camera_for_others_sees_what_it_sees_itself() -> None:
     values = model.parameters.values(model.parameters.nominal[None])
     values = {**values, "radial_distortion.camera.k_2": np.array([1e8])}
     perturb = model.perturb(values)
-    straight = model.sensor.camera(values, perturb).slopes(dataset.points["pixel"])
-    seen = model.sensor._through_lens(straight[None], values, perturb)[0]
+    straight = model.blocks.sensor.camera(values, perturb).slopes(dataset.points["pixel"])
+    seen = model.blocks.sensor._through_lens(straight[None], values, perturb)[0]
     np.testing.assert_allclose(seen, dataset.points["pixel"], atol=1e-6)
 
 
@@ -178,7 +178,7 @@ def test_it_sees_the_target_from_elsewhere_as_the_model_says() -> None:
     made = cell()
     values = {name: np.array([value]) for name, value in made.truth.items()}
     q = made.dataset.poses.q + np.random.default_rng(0).normal(0.0, 0.02, made.dataset.poses.q.shape)
-    points, good = Model(made.dataset).sensor.seen_from(values, ROBOT.forward(q[None])[0])
+    points, good = Model(made.dataset).blocks.sensor.seen_from(values, ROBOT.forward(q[None])[0])
     assert good.any()
     there = Model(replace(made.dataset, poses=Poses(made.dataset.poses.names, q=q), points=points))
     assert np.abs(there.residuals_at(values)).max() < 1e-9
@@ -193,5 +193,5 @@ def test_hand_eye_is_the_cameras_place_on_the_flange() -> None:
     expected = np.einsum("nij,nj->ni", T_camera_target[made.dataset.points.pose, :3, :3], made.dataset.points.xyz)
     expected += T_camera_target[made.dataset.points.pose, :3, 3]
     np.testing.assert_allclose(
-        model.sensor.in_camera(values, model.flange(values), Perturbation())[0], expected, atol=1e-12
+        model.blocks.sensor.in_camera(values, model.flange(values), Perturbation())[0], expected, atol=1e-12
     )

@@ -57,7 +57,7 @@ def test_columns_of_the_parameters_agree_with_differences(name):
     model = Model(made.dataset)
     x = near_the_truth(model, dict(made.truth))
     slopes, expected = analytic(model, x), numeric(model, x)
-    assert slopes.shape == (len(made.dataset.points) * model.sensor.format.numbers, len(x))
+    assert slopes.shape == (len(made.dataset.points) * model.blocks.sensor.format.numbers, len(x))
     largest = np.abs(expected).max(axis=0)
     assert np.abs(slopes - expected).max(axis=0) == pytest.approx(np.zeros(len(x)), abs=1e-7 * largest.max())
     assert (np.abs(slopes - expected).max(axis=0) <= 1e-7 * largest).all()

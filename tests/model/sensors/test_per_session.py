@@ -71,7 +71,7 @@ def test_each_session_has_the_residuals_of_the_ordinary_data_set_it_is(kind):
         alone = Model(session(made.dataset, name))
         own = {
             plain: values[made.dataset.sessions.named(plain, name)]
-            for plain in alone.sensor.free + alone.sensor.derived
+            for plain in alone.blocks.free + alone.blocks.derived
         }
         np.testing.assert_array_equal(alone.residuals_at(own), whole[:, of_row == number])
 
@@ -246,9 +246,9 @@ def test_a_camera_that_stands_in_the_cell_is_shared_unless_said_otherwise():
 
 def test_what_another_campaign_puts_anew_is_what_sessions_own_and_the_tool():
     two = two_trackers(12)
-    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).sensor.put_anew)
+    assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).blocks.put_anew)
     standing = simulate(find_robot("ur5"), kind="camera", mount="base", placed=False, poses=6).dataset
-    assert {name.partition(".")[0] for name in Model(standing).sensor.put_anew} == {"hand_eye", "target"}
+    assert {name.partition(".")[0] for name in Model(standing).blocks.sensor.put_anew} == {"hand_eye", "target"}
 
 
 def test_what_is_own_must_be_a_parameter_of_the_sensor():

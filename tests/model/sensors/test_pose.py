@@ -157,7 +157,7 @@ def test_the_exported_frame_is_turned_as_the_body_is() -> None:
     made = cell(noise=None)
     model = Model(made.dataset)
     truth = {name: np.array([value]) for name, value in made.truth.items()}
-    (frame,) = model.sensor.flange_frames(truth, model.perturb({})).values()
+    (frame,) = model.blocks.sensor.flange_frames(truth, model.perturb({})).values()
     np.testing.assert_allclose(frame, motion(truth, "tool.0")[0])
 
 

@@ -63,7 +63,7 @@ def test_the_fit_weighed_by_noise_reaches_the_bound_of_cramer_and_rao() -> None:
     model = Model(replace(exact.dataset, noise=Noise(point_m=POINT_M)))
     truth = np.array([exact.truth[name] for name in model.parameters.names])
     values = model.parameters.values(truth[None])
-    sources = tuple(model.sensor.row_errors(values, model.flange(values), model.perturb(values)))
+    sources = tuple(model.blocks.sensor.row_errors(values, model.flange(values), model.perturb(values)))
     noise = NoiseModel(sources, {"point": POINT_M})
     J = noise.whiten(jacobian(model, truth[None])[0])
     bound = np.linalg.inv(J @ J.T)
@@ -96,7 +96,7 @@ def test_a_profile_cut_near_the_balls_rim_says_more() -> None:
     made = cell()
     model = Model(made.dataset)
     values = {name: np.array([value]) for name, value in made.truth.items()}
-    (source,) = model.sensor.row_errors(values, model.flange(values), model.perturb(values))
+    (source,) = model.blocks.sensor.row_errors(values, model.flange(values), model.perturb(values))
     share = np.linalg.norm(source.effect[:, 0], axis=-1)
     assert share.max() <= 1.0 + 1e-12
     assert share.min() < 0.9

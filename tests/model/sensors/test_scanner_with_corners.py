@@ -15,6 +15,8 @@ from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError, UsageError
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
+from robolaser.model.blocks.errors import row_errors
+from robolaser.model.blocks.start import initialize
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -87,7 +89,7 @@ def test_a_corner_that_is_off_moves_its_pixel_as_the_stated_noise_of_the_target_
     made = scanner(stripe_axis=axis, noise=Noise(target_m=3e-5))
     model = Model(made.dataset)
     values = {name: np.array([made.truth[name]]) for name in model.parameters.names}
-    sources = {one.name: one for one in model.sensor.row_errors(values, model.flange(values), model.perturb(values))}
+    sources = {one.name: one for one in row_errors(model.blocks, values, model.flange(values), model.perturb(values))}
     noise = sources["camera.target"]
     assert noise.stated == 3e-5
 
@@ -186,5 +188,5 @@ def test_where_too_few_corners_are_seen_to_tell_the_target_the_stripe_does(noisy
     corners = points.take((points.sensor == 1) & (place < 2))
     model = Model(with_points_of(noisy.dataset, [replace(one, sensor=None) for one in (stripe, corners)]))
     values = {name: np.array([value]) for name, value in noisy.truth.items() if not name.startswith("target.")}
-    found = model.sensor.initialize(values, model.dataset.flange()[None], Perturbation())
+    found = initialize(model.blocks, values, model.dataset.flange()[None], Perturbation())
     assert found["target.x"][0] == pytest.approx(noisy.truth["target.x"], abs=2e-3)

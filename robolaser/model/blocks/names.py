@@ -1,4 +1,4 @@
-"""What several sensors of one data set share: parameters of one name are one where they are of one thing."""
+"""What the parameters of sensors and sessions are called in one problem: one name for one thing."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,8 +9,8 @@ THINGS = ("tool", "socket", "ball")
 LASER = ("b", "theta")  # parameters of a scanner that are not its camera's
 
 
-def shared_names(members: Sequence[Member], names: Sequence[Sequence[str]]) -> list[Mapping[str, str]]:
-    """What each sensor's parameters are called in the whole.
+def names_in_problem(members: Sequence[Member], names: Sequence[Sequence[str]]) -> list[Mapping[str, str]]:
+    """What each sensor's parameters are called in the problem.
 
     A target, a camera, a reflector, a socket or a ball that two sensors see has one set of parameters. Else a name that
     several sensors have begins with the sensor's, or with that of its camera or target: `left.base.x`.
@@ -20,7 +20,7 @@ def shared_names(members: Sequence[Member], names: Sequence[Sequence[str]]) -> l
         names: Of the parameters of each by itself.
 
     Returns:
-        Names in the whole by the sensor's own.
+        The problem's names by the sensor's own.
     """
     owners: dict[str, set[str]] = {}
     for member, own in zip(members, names, strict=True):
@@ -48,4 +48,4 @@ def _kind_of_owner(member: Member, name: str) -> str:
     if name.startswith("target."):
         return "target"
     sees = "pixel" in member.described.format.columns
-    return "camera" if sees and name.partition("@")[0] not in LASER and not name.startswith("base.") else "sensor"
+    return "camera" if sees and name not in LASER and not name.startswith("base.") else "sensor"

@@ -1,0 +1,257 @@
+"""All blocks of a problem: what is said of a problem's rows and parameters, put together from its blocks."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import groupby
+from typing import Any, TypeVar, cast, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset
+from robolaser.duals import is_dual
+from robolaser.model.blocks.block import Block
+from robolaser.model.blocks.building import blocks_of
+from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Parameter, Values
+
+T = TypeVar("T")
+A = TypeVar("A", bound=np.ndarray[Any, Any])
+
+
+@final
+class Blocks:
+    """The blocks of a data set, in the order of its sensors and their sessions.
+
+    A row of the problem is a row of one block, as its sensor has it. Where sensors differ, rows are in metres, those of
+    pixels by what one typically shows on the target, and have as many numbers as the widest; those beyond a row's own
+    are zero.
+    """
+
+    def __init__(self, dataset: Dataset) -> None:
+        self.dataset = dataset
+        self._blocks = blocks_of(dataset)
+
+    def __iter__(self) -> Iterator[Block]:
+        return iter(self._blocks)
+
+    def __len__(self) -> int:
+        return len(self._blocks)
+
+    @property
+    def sensor(self) -> Sensor:
+        """That of the first block: what is said of sensors in words is said of the first one."""
+        return self._blocks[0].sensor
+
+    @cached_property
+    def by_sensor(self) -> tuple[tuple[Block, ...], ...]:
+        """The blocks of each sensor, one a session."""
+        return tuple(tuple(blocks) for _, blocks in groupby(self._blocks, lambda block: block.name))
+
+    @property
+    def one_sensor(self) -> Sequence[Block]:
+        """The blocks where there is one sensor; none where there are several.
+
+        For what several sensors do not have as one: groups of rows beyond poses, linear parameters, aims.
+        """
+        return self._blocks if len(self.by_sensor) == 1 else ()
+
+    def names(self, of: Callable[[Sensor], Sequence[str]]) -> tuple[str, ...]:
+        """The problem's names of some parameters of every sensor, each once."""
+        return tuple(dict.fromkeys(block.named[name] for block in self for name in of(block.sensor)))
+
+    @cached_property
+    def free(self) -> tuple[str, ...]:
+        """Parameters that must be given, or start from closed forms, in one of the blocks."""
+        return self.names(lambda sensor: sensor.free)
+
+    @cached_property
+    def derived(self) -> tuple[str, ...]:
+        """Those that follow from the others, and that no block has among its free ones."""
+        free = set(self.free)
+        return tuple(name for name in self.names(lambda sensor: sensor.derived) if name not in free)
+
+    @cached_property
+    def fixed(self) -> tuple[str, ...]:
+        """Parameters that stay at their nominal values because a sensor has a freedom that no data can fix."""
+        return self.names(lambda sensor: sensor.fixed)
+
+    @cached_property
+    def held(self) -> tuple[str, ...]:
+        """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
+        stated = [name for name in self.free + self.derived if name in self.given and self.given[name].fixed]
+        return tuple(dict.fromkeys((*self.fixed, *stated)))
+
+    @cached_property
+    def given(self) -> Mapping[str, Parameter]:
+        """What the data set says of parameters, by the problem's names: of `base.x` for every session that has one."""
+        given: dict[str, Parameter] = {}
+        for block in self:
+            for own, whole in block.named.items():
+                if own in block.sensor.dataset.parameters and whole not in given:
+                    given[whole] = block.sensor.dataset.parameters[own].renamed(whole)
+        return given
+
+    @property
+    def put_anew(self) -> tuple[str, ...]:
+        """Parameters that say where things were put or mounted for a campaign: another one has others."""
+        return self.names(lambda sensor: sensor.put_anew)
+
+    @property
+    def stages(self) -> frozenset[Stage]:
+        """Stages that rows of one of the sensors pass."""
+        return frozenset(stage for block in self for stage in block.sensor.stages)
+
+    @property
+    def has_laser_plane(self) -> bool:
+        """Whether one of the sensors has."""
+        return any(block.sensor.has_laser_plane() for block in self)
+
+    @property
+    def whole_pose_errors(self) -> bool:
+        """Whether one of the sensors may err by a motion of a whole pose."""
+        return any(block.sensor.whole_pose_errors for block in self)
+
+    @cached_property
+    def numbers(self) -> int:
+        """Numbers of a row of residuals: those of the widest sensor's."""
+        return max(block.numbers for block in self)
+
+    @property
+    def row_numbers(self) -> Ints:
+        """How many numbers each row has, (m,)."""
+        return self.together([np.full(len(block.rows), block.numbers) for block in self], axis=0)
+
+    @property
+    def unit(self) -> str:
+        """Of residuals."""
+        return self.dataset.format.unit
+
+    @property
+    def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
+        """Rows (m,) of each sensor by what results call it, their unit, and how many of their numbers are angles."""
+        kinds = {}
+        for blocks in self.by_sensor:
+            declared, rows = blocks[0].sensor.format, np.sort(np.concatenate([block.rows for block in blocks]))
+            kinds[blocks[0].name or declared.kind] = rows, declared.unit, declared.angles
+        return kinds
+
+    def own_rows(self, residuals: Array, kind: str) -> Array:
+        """The rows of one of these kinds in their unit, (..., m, k) -> (..., its rows, its numbers)."""
+        rows, *_ = self.kinds_of_rows[kind]
+        block = next(block for block in self if kind in (block.name, block.sensor.format.kind))
+        return block.unscaled(residuals if block.is_whole else residuals[..., rows, :])
+
+    def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """Measured or known less predicted, (c, m, k) [`unit`]; not finite at the model's poles.
+
+        Args:
+            values: All parameters, (c,) each.
+            T_base_flange: (c or 1, n, 4, 4).
+            perturb: The effects of the model.
+        """
+        at = values, T_base_flange, perturb
+        return self.together([block.scaled(block.sensor.residuals(*block.at(*at))) for block in self])
+
+    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """J of eq. 18, the sum of squared residuals, (c,) [unit²]; infinite at the model's poles."""
+        at = values, T_base_flange, perturb
+        each = [block.scale**2 * block.sensor.squares(*block.at(*at)) for block in self]
+        return each[0] if len(each) == 1 else np.asarray(np.sum(each, axis=0))
+
+    def costs(self, values: Values, T_base_flange: Array) -> Array:
+        """The same without effects."""
+        each = [block.scale**2 * block.sensor.costs(block.values(values), T_base_flange) for block in self]
+        return each[0] if len(each) == 1 else np.asarray(np.sum(each, axis=0))
+
+    def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """What residuals (c, m, k) mean at the point, (c, m, j) [m]."""
+        at = values, T_base_flange, perturb
+        return self.together(
+            [block.sensor.in_metres(block.unscaled(self.of_block(residuals, block)), *block.at(*at)) for block in self]
+        )
+
+    @staticmethod
+    def of_block(rows: Array, block: Block) -> Array:
+        """The rows of one block, (..., m, k) -> (..., its rows, k)."""
+        return rows if block.is_whole else rows[..., block.rows, :]
+
+    def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
+        return self.or_none([block.sensor.known(*block.at(values, T_base_flange, perturb)) for block in self])
+
+    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Points that readings place in the base frame by themselves, (c, m, 3) [m]; None where some place none."""
+        return self.or_none([block.sensor.in_base(*block.at(values, T_base_flange, perturb)) for block in self])
+
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None: some have none."""
+        at = values, T_base_flange, perturb
+        return self.or_none([block.sensor.ranges(*block.at(*at)) for block in self], axis=0)
+
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
+        at = values, T_base_flange, perturb
+        return self.together([block.sensor.in_view(*block.at(*at)) for block in self], axis=0)
+
+    def fix_gauge(self, values: Values) -> Values:
+        """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
+        for block in self:
+            values = {**values, **block.of_problem(block.sensor.fix_gauge(block.values(values)))}
+        return values
+
+    @property
+    def held_out_groups(self) -> Ints | None:
+        """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses.
+
+        Several sensors share no more than poses.
+        """
+        groups, before = [], 0
+        for block in self.one_sensor:
+            own = block.sensor.held_out_groups
+            if own is None:
+                return None
+            groups.append(own + before)
+            before += int(own.max()) + 1
+        return self.together(groups, axis=0) if groups else None
+
+    def located_apart(self, errors: Array) -> Array:
+        """Errors of held-out rows (m, k) once what only they can locate is located from them."""
+        if not self.one_sensor:
+            return errors
+        return self.together([block.sensor.located_apart(errors[block.rows]) for block in self], axis=0)
+
+    def prefix_of(self, name: str) -> str | None:
+        """The parameters `prefix.x .y .z` that hold the place of a named point of the only sensor; None: none do."""
+        prefixes = (block.sensor.prefix_of(name) for block in self.one_sensor)
+        return next((prefix for prefix in prefixes if prefix is not None), None)
+
+    def undetermined(self, T_base_flange: Array) -> str:
+        """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""
+        reasons = [block.sensor.undetermined(T_base_flange) for block in self]
+        return reasons[0] if all(reasons) else ""
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What calibration.json says under `model`: of the first sensor, and where there are several of each."""
+        first = [blocks[0] for blocks in self.by_sensor]
+        every = [{"name": one.name, "kind": one.sensor.format.kind, **one.sensor.description} for one in first]
+        return {**self.sensor.description, **({"sensors": every} if len(every) > 1 else {})}
+
+    def together(self, parts: Sequence[A], axis: int = 1) -> A:
+        """Rows of the blocks in the data set's order; candidates may be one for all in some of them."""
+        if self._blocks[0].is_whole:
+            return parts[0]
+        before = np.broadcast_shapes(*(own.shape[:axis] for own in parts))
+        after = np.max([own.shape[axis + 1 :] for own in parts], axis=0).astype(int)
+        like = next((own for own in parts if is_dual(own)), parts[0])
+        whole = np.zeros_like(like, shape=(*before, len(self.dataset.points), *after))
+        for block, own in zip(self, parts, strict=True):
+            whole[(slice(None),) * axis + (block.rows, *(slice(size) for size in own.shape[axis + 1 :]))] = own
+        return cast("A", whole)
+
+    def or_none(self, parts: Collection[Array | None], axis: int = 1) -> Array | None:
+        """The same; None where a block has none."""
+        known = [part for part in parts if part is not None]
+        return self.together(known, axis) if len(known) == len(parts) else None

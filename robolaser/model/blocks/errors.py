@@ -1,0 +1,89 @@
+"""What may shake the rows of all blocks: errors of rows, and small motions of whole poses."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.model.blocks.block import Block
+from robolaser.model.blocks.blocks import Blocks
+from robolaser.model.chain_rule import ChainRule
+from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
+from robolaser.model.sensors.sensor import TWIST_STEP, Sensor
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Values
+
+
+def row_errors(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[ErrorSource, ...]:
+    """What may shake rows one by one, at one candidate; of several sensors named `SENSOR.pixel`.
+
+    A source of one sensor moves no row of another one, and no row shares its errors with one of another session.
+    """
+    at = values, T_base_flange, perturb
+    return tuple(
+        _source(blocks, of_sensor, sources)
+        for of_sensor in blocks.by_sensor
+        for sources in zip(*(block.sensor.row_errors(*block.at(*at)) for block in of_sensor), strict=True)
+    )
+
+
+def _source(blocks: Blocks, of_sensor: Sequence[Block], sources: Sequence[ErrorSource]) -> ErrorSource:
+    """One source of a sensor for the rows of the problem."""
+    first, m, of_pose = sources[0], len(blocks.dataset.points), blocks.dataset.points.pose
+    if of_sensor[0].is_whole:
+        return first
+    name = f"{of_sensor[0].name}.{first.name}" if of_sensor[0].name else first.name
+    if len(blocks.by_sensor) == 1 and all(source.isotropic for source in sources):
+        effect = along_each_axis(m, blocks.numbers)
+    else:
+        effect = np.zeros((m, blocks.numbers, first.effect.shape[2]))
+        for block, source in zip(of_sensor, sources, strict=True):
+            effect[block.rows, : block.numbers] = block.scaled(source.effect)
+    pairs = list(zip(of_sensor, sources, strict=True))
+    if all(np.array_equal(source.group, of_pose[block.rows]) for block, source in pairs):
+        return replace(first, name=name, effect=effect, group=of_pose)
+    group, before = np.full(m, -1, dtype=np.int64), 0
+    for block, source in pairs:
+        _, number = np.unique(source.group, return_inverse=True)
+        group[block.rows] = before + number
+        before += int(number.max()) + 1
+    others = np.flatnonzero(group < 0)
+    group[others] = before + np.arange(len(others))
+    return replace(first, name=name, effect=effect, group=group)
+
+
+def moved_with_pose(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
+    """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
+
+    Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift and
+    turn are distinguished by what they do there, and neither grows to cancel the other over the arm between.
+    """
+    at = values, T_base_flange, perturb
+    if blocks.one_sensor:
+        parts = [block.sensor.moved_with_pose(*block.at(*at)) for block in blocks]
+        shifts, turns = zip(*parts, strict=True)
+        return blocks.together(shifts, axis=0), blocks.together(turns, axis=0)
+    flange = in_six_ways(T_base_flange, _pivots(blocks, *at))
+    chain: Any = ChainRule.of(perturb, np.full(6, TWIST_STEP))
+    moved: Any = blocks.residuals(values, cast("Array", flange), chain)
+    slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
+    return slopes[..., :3], slopes[..., 3:]
+
+
+def _pivots(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+    """The middle of the points that are known in the base frame at each pose; else the flange, (n, 3) [m]."""
+    pivot: Array = T_base_flange[0, :, :3, 3].copy()
+    points, of_pose = [np.empty((0, 3))], [np.empty(0, dtype=np.int64)]
+    for block in blocks:
+        known = block.sensor.known(*block.at(values, T_base_flange, perturb))
+        if known is not None and block.sensor.frame == Sensor.frame:
+            points.append(known[0])
+            of_pose.append(block.sensor.dataset.points.pose)
+    number = np.concatenate(of_pose)
+    middle = pose_centroids(np.concatenate(points), number, len(pivot))
+    seen = np.bincount(number, minlength=len(pivot)) > 0
+    pivot[seen] = middle[seen]
+    return pivot

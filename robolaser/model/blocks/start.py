@@ -1,0 +1,185 @@
+"""Where the parameters of a problem start, and which of them follow from the others: block by block."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.sessions import OWN, matches
+from robolaser.errors import DataError, EstimationError, near
+from robolaser.model.blocks.block import Block
+from robolaser.model.blocks.blocks import Blocks
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Parameter, Parameters, Values
+
+
+def parameters_of(blocks: Blocks, T_base_flange: Array) -> Parameters:
+    """All parameters, sensor after sensor: as given, else around a closed form; what one has found the next knows.
+
+    Args:
+        blocks: Of the problem.
+        T_base_flange: Nominal, (1, n, 4, 4).
+
+    Raises:
+        DataError: The data set gives one that no sensor has, or not all free ones of a sensor.
+        EstimationError: The data do not tell them.
+    """
+    _check_given(blocks)
+    found = dict(blocks.given)
+    for of_sensor in _by_knowledge(blocks):
+        found |= _of_sensor(of_sensor, found, T_base_flange)
+    return Parameters(tuple(found[name] for name in blocks.free + blocks.derived))
+
+
+def _check_given(blocks: Blocks) -> None:
+    """See that the data set gives no parameter, and no list of what sessions own, that its sensors do not have."""
+    names, sessions = blocks.free + blocks.derived, blocks.dataset.sessions
+    plain = {name.partition("@")[0] for name in names} if sessions else set()
+    for name in blocks.dataset.parameters:
+        if name not in names and name not in plain:
+            raise DataError(
+                f"dataset.toml, [parameters]: no parameter '{name}' here.{near(name, names)}",
+                file="dataset.toml",
+                column=f"[parameters] {name}",
+            )
+    known = {name for block in blocks for name in block.named}
+    for pattern in () if sessions is None or sessions.own == OWN else sessions.own:
+        if not any(matches(name, (pattern,)) for name in known):
+            groups = {name.partition(".")[0] + ".*" if "." in name else name for name in known}
+            raise DataError(
+                f"dataset.toml, [sessions] own: '{pattern}' matches no parameter of this sensor, which has"
+                f" {', '.join(sorted(groups))}.",
+                file="dataset.toml",
+                column="[sessions] own",
+            )
+
+
+def _by_knowledge(blocks: Blocks) -> Sequence[Sequence[Block]]:
+    """Sensors whose free parameters are given, then those that start from a closed form, laser planes last."""
+
+    def rank(of_sensor: Sequence[Block]) -> tuple[bool, bool]:
+        free = (block.named[name] for block in of_sensor for name in block.sensor.free)
+        return any(name not in blocks.given for name in free), of_sensor[0].sensor.has_laser_plane()
+
+    each = blocks.by_sensor
+    return sorted(each, key=rank) if any(rank(of_sensor)[0] for of_sensor in each) else each
+
+
+def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_flange: Array) -> dict[str, Parameter]:
+    """The parameters of one sensor in all its sessions: as known, else around what its closed forms find."""
+    free = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.free))
+    derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.derived))
+    given = {name: known[name] for name in free + derived if name in known}
+    if any(name not in given for name in free):
+        given = _around(blocks, _started(blocks, given, T_base_flange)) | given
+    if any(name not in given for name in derived):
+        fixed = [name for name in derived if name in given and given[name].fixed]
+        fixed += [block.named[name] for block in blocks for name in block.sensor.fixed]
+        nominal = {name: np.array([given[name].nominal]) for name in (*free, *fixed) if name in given}
+        found = _initialized(blocks, nominal, T_base_flange, Perturbation())
+        at = {name: float(found[name][0]) for name in derived if name not in given}
+        given = _around(blocks, {name: item.nominal for name, item in given.items()} | at) | given
+    return given
+
+
+def _around(blocks: Sequence[Block], values: Mapping[str, float]) -> dict[str, Parameter]:
+    """Parameters around values from closed forms, with the bounds that the sensor sees fit."""
+    found: dict[str, Parameter] = {}
+    for block in blocks:
+        sensor, own = block.sensor, block.values(values)
+        for name, span in sensor.spans(own).items():
+            if name in own:
+                at, unit, whole = own[name], sensor.format.unit_of(name), block.named[name]
+                found[whole] = Parameter(whole, unit, at, at - span, at + span, given=False, origin=sensor.closed_form)
+    return found
+
+
+def _largest_first(blocks: Sequence[Block]) -> list[Block]:
+    return sorted(blocks, key=lambda block: -len(block.rows))
+
+
+def _started(blocks: Sequence[Block], given: Mapping[str, Parameter], T_base_flange: Array) -> dict[str, float]:
+    """Free parameters of one sensor in closed form: what sessions share from the one with the most rows."""
+    found = {name: item.nominal for name, item in given.items()}
+    for block in _largest_first(blocks):
+        own = block.values(found)
+        if own.keys() >= set(block.sensor.free):
+            values = {name: np.array([value]) for name, value in own.items()}
+            derived = block.sensor.initialize(values, T_base_flange, Perturbation())
+            started: Mapping[str, float] = {name: float(value[0]) for name, value in derived.items()}
+        else:
+            started = block.sensor.start(own, T_base_flange)
+        found = block.of_problem(started) | found
+    return found
+
+
+def _initialized(
+    blocks: Sequence[Block], values: Values, T_base_flange: Array, perturb: Perturbation
+) -> dict[str, Array]:
+    """Derived parameters of one sensor; what sessions share, from the one with the most rows."""
+    found: dict[str, Array] = {}
+    for block in _largest_first(blocks):
+        own = block.sensor.initialize(*block.at({**values, **found}, T_base_flange, perturb))
+        found = block.of_problem(own) | found
+    return found
+
+
+def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> dict[str, Array]:
+    """Start values of the derived parameters, for each candidate, (c,) by name.
+
+    Sensors with the most rows come first; the others leave what these found.
+
+    Args:
+        blocks: Of the problem.
+        values: The free parameters; derived ones that are among them are known too.
+        T_base_flange: (c or 1, n, 4, 4).
+        perturb: The effects of the model.
+
+    Raises:
+        EstimationError: What one sensor could not find no other did.
+    """
+    found: dict[str, Array] = {}
+    failed: list[EstimationError] = []
+    for of_sensor in sorted(blocks.by_sensor, key=lambda each: -sum(len(block.rows) for block in each)):
+        try:
+            found = _initialized(of_sensor, {**values, **found}, T_base_flange, perturb) | found
+        except EstimationError as error:  # few rows of it, as of a sample: another sensor may find the same
+            failed.append(error)
+    if failed and not all(name in found for name in blocks.derived):
+        raise failed[0]
+    return {name: value for name, value in found.items() if name in blocks.derived}
+
+
+def conditionally_linear(blocks: Blocks) -> tuple[str, ...]:
+    """Free parameters that `solve_conditional` finds from the other free ones; none where sensors share them."""
+    names = (block.named[name] for block in blocks.one_sensor for name in block.sensor.conditionally_linear)
+    return tuple(dict.fromkeys(names))
+
+
+def solve_conditional(
+    blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+) -> Values:
+    """The conditionally linear and the derived parameters that fit best with the others, (c,) each.
+
+    What sessions share fits best to the one with the most rows, the rest with it.
+
+    Args:
+        blocks: Of the problem.
+        values: All parameters; those to be found are where the model is linearized.
+        T_base_flange: (c or 1, n, 4, 4).
+        perturb: The effects of the model.
+        bounds: All parameters by name.
+    """
+    if len(blocks) == 1:
+        (block,) = blocks
+        found = block.sensor.solve_conditional(*block.at(values, T_base_flange, perturb), block.values(bounds))
+        return block.of_problem(found)
+    linear: dict[str, Array] = {}
+    for block in _largest_first(blocks.one_sensor):
+        wanted = {block.named[name]: name for name in block.sensor.conditionally_linear}
+        if wanted.keys() <= linear.keys():
+            continue
+        own = block.sensor.solve_conditional(*block.at(values, T_base_flange, perturb), block.values(bounds))
+        linear = {**{whole: own[name] for whole, name in wanted.items()}, **linear}
+    others = {name: value for name, value in values.items() if name not in blocks.derived}
+    return {**linear, **initialize(blocks, {**others, **linear}, T_base_flange, perturb)}

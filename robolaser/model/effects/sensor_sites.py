@@ -1,0 +1,44 @@
+"""Sites of effects that each of several sensors has for itself: `left.laser`, `right.laser`."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from robolaser.arrays import Bools
+from robolaser.data.dataset import Dataset, Member
+
+OWNER: dict[str, Callable[[Member], str]] = {
+    "laser": lambda member: member.name,
+    "measuring_system": lambda member: member.name,
+    "camera": lambda member: member.camera,
+    "target": lambda member: member.target,
+}
+"""What such a site's name begins with: sensors that look through one camera or at one target share the site."""
+
+
+def kind_of_site(where: str) -> str:
+    """The site without a sensor's name: `laser` of `left.laser`; a joint's name as it is."""
+    site = where.rpartition(".")[2]
+    return site if site in OWNER else where
+
+
+def of_sensor(where: str) -> bool:
+    """Whether a site is that of some sensors alone."""
+    return kind_of_site(where) != where
+
+
+def sites_of_sensors(site: str, dataset: Dataset, has: Callable[[int], bool]) -> dict[str, Bools]:
+    """Names of a site, and which of the sensors are there, (sensors,); the site itself where it is one for all.
+
+    Args:
+        site: Such as `laser`.
+        dataset: With its sensors.
+        has: Whether the sensor of a number has the site.
+    """
+    members, owner = dataset.members, OWNER.get(site)
+    there = np.array([has(number) for number in range(len(dataset.parts))])
+    owners = np.array(["" if owner is None else owner(member) for member in members])
+    names = dict.fromkeys(owners[there].tolist()) if len(owners) else {}
+    if len(names) < 2:
+        return {site: np.ones(len(there), dtype=bool)}
+    return {f"{name}.{site}": there & (owners == name) for name in names}
