@@ -8,10 +8,10 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import Localization, p_value
-from robolaser.diagnosis.noise_estimate import PoseNoise
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
 from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise.covariance import NoiseModel
@@ -94,7 +94,7 @@ def beside(where: Iterable[Localization], scattered: Localization) -> list[Local
     return sorted([scattered, *rest], key=lambda lies: -lies.share)
 
 
-def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
+def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     """Scatter of whole poses beyond what counts as noise, with its location; None if there is none.
 
     The scatter of one part at a time is estimated without a limit, and the likeliest part is reported.
@@ -142,7 +142,7 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
     )
 
 
-def _places(fit: Fit, found: PoseNoise) -> Iterator[_Place]:
+def _places(fit: Fit, found: NoiseEstimate) -> Iterator[_Place]:
     sources = {source.name: source for source in found.likelihood.sources}
     if joint := sources.get("joint"):
         yield _Place(JOINTS, ("joint",))
