@@ -25,7 +25,7 @@ from robolaser.estimation.outliers import MIN_POSES, outliers_of
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import FLOOR, NoiseModel
 from robolaser.model.pose_blocks import of_data
 
 
@@ -136,7 +136,7 @@ class Preparation:
         return self._noise(NoiseEstimate.of(data, final.model, final.x, explained(final, smooth=smooth)), final)
 
     def _noise(self, estimate: NoiseEstimate, fit: Fit) -> NoiseModel:
-        return estimate.limited() if _scatter_is_seen(fit) else estimate.for_weights()
+        return estimate.limited() if _scatter_is_seen(fit) else estimate.of_rows()
 
 
 def _scatter_is_seen(fit: Fit) -> bool:
@@ -150,5 +150,6 @@ def _scatter_is_seen(fit: Fit) -> bool:
 
 def _of_rows(noise: NoiseModel, other: NoiseModel) -> float:
     """Largest logarithm, either way, of the ratio of the sizes of a source of rows in two noises."""
-    pairs = [(noise.sigmas[one.name], other.sigmas[one.name]) for one in noise.sources if one.level != "pose"]
-    return max((abs(float(np.log(a / b))) for a, b in pairs if min(a, b) > 0.0), default=0.0)
+    names = [source.name for source in noise.sources if source.level != "pose"]
+    sizes = np.array([[max(one.sigmas[name], FLOOR) for name in names] for one in (noise, other)])
+    return float(np.abs(np.log(sizes[0] / sizes[1])).max(initial=0.0))

@@ -158,7 +158,11 @@ class NoiseEstimate:
         return noise
 
     def for_weights(self) -> NoiseModel:
-        """The noise that weights rest on: of rows, without errors of whole poses that nobody stated.
+        """The noise that weights rest on: that of rows, as large as the residuals say."""
+        return replace(self, limits={}).of_rows()
+
+    def of_rows(self) -> NoiseModel:
+        """The likeliest noise of rows within the limits, without errors of whole poses that nobody stated.
 
         Those hold what the model lacks. Where rows of a pose fit each other exactly, they were made from one
         measurement: then they say nothing about its errors, and those of whole poses are all that is known. Where each
