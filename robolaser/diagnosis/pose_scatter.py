@@ -104,7 +104,8 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
         found: The noise estimated from its residuals.
     """
     base = found.limited()
-    on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * found.limits.get(n, np.inf)]
+    of_poses = _limits_of_poses(found)
+    on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * of_poses.get(n, np.inf)]
     if not on_limit:
         return None
     places = list(_places(fit, found))
@@ -142,6 +143,12 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     )
 
 
+def _limits_of_poses(found: NoiseEstimate) -> dict[str, float]:
+    """Limits of lengths and angles: those of pixels say nothing of poses."""
+    units = {source.name: source.unit for source in found.likelihood.sources}
+    return {name: limit for name, limit in found.limits.items() if units.get(name) in NUMBERS}
+
+
 def _places(fit: Fit, found: NoiseEstimate) -> Iterator[_Place]:
     sources = {source.name: source for source in found.likelihood.sources}
     if joint := sources.get("joint"):
@@ -154,7 +161,7 @@ def _places(fit: Fit, found: NoiseEstimate) -> Iterator[_Place]:
                 unit="m" if robot.prismatic[number] else "rad",
             )  # fmt: skip
             yield _Place(name, (one.name,), (one,))
-    elsewhere = tuple(name for name in found.limits if name in sources and name != "joint")
+    elsewhere = tuple(name for name in _limits_of_poses(found) if name in sources and name != "joint")
     if elsewhere:
         yield _Place(FLANGE, elsewhere)
         return
