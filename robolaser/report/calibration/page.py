@@ -27,12 +27,13 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     """Error on new poses, what noise implies, and the error on the poses that were fitted; then those of rotations."""
     calibration = analysis.calibration
     sources = ", ".join(map(disturbed, analysis.known_noise))
-    rows, weighting = calibration.row_errors[0], {"plain": "plain", "noise": "by noise"}[calibration.weights]
+    rows, weighting = calibration.row_errors[0], "plain: " if calibration.weights == "plain" else ""
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m,
-         f"{weighting}: predicted with each pose left out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
+         f"{weighting}predicted with each pose left out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
         ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
-        ("fitted", "on fitted poses", calibration.rms_m, f"{weighting}: training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
+        ("fitted", "on fitted poses", calibration.rms_m,
+         f"{weighting}training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
     )  # fmt: skip
     angles = [each for each in calibration.row_errors if each.unit == "rad"]
     turn = "turn of bodies about three axes together"
