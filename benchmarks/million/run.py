@@ -21,10 +21,10 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import sizes_of
 from robolaser.report.calibration import page
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -86,7 +86,7 @@ def stages_of(cell: Path) -> list[float]:
     folds = assign_folds(model, seed=1)
     assert folds is not None
     timed(lambda: held_out(problem, x, folds))
-    timed(lambda: information(problem, x, sizes_of(model, x).sigmas))
+    timed(lambda: information(problem, x, noise_of(model, x).sigmas))
     found = calibrate(dataset, Plan(algorithm="gauss-newton"))
     timed(lambda: (page(found), json_text(found)))
     return seconds

@@ -46,7 +46,7 @@ WORLDS = (
 )
 """Robot, kind and seed."""
 FACTORS = (0.5, 2.0)
-FROM_ONE = ("GAP_OVER_FLOOR", "SCATTER_CHANGE", "NOISE_CONTRADICTED", "IMPLAUSIBLE_NOISE")
+FROM_ONE = ("GAP_OVER_FLOOR", "ROW_NOISE_CHANGE", "SCATTER_CHANGE", "IMPLAUSIBLE_NOISE")
 """Ratios of which the distance from one is varied. Shares and probabilities of a half and more are varied by their
 distance from one, whole numbers are rounded."""
 NOT_VARIED = ("SIGMA_OF_95_PERCENT", "INDEPENDENT_SHAPES")
@@ -61,12 +61,13 @@ AFTER_SEARCH = (
 """Thresholds that are read once the set of effects is chosen."""
 NUMERICAL = (
     "candidate_sites.DENTS", "effect_columns.SLOPE", "effect_columns.STEP", "fit.LEAST_FACTOR",
-    "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SHARE", "fit.SINGULAR", "fit.TOLERANCE", "fit.CORRELATED",
+    "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SINGULAR", "fit.CORRELATED",
     "gaussian_process_basis.KEPT",
     "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
-    "held_out_gap.RESAMPLES", "held_out_gap.SHARE", "held_out_gap.TOLERANCE", "noise_estimate.LEAST_SHOWN",
+    "held_out_gap.RESAMPLES", "noise_estimate.LEAST_SHOWN", "noise_weighted_fit.FOLD_ENOUGH",
+    "noise_weighted_fit.FOLD_SHARE", "solver.ENOUGH", "solver.SHARE",
     "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT",
-    "scatter_limits.STEP_RAD",
+    "noise_limits.STEP_RAD",
     "score_tests.DENSE_GRID", "score_tests.NEGLIGIBLE", "stage_derivatives.IMAGE_M", "stage_derivatives.PIXEL_PX",
     "stage_derivatives.SHIFT_M", "stage_derivatives.TURN_RAD", "standard_errors.MOST_LEVERAGE",
 )  # fmt: skip
@@ -165,7 +166,8 @@ def with_other_numbers(folder: Path, factor: float) -> Path:
     """A copy of the package with all numbers of `NUMERICAL` varied: the folder to import it from."""
     shutil.copytree(package(), folder / "robolaser", ignore=shutil.ignore_patterns("__pycache__"))
     for stem in {name.partition(".")[0] for name in NUMERICAL}:
-        file = folder / "robolaser" / "diagnosis" / f"{stem}.py"
+        files = (folder / "robolaser" / part / f"{stem}.py" for part in ("diagnosis", "estimation"))
+        file = next(file for file in files if file.exists())
         lines = file.read_text().splitlines(keepends=True)
         for node in ast.parse("".join(lines)).body:
             if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:

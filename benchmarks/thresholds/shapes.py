@@ -56,9 +56,8 @@ def main() -> None:
     for sensor in args.sensors.split(","):
         for robot in args.robots.split(","):
             dataset = simulate(find_robot(robot), kind=sensor, poses=args.poses, noise=NOISE, seed=1).dataset
-            preparation, outliers = Preparation.of(dataset, 1)
             effects = library(EFFECTS, dataset)
-            _, fit = preparation.fit(outliers, effects)
+            fit = Preparation.of(dataset, 1).fit(effects)
             columns, rng = Columns(), np.random.default_rng(1)
             for one in effects:
                 grid = one.effect.grid(dataset, one.where)

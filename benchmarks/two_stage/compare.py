@@ -19,7 +19,6 @@ from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 
 SETS = ("etna-s1", "etna-s2", "etna-s3")
 DRAWS = 2000  # of poses with replacement, for the spread of a ratio
@@ -89,8 +88,7 @@ def two_stage_way(name: str, recording: Recording, lens: str, others: list[View]
 def our_way(name: str, recording: Recording, plan: Plan) -> Way:
     dataset = recording.dataset
     found = calibrate(dataset, plan)
-    noise = noise_of(found.model, found.x).for_weights() if plan.weights == "noise" else None
-    problem = Problem.of(found.model, noise)
+    problem = Problem.of(found.model, found.weighted.shots if found.weighted else None)
 
     def unseen(fold: Ints) -> Array:
         E = np.full((len(fold), 3), np.nan)

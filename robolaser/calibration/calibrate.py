@@ -18,11 +18,12 @@ from robolaser.data.dataset import Dataset
 from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.identifiability import standard_errors, unidentifiable
+from robolaser.estimation.noise_estimate import noise_of
+from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit, fit_by_noise
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit, outlier_warnings
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import sizes_of
 
 
 @contextmanager
@@ -65,28 +66,52 @@ def calibrate(
     """
     began = time.perf_counter()
     plan = plan or Plan()
-    tell = progress or (lambda what, share: None)
     model = Model(dataset, candidate_effects(plan.effects, dataset))
-    problem = Problem.of(model)
     check_target(model)
-    check_poses(problem)
+    check_poses(Problem.of(model))
     check_orientations(model)
+    return calibrated(model, plan, began, state=state, resume=resume, progress=progress)
 
+
+def calibrated(
+    model: Model,
+    plan: Plan,
+    began: float,
+    *,
+    state: Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Calibration:
+    """The calibration of a model whose data were checked.
+
+    Args:
+        model: The measurements, and the effects that are added.
+        plan: The options.
+        began: Time on the performance counter.
+        state: A folder for checkpoints of the search.
+        resume: Continue from the checkpoint in `state`.
+        progress: Called with the current step and its finished share.
+    """
+    tell = progress or (lambda what, share: None)
     start = find_start(model, plan, state=state, resume=resume, progress=tell)
-    x, evaluations = start.x, start.evaluations
+    problem, x, evaluations, weighted = Problem.of(model), start.x, start.evaluations, None
     if plan.polish:
         tell("fitting", 0.5)
-        problem, x, more = fit(model, x, weights=plan.weights, loss=plan.loss)
+        if plan.weights == "noise":
+            weighted = fit_by_noise(model, x, seed=plan.seed, loss=plan.loss)
+            problem, x, more = weighted.problem, weighted.x, weighted.evaluations
+        else:
+            problem, x, more = fit(model, x, loss=plan.loss)
         evaluations += more
     residuals = model.residuals(x[None])[0]
     if not np.isfinite(residuals).all():
         raise no_finite_residuals()
 
     tell("holding poses out", 0.5)
-    folds = assign_folds(model, plan.seed)
-    unseen = None if folds is None else held_out(problem, x, folds)
-    sigmas = sizes_of(model, x, problem.inliers(x)).sigmas
-    known = information(problem, x, sigmas)
+    folds = assign_folds(problem.model, plan.seed)
+    unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
+    sigmas = noise_of(model, x, problem.inliers(x) if weighted is None else ~weighted.outliers).sigmas
+    known = information(problem, x, sigmas, None if weighted is None else weighted.data.shots)
     parameters, on_bound = model.parameters, problem.on_bound(x)
     stated = np.array([item.fixed for item in parameters.items])
     return Calibration(
@@ -100,7 +125,7 @@ def calibrate(
         on_bound=on_bound,
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated)),
         residuals=residuals,
-        held_out=None if unseen is None else model.in_metres(x, unseen.errors),
+        held_out=None if unseen is None else problem.model.in_metres(x, unseen.errors),
         held_out_rows=None if unseen is None else unseen.errors,
         noise=sigmas,
         history=start.history,
@@ -108,13 +133,30 @@ def calibrate(
         seconds=time.perf_counter() - began,
         warnings=(
             *_setup_warnings(model, x, residuals, on_bound),
-            *dataset.warnings,
+            *model.dataset.warnings,
             *start.warnings,
+            *(_unused_warnings(weighted) if weighted else ()),
             *outlier_warnings(problem, x),
             *_bound_warnings(model, on_bound),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
+        weighted=weighted,
     )
+
+
+def _unused_warnings(weighted: NoiseWeightedFit) -> list[str]:
+    """Which rows a fit leaves out, but for the paper's J."""
+    gross, poses = int(weighted.outliers.sum()), weighted.data.raw.points.pose
+    used, every = len(np.unique(weighted.data.dataset.points.pose)), len(np.unique(poses))
+    said = []
+    if gross:
+        said.append(
+            f"{gross} of {len(poses)} points are gross errors: they are left out of the fit and of the error on new"
+            " poses, but count in J and in the error of the points."
+        )
+    if used < every:
+        said.append(f"{used} of {every} poses are used: weighed by its noise, a fit to more would change little.")
+    return said
 
 
 TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not known."

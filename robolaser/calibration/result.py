@@ -13,6 +13,7 @@ from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
 from robolaser.errors import UsageError, near
 from robolaser.estimation.identifiability import Unidentifiable
+from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
@@ -50,14 +51,17 @@ class Calibration(Result):
         on_bound: Parameters that ended on one of their bounds, (d,).
         unidentifiable: Groups of parameters that the data cannot fix.
         residuals: Known or measured less predicted, in the sensor's unit, (m, k).
-        held_out: Errors on poses left out of the fit, at the points' places, (m, j) [m]; None with too few poses.
+        held_out: Errors on poses left out of the fit, at the points' places, (m', j) [m]; None with too few poses. Of
+            each row that was fitted: all of them, or those in `weighted`.
         noise: Standard deviation of each source of noise, stated or estimated.
         history: The course of the global search; None without one.
         evaluations: Candidates evaluated in all.
         seconds: Time taken.
         warnings: What the user should know.
         loss: "square", "huber" or "cauchy".
-        held_out_rows: `held_out` in the sensor's unit, (m, k); None where it was not kept.
+        held_out_rows: `held_out` in the sensor's unit, (m', k); None where it was not kept.
+        weighted: The rows that were fitted, with their weights by noise; None where rows weigh alike, and where it was
+            not kept.
 
     Examples:
         >>> found = robolaser.calibrate(dataset)
@@ -84,6 +88,7 @@ class Calibration(Result):
     warnings: tuple[str, ...]
     loss: str = "square"
     held_out_rows: Array | None = None
+    weighted: NoiseWeightedFit | None = None
 
     @cached_property
     def objective_m2(self) -> float:
@@ -99,6 +104,11 @@ class Calibration(Result):
     def errors_m(self) -> Array:
         """The residuals at the points' places, (m, j) [m]."""
         return self.model.in_metres(self.x, self.residuals)
+
+    @property
+    def fitted_model(self) -> Model:
+        """The model of the rows that were fitted."""
+        return self.model if self.weighted is None else self.weighted.problem.model
 
     @cached_property
     def rms_m(self) -> float:
@@ -131,7 +141,7 @@ class Calibration(Result):
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
             held_out = None if angles else self.held_out
         fitted = blocks.own_rows(self.residuals, name)
-        unseen = None if held_out is None else blocks.own_rows(held_out, name)
+        unseen = None if held_out is None else self.fitted_model.blocks.own_rows(held_out, name)
         lengths = slice(fitted.shape[1] - angles)
         for part, of_part in ((lengths, unit), (slice(lengths.stop, None), "rad")):
             if fitted[:, part].size:

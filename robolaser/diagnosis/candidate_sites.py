@@ -12,7 +12,8 @@ from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import DENT, LEVER_M, MAX_DISTORTION_PX, SMOOTH_LOAD
+from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD
+from robolaser.estimation.noise_limits import LEVER_M
 from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints

@@ -10,9 +10,9 @@ from robolaser.calibration.result import Calibration, as_json
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import unidentifiable
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 
 ALGORITHM: Final = "diagnosis"
 

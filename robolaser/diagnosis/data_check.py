@@ -8,9 +8,9 @@ import numpy as np
 
 from robolaser.calibration.checks import check_poses, check_target
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.thresholds import MIN_POSES
 from robolaser.errors import RobolaserError
 from robolaser.estimation.identifiability import null_directions
+from robolaser.estimation.outliers import MIN_POSES
 from robolaser.estimation.problem import Problem
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS

@@ -13,7 +13,7 @@ from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import MIN_POSES
+from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.blocks.elsewhere import aims, seen_from
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching

@@ -19,8 +19,9 @@ from robolaser.diagnosis.localization import Localization, corrected, localize
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.thresholds import LEAST_LISTED, MIN_POSES, UNDETERMINED
+from robolaser.diagnosis.thresholds import LEAST_LISTED, UNDETERMINED
 from robolaser.estimation.linearization import TOUCH
+from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
 from robolaser.model.noise import NoiseModel
@@ -70,13 +71,13 @@ def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
-    """The held-out gap, from the nominal model to the final one."""
+    """The held-out gap, from the nominal model to the final one; the calibrated model's is the calibration's own."""
     pose = start.model.dataset.points.pose
     after = held_out.errors(final)
     floor = final.size_of(noise)
     has_turns = start.model.dataset.format.angles > 0
     turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
-    nominal, calibrated = _nominal_gap(start, held_out), held_out.gap(start)
+    nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated_gap(start)
     return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns)
 
 
@@ -86,14 +87,14 @@ def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     Where things that were put or mounted for a campaign were not measured, they are fitted. If nothing else is unknown
     and nothing is given, the arm is the nominal model.
     """
-    items, sensor = start.sensor.items, start.model.sensor
-    lasting = {*sensor.free, *sensor.derived} - {*sensor.put_anew}
+    items, blocks = start.sensor.items, start.model.blocks
+    lasting = {*blocks.free, *blocks.derived} - {*blocks.put_anew}
     if any(not item.given and item.name in lasting for item in items):
         return None
     if any(item.given for item in items):
         x = start.problem.parameters.nominal
         return rms(start.model.in_metres(x, start.problem.plain(x[None])[0]))
-    return None if start.model.dataset.robot is None else held_out.gap(start)
+    return None if start.model.dataset.robot is None else held_out.calibrated_gap(start)
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:

@@ -14,15 +14,12 @@ from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import solve
+from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.parameters import Parameters
 
-TOLERANCE, SHARE = 1e-2, 1e-5
-"""Chi-squared that a fit may be above the optimum: noise alone moves it by more than 1. Or the share of it, where a
-model leaves much."""
 SEEN, LEAST_SHARE = 1e-3, 0.1
 """Variance by whole poses' scatter, over the largest, from which on a direction tells of it; and the least share of
 those directions that the sensor's parameters leave. Effects count by their penalties."""
@@ -73,7 +70,7 @@ class Fit:
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
         """Fit, from parameters (d,) that are near, with derivatives (d, K) that are, see `solve`."""
-        end = solve(problem, start[None], tol=SHARE, enough=TOLERANCE, slopes=slopes, rival=rival)
+        end = solve(problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival)
         return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property

@@ -5,16 +5,14 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.calibration.result import rms
+from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.folds import assign_folds, held_out
+from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
 from robolaser.model.noise import NoiseModel
 
 RESAMPLES = 2000
-TOLERANCE, SHARE = 0.1, 1e-4
-"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share
-of it, where a model leaves much."""
 AMID = 2
 """Times that such fits of effects take derivatives anew, amid all of them: beyond, they follow valleys that the others
 hardly see. Held-out errors of tracked arms come out 0.4 % smaller, of single sets 2 %, and take 0.4 of the time."""
@@ -29,11 +27,14 @@ class HeldOut:
     Args:
         start: Any of the fits.
         seed: Assigns poses to folds.
+        calibration: Of the model without effects, weighed by noise: of the same rows, its held-out errors are that
+            model's, whatever noise was estimated since.
     """
 
-    def __init__(self, start: Fit, seed: int) -> None:
+    def __init__(self, start: Fit, seed: int, calibration: Calibration | None = None) -> None:
         self._folds = assign_folds(start.model, seed)
         self._known: dict[int, tuple[Fit, Array, Array]] = {}
+        self._calibration = calibration
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -43,20 +44,34 @@ class HeldOut:
     def errors(self, fit: Fit) -> Array:
         """Of each row, (m, j) [m]."""
         if id(fit) not in self._known:
+            calibrated = self._calibrated(fit)
             rows = (
-                fit.at.plain
+                calibrated
+                if calibrated is not None
+                else fit.at.plain
                 if self._folds is None
                 else held_out(
                     fit.problem,
                     fit.x,
                     self._folds,
-                    enough=max(TOLERANCE, SHARE * fit.chi2),
+                    enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2),
                     slopes=fit.at.slopes,
                     amid=AMID if fit.effects else 0,
                 ).errors
             )
             self._known[id(fit)] = fit, fit.in_metres(rows), rows
         return self._known[id(fit)][1]
+
+    def _calibrated(self, fit: Fit) -> Array | None:
+        """The calibration's errors, where they are a fit's, (m, k)."""
+        known = self._calibration
+        own = known is not None and not fit.effects and known.fitted_model.dataset is fit.model.dataset
+        return known.held_out_rows if known is not None and own else None
+
+    def calibrated_gap(self, start: Fit) -> float:
+        """That of the calibration, also where a search left out other rows; of the start where there is none [m]."""
+        known = self._calibration
+        return known.held_out_rms_m if known and known.held_out_rms_m is not None else self.gap(start)
 
     def turn(self, fit: Fit) -> float:
         """Root mean square of those numbers of the rows that are angles [rad]."""

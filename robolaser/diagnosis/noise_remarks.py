@@ -7,13 +7,12 @@ import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.noise_estimate import Excess, row_excess
 from robolaser.diagnosis.thresholds import (
     LEAST_RANGE_EXPONENT,
     LEAST_RANGE_SPREAD,
-    NOISE_CONTRADICTED_SIGMA,
     ONE_MEASUREMENT,
 )
+from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
 from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats
 
 KEYS: Final = {

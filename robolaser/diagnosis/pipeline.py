@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Bools, Ints, Progress
+from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.same_arm import check_same_arm
-from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.cause_classes import cause_classes
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
@@ -42,6 +41,7 @@ from robolaser.diagnosis.summary_text import imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
+from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.noise import NoiseModel
@@ -130,14 +130,15 @@ def _kinds(effects: Sequence[type[Effect]] | None, without: Sequence[str]) -> li
 def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: Progress, began: float) -> Diagnosis:
     too_few = too_few_poses(dataset)
     progress("fitting the nominal model", 0.0)
-    preparation, marked = Preparation.of(dataset, seed)
-    hindrance = too_few or preparation.misread_joints(marked) or ""
+    preparation = Preparation.of(dataset, seed)
+    calibration = preparation.calibration
+    hindrance = too_few or preparation.misread_joints() or ""
     effects = [] if hindrance else library(kinds, dataset)
-    data, refits, selected, outliers = _selected(preparation, marked, effects, progress)
+    data, refits, selected, outliers = _selected(preparation, effects, progress)
     start = refits.start
 
     progress("weighing the evidence", 0.6)
-    held_out = HeldOut(start, seed)
+    held_out = HeldOut(start, seed, calibration)
     nested, evidence, left = prune(refits, selected, held_out, lambda what: progress(what, 0.6))
     final = nested[-1]
 
@@ -178,7 +179,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         model=final.model,
         x=final.x,
         std=np.where(final.at.free, errors, np.nan),
-        calibrated_x=start.x,
+        calibrated_x=calibration.x,
         observed=data.dataset,
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
@@ -192,13 +193,13 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
 
 def _selected(
-    preparation: Preparation, outliers: Bools, effects: Sequence[CandidateEffect], progress: Progress
+    preparation: Preparation, effects: Sequence[CandidateEffect], progress: Progress
 ) -> tuple[AveragedData, Refits, Fit, Ints]:
     """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
     """
-    data, start = preparation.fit(outliers, effects)
+    data, outliers, start = preparation.weighted.data, preparation.weighted.outliers, preparation.fit(effects)
     refits = Refits(start, effects)
     final = select(refits, progress=lambda what: progress(what, 0.3))
 
@@ -208,7 +209,7 @@ def _selected(
 
     for left in reversed(range(OUTLIER_ROUNDS + 1)):
         for _ in range(SCATTER_ROUNDS):
-            if (other := preparation.with_other_scatter(data, start, final)) is None:
+            if (other := preparation.with_other_noise(data, start, final)) is None:
                 break
             start = other
             refits, final = again(start, 0.4)
@@ -216,7 +217,7 @@ def _selected(
         if not left or np.array_equal(found, outliers):
             break
         outliers = found
-        data, start = preparation.fit(outliers, effects)
+        data, start = preparation.without(outliers, start)
         refits, final = again(start, 0.5)
     return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 

@@ -18,7 +18,7 @@ MOTIONS = 6
 """Independent motions of a pose."""
 
 
-def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
+def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: bool) -> Array:
     """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
     A direction that needs parameters far beyond their bounds explains nothing. Where the effects have nearly as many
@@ -27,6 +27,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
     Args:
         fit: The model without effects, its noise that of rows.
         effects: All effects that may be at work; nonlinear parameters have their first values.
+        poses_scatter: Whether that of whole poses is asked for, not of rows alone.
     """
     own, columns, parts = fit.at.slopes, Columns(), [fit.at.slopes * UNIFORM]
     for one in effects:
@@ -34,7 +35,8 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect]) -> Array:
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
         parts.append(columns.by_effect(fit, one, grid) * (2.0 * UNIFORM * bounds / prior_scales(one)))
     white = np.hstack(parts)
-    if min(len(white), MOTIONS * len(fit.poses)) < MOTIONS_PER_PARAMETER * white.shape[1]:
+    told = min(len(white), MOTIONS * len(fit.poses)) if poses_scatter else len(white)
+    if told < MOTIONS_PER_PARAMETER * white.shape[1]:
         return fit.noise.correlate(own.T).T
     U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white

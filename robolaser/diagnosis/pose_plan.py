@@ -16,8 +16,8 @@ from robolaser.diagnosis.noise_remarks import KEYS
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import library, typical_tests
-from robolaser.diagnosis.thresholds import MIN_POSES
 from robolaser.errors import DataError, EstimationError
+from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.forward_model import Model
@@ -145,8 +145,7 @@ def examine_plan(
 def _measured(dataset: Dataset, seed: int) -> tuple[Fit, tuple[str, ...]]:
     """The sensor's parameters fitted to measured points."""
     _enough(len(np.unique(dataset.points.pose)), dataset)
-    preparation, outliers = Preparation.of(dataset, seed)
-    return preparation.fit(outliers, [])[1], ()
+    return Preparation.of(dataset, seed).fit([]), ()
 
 
 def _simulated(dataset: Dataset, points: int | None, mount: Mount, seed: int) -> tuple[Fit, tuple[str, ...]]:

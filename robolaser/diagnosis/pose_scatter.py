@@ -8,10 +8,10 @@ import numpy as np
 
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import Localization, p_value
-from robolaser.diagnosis.noise_estimate import PoseNoise
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
 from robolaser.diagnosis.verdict import posterior_weights
+from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.error_source import ErrorSource
@@ -95,7 +95,7 @@ def beside(where: Iterable[Localization], scattered: Localization) -> list[Local
     return sorted([scattered, *rest], key=lambda lies: -lies.share)
 
 
-def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
+def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     """Scatter of whole poses beyond what counts as noise, with its location; None if there is none.
 
     The scatter of one part at a time is estimated without a limit, and the likeliest part is reported.
@@ -105,7 +105,8 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
         found: The noise estimated from its residuals.
     """
     base = found.limited()
-    on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * found.limits.get(n, np.inf)]
+    of_poses = _limits_of_poses(found)
+    on_limit = [n for n in base.estimated if base.sigmas[n] >= (1.0 - ON_LIMIT) * of_poses.get(n, np.inf)]
     if not on_limit:
         return None
     parts = list(_scattering_parts(fit, found))
@@ -143,7 +144,13 @@ def pose_scatter(fit: Fit, found: PoseNoise) -> ExcessScatter | None:
     )
 
 
-def _scattering_parts(fit: Fit, found: PoseNoise) -> Iterator[_Part]:
+def _limits_of_poses(found: NoiseEstimate) -> dict[str, float]:
+    """Limits of lengths and angles: those of pixels say nothing of poses."""
+    units = {source.name: source.unit for source in found.likelihood.sources}
+    return {name: limit for name, limit in found.limits.items() if units.get(name) in NUMBERS}
+
+
+def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
     sources = {source.name: source for source in found.likelihood.sources}
     if joint := sources.get("joint"):
         yield _Part(JOINTS, ("joint",))
@@ -155,7 +162,7 @@ def _scattering_parts(fit: Fit, found: PoseNoise) -> Iterator[_Part]:
                 unit="m" if robot.prismatic[number] else "rad",
             )  # fmt: skip
             yield _Part(name, (one.name,), (one,))
-    elsewhere = tuple(name for name in found.limits if name in sources and name != "joint")
+    elsewhere = tuple(name for name in _limits_of_poses(found) if name in sources and name != "joint")
     if elsewhere:
         yield _Part(FLANGE, elsewhere)
         return

@@ -34,8 +34,6 @@ INDEPENDENT_SHAPES: Final = {
 """Share of an effect's shapes (time constants, starting states) that are independent, of all that are tried; 1 where it
 is not listed, as for the frequencies of a gear. The best of so many costs twice the logarithm of their number. A
 simulation of noise alone, the largest of all joints: `benchmarks/thresholds/shapes.py`."""
-MIN_POSES: Final = 5
-"""Poses with points, below which no effect is judged: with fewer, some effect fits anything. A judgement."""
 
 # The search over sets of effects.
 
@@ -73,6 +71,8 @@ MAX_BESIDE_GEOMETRY: Final = 4
 SCATTER_CHANGE: Final = 1.1
 """Factor on the noise of poses, either way, by which the scatter that a model leaves must differ from the assumed one
 for the search to start again."""
+ROW_NOISE_CHANGE: Final = 1.25
+"""The same on the noise of rows. A judgement: the factor that contradicts stated noise."""
 SCATTER_ROUNDS: Final = 3
 """Times that it starts again for that."""
 IMPLAUSIBLE_NOISE: Final = 2.0
@@ -81,10 +81,6 @@ search for it ended in a lesser optimum. A judgement."""
 PLAUSIBLE_SIGMA: Final = 4.0
 """Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter. A
 quantile: once in sixteen thousand directions."""
-NOISE_CONTRADICTED: Final = 1.25
-"""Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
-NOISE_CONTRADICTED_SIGMA: Final = 4.0
-"""Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
 LEAST_RANGE_EXPONENT: Final = 0.3
 """Power of the range with which noise must grow to be worth a remark. A judgement, of words alone."""
 LEAST_RANGE_SPREAD: Final = 0.05
@@ -97,13 +93,6 @@ OUTLIER_ROUNDS: Final = 2
 
 # Noise.
 
-LARGEST_SCATTER: Final = {"m": 3e-4, "rad": 5e-4}
-"""Scatter of whole poses that chance may cause [m, rad]: more is a gap. Arms repeat to 0.02 mm, hobby arms to 0.5 mm
-at the end of half a metre. Without a limit, poses that are free to move explain any error of a sensor."""
-
-ROWS_ALONE: Final = 1e-2
-"""Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone. A judgement:
-so few per cent of a standard deviation are not noticed."""
 MOTIONS_PER_PARAMETER: Final = 2
 """Independent motions of poses for each parameter, below which the library's effects are not tried when the scatter of
 whole poses is first estimated: they would explain anything. A judgement."""
@@ -111,20 +100,6 @@ BY_DATA: Final = 0.5
 """Share of what is known of a direction of the parameters, above which it is from the data rather than from known
 distances and priors: more than half."""
 
-# Gross errors.
-
-OUTLIER_SIGMA: Final = 5.5
-"""Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four
-million there, one of three in a million."""
-
-FREE_POSE_ROWS: Final = 4
-"""Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by. Geometry: three rows
-of two numbers determine the six of a motion."""
-FREE_POSE_M: Final = 0.02
-"""How far a pose may be off as a whole [m], as a standard deviation, a turn as the shift that it makes at `LEVER_M`:
-what the model lacks moves whole poses, gross errors single rows. A judgement: a nominal arm is off by 10 mm."""
-MOST_POSES_OFF: Final = 0.1
-"""Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
 
 # An unmodelled cause: a smooth function of unknown form at some site.
 
@@ -156,8 +131,6 @@ MAX_SITES: Final = 4
 """Sites that a gap is divided among."""
 MAX_DISTORTION_PX: Final = 0.1
 """Largest plausible distortion of a lens beyond the model's, as a standard deviation over the image. A judgement."""
-LEVER_M: Final = 0.3
-"""Distance, at which a turn counts as the shift that it makes there. A judgement."""
 CHI2_HOPELESS: Final = 200.0
 """Chi-squared above the cheapest model, from which on no further effect is taken out beside an unknown function of the
 posture. A judgement: half of it is odds of 1 to 1e21, and a function's first use costs up to 50."""

@@ -9,15 +9,15 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.averaging import AveragedData
-from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
+from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
-from robolaser.diagnosis.noise_estimate import row_noise
-from robolaser.diagnosis.outliers import outliers_of, robust_fit
 from robolaser.diagnosis.result import Diagnosis, Validation
 from robolaser.diagnosis.summary_text import transfer_sentence
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.noise_estimate import NoiseEstimate
+from robolaser.estimation.outliers import outliers_of, robust_fit
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import solve
+from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.blocks import Blocks
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary, continued
@@ -54,15 +54,15 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
 
     data = AveragedData.of(other).subsampled(seed)
-    near = _Transfer.of(data, other, found_in, effects, held | numbers)
-    gross = outliers_of(robust_fit(near.fit()))
+    near = _Transfer.of(data, found_in, effects, held | numbers)
+    gross = outliers_of(near.problem, robust_fit(near.problem, near.fit().x))
     if gross.any():
         remarks.append(
             f"{gross.sum()} of {len(gross)} rows of {other.name}, repeats averaged, are gross errors and are left out"
         )
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)
-    after = _Transfer.of(data, other, found_in, effects, held | numbers)
+    after = _Transfer.of(data, found_in, effects, held | numbers)
     scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
     floor = after.fit().size_of(
         after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
@@ -70,8 +70,8 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     errors = after.held_out(seed)
     before = errors if not effects and calibrated == held else None
     if before is None:
-        before = _Transfer.of(data, other, found_in, (), calibrated).held_out(seed)
-    sim = before if nominal == calibrated else _Transfer.of(data, other, found_in, (), nominal).held_out(seed)
+        before = _Transfer.of(data, found_in, (), calibrated).held_out(seed)
+    sim = before if nominal == calibrated else _Transfer.of(data, found_in, (), nominal).held_out(seed)
     return Validation(
         dataset=other.name,
         nominal_m=None if diagnosis.gap.nominal_m is None else rms(sim),
@@ -132,25 +132,24 @@ class _Transfer:
     def of(
         cls,
         data: AveragedData,
-        raw: Dataset,
         found_in: RunSummary,
         effects: tuple[CandidateEffect, ...],
         held: Mapping[str, float],
     ) -> "_Transfer":
         """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
-        whole = Model(raw, effects, continued(found_in, raw).course)
+        whole = Model(data.raw, effects, continued(found_in, data.raw).course)
         start = {item.name: item.nominal for item in whole.parameters.items} | dict(held)
         completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
         model = Model(data.dataset, effects, continued(found_in, data.dataset).course).sharing(whole.sensor_parameters)
         start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
-        noise = row_noise(data, model, x, raw)
+        noise = NoiseEstimate.of(data, model, x).for_weights()
         return cls(Problem.of(model, noise, parameters=parameters), noise, x)
 
     def fit(self) -> Fit:
         """The optimum."""
-        return Fit(self.problem, solve(self.problem, self.x[None], tol=SHARE, enough=TOLERANCE).x[0])
+        return Fit(self.problem, solve(self.problem, self.x[None], tol=SHARE, enough=ENOUGH).x[0])
 
     def held_out(self, seed: int) -> Array:
         """Errors of rows on held-out poses, (m, j) [m]."""

@@ -125,20 +125,22 @@ def lengths(J: Array) -> Array:
     return np.where(norms > 0.0, norms, 1.0)
 
 
-def information(problem: Problem, x: Array, sigmas: Mapping[str, float]) -> Information:
+def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None = None) -> Information:
     """The information of all rows at the optimum, those of known distances included.
 
     Args:
         problem: What was minimised.
         x: The optimum, (d,).
         sigmas: Standard deviation of each source of noise.
+        shots: Over how many each row was averaged, (m,); 1 when absent.
     """
     distances = Information.of_known_distances(problem.model, x, problem.number_scale)
-    known = reduce(add, (_of_block(block, x, sigmas) for _, block in problem.blocks), distances)
+    blocks = (_of_block(block, x, sigmas, None if shots is None else shots[rows]) for rows, block in problem.blocks)
+    known = reduce(add, blocks, distances)
     return known.without(known.reach * problem.parameters.width <= UNMOVED)
 
 
-def _of_block(block: Problem, x: Array, sigmas: Mapping[str, float]) -> Information:
-    noise = NoiseModel(error_sources(block.model, x), sigmas)
+def _of_block(block: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None) -> Information:
+    noise = NoiseModel(error_sources(block.model, x, shots), sigmas)
     weights = None if block.loss.is_square else block.loss.weights(block.residuals(x[None]), block.starts)[0]
     return Information.of(jacobian(block.model, x[None])[0], noise, weights=block.noise, row_weights=weights)

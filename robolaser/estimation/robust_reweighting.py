@@ -1,4 +1,4 @@
-"""The fit of all rows: by plain squares, or again and again with weights and a loss that rest on what it left over."""
+"""The fit of all rows alike: by plain squares, or again and again with a loss that rests on what it left over."""
 
 import numpy as np
 
@@ -9,10 +9,10 @@ from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import TOLERANCE, solve
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import comparable, noise_of
+from robolaser.model.noise import comparable
 from robolaser.model.pose_blocks import with_rows
 
-ROUNDS = 3  # weights depend on the estimate; a fourth round changes nothing any more
+ROUNDS = 3  # the loss's scale depends on the estimate; a fourth round changes nothing any more
 
 FEWER, CROWD = 20_000, 4
 """Rows to fit first where there are so many times more: from there on the steps on all rows are few."""
@@ -22,14 +22,12 @@ CROWDED = 1e-11
 """Tolerance on so many rows: a million of them put the optimum a hundredth of a standard error from there."""
 
 
-def fit(model: Model, start: Array, *, weights: str = "plain", loss: str = "square") -> tuple[Problem, Array, int]:
-    """Fit all rows from a good start.
+def fit(model: Model, start: Array, *, loss: str = "square") -> tuple[Problem, Array, int]:
+    """Fit all rows from a good start; rows weigh alike, numbers of two units within them by their sizes.
 
     Args:
         model: All rows.
         start: (d,).
-        weights: "plain", which weighs rows alike, and numbers of two units within them by their sizes; or "noise" to
-            whiten by the covariance of the noise.
         loss: "square", or one that lets gross errors count for less, by a scale from the residuals.
 
     Returns:
@@ -50,15 +48,26 @@ def fit(model: Model, start: Array, *, weights: str = "plain", loss: str = "squa
         problem = problem.with_rows_of_size(end.x[0])
         end = solve(problem, end.x)
         evaluations += end.evaluations
-    for _ in range(ROUNDS if weights == "noise" or loss != "square" else 0):
-        x = end.x[0]
-        noise = noise_of(model, x, problem.inliers(x)).for_weights() if weights == "noise" else plain
-        white = problem.with_noise(noise)
-        problem = problem.with_noise(noise, Loss.fitting(loss, white.residuals(x[None])[0], problem.starts))
-        problem = problem.with_rows_of_size(x)
-        end = solve(problem, end.x)
-        evaluations += end.evaluations
-    return problem, end.x[0], evaluations
+    if loss == "square":
+        return problem, end.x[0], evaluations
+    problem, x, more = reweighted(problem, end.x[0], loss)
+    return problem, x, evaluations + more
+
+
+def reweighted(problem: Problem, x: Array, loss: str) -> tuple[Problem, Array, int]:
+    """Fit again from an optimum x (d,), with a loss whose scale is that of the residuals.
+
+    Returns:
+        The problem that was solved last, its optimum (d,), and the residual vectors evaluated.
+    """
+    evaluations = 0
+    for _ in range(ROUNDS):
+        square = problem.with_noise(problem.noise)
+        fitted = Loss.fitting(loss, square.residuals(x[None])[0], problem.starts)
+        problem = problem.with_noise(problem.noise, fitted).with_rows_of_size(x)
+        end = solve(problem, x[None])
+        x, evaluations = end.x[0], evaluations + end.evaluations
+    return problem, x, evaluations
 
 
 def _by_sample(problem: Problem, start: Array) -> tuple[Array, int]:

@@ -19,6 +19,9 @@ from robolaser.estimation.bounded_step import EPS, bounded_steps
 from robolaser.estimation.least_squares import LeastSquares
 
 TOLERANCE = 1e-13
+SHARE, ENOUGH = 1e-5, 1e-2
+"""Of fits of whitened rows: share of their chi-squared, or chi-squared, that they may be above the optimum. Noise alone
+moves it by more than 1."""
 MOST_STEPS = 3000  # few points leave long curved valleys: 200 steps were needed along one, 20 are usual
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 """In units of the squared length of each column; with the least, directions that move no row are not moved along."""

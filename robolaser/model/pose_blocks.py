@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Ints
+from robolaser.data.dataset import Dataset
 from robolaser.model.forward_model import Model
 
 ROWS = 6_000
@@ -38,8 +39,12 @@ def depends_on_trajectory(model: Model) -> bool:
 
 def with_rows(model: Model, rows: Ints) -> Model:
     """The model of some rows; where effects look around, they see no more than these and all poses."""
-    points = model.dataset.points.take(rows)
-    return Model(replace(model.dataset, points=points), model.effects, model.course).sharing(model.sensor_parameters)
+    return of_data(model, replace(model.dataset, points=model.dataset.points.take(rows)))
+
+
+def of_data(model: Model, dataset: Dataset) -> Model:
+    """The model of some of its data, which may be averaged; its parameters are those of the whole."""
+    return Model(dataset, model.effects, model.course).sharing(model.sensor_parameters)
 
 
 def _cut(model: Model) -> Iterator[Block]:

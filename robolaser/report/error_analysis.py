@@ -52,6 +52,14 @@ class ErrorAnalysis:
         return self.calibration.held_out
 
     @cached_property
+    def compared(self) -> tuple[Dataset, dict[str, Array]]:
+        """The rows of the fit, and their errors, fitted and, where poses were left out, held out, (m', j) [m]."""
+        of_fit, x = self.calibration.fitted_model, self.calibration.x
+        is_whole = of_fit is self.calibration.model
+        errors = {"fitted": self.fitted_m if is_whole else of_fit.in_metres(x, of_fit.residuals(x[None])[0])}
+        return of_fit.dataset, errors | ({} if self.held_out_m is None else {"held out": self.held_out_m})
+
+    @cached_property
     def fitted_mm(self) -> Array:
         """Length of each residual, (m,) [mm]."""
         return lengths_mm(self.fitted_m)

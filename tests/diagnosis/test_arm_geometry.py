@@ -105,8 +105,7 @@ def test_a_corrected_arm_stays_nominal_along_what_the_data_do_not_see() -> None:
     dataset = simulate(
         find_robot("ur5"), kind="socket", poses=60, points=4, noise=noise, effects=effects, seed=6
     ).dataset
-    preparation, outliers = Preparation.of(replace(dataset, distances_m=()), 0)
-    start = preparation.fit(outliers, ())[1]
+    start = Preparation.of(replace(dataset, distances_m=()), 0).fit(())
     problem = problem_of(start.model.with_effects(placements(len(JOINTS))), start.noise, start.sensor)
     assert problem.prior is not None
     arm = Fit.of(problem, np.append(start.x, np.zeros(len(problem.prior) - len(start.x))))

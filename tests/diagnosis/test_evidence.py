@@ -14,7 +14,6 @@ from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -29,6 +28,7 @@ from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.score_tests import library, score_tests
 from robolaser.diagnosis.selection import select
 from robolaser.errors import UsageError
+from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.solver import solve
 from robolaser.model.effects import EFFECTS, candidate_effects
@@ -50,8 +50,8 @@ def cell(effects: dict[str, float] | None = None, seed: int = 2, poses: int = 40
 
 
 def begun(dataset: Dataset) -> tuple[AveragedData, Fit]:
-    preparation, outliers = Preparation.of(dataset, 1)
-    data, fit = preparation.fit(outliers, ())
+    preparation = Preparation.of(dataset, 1)
+    data, fit = preparation.weighted.data, preparation.fit(())
     noise = fit.noise.at({source.name: 0.0 for source in fit.noise.sources_of_poses})
     return data, Fit.of(fit.problem.with_noise(noise), fit.x)  # an arm that repeats perfectly
 
@@ -125,9 +125,9 @@ def test_a_robust_fit_is_hardly_moved_by_gross_errors() -> None:
     assert dataset.points.pixel is not None
     pixel = dataset.points.pixel.copy()
     pixel[::16] += 20.0
-    spoilt, _ = Preparation.of(replace(dataset, points=replace(dataset.points, pixel=pixel)), 1)
-    clean, _ = Preparation.of(dataset, 1)
-    moved = Model(dataset).residuals(np.stack([spoilt.near, clean.near]))
+    spoilt = Preparation.of(replace(dataset, points=replace(dataset.points, pixel=pixel)), 1)
+    clean = Preparation.of(dataset, 1)
+    moved = Model(dataset).residuals(np.stack([spoilt.calibration.x, clean.calibration.x]))
     assert rms(moved[0] - moved[1]) < 0.5 * rms(moved[1])
 
 
@@ -220,7 +220,7 @@ def test_where_nothing_is_left_it_lies_nowhere(clean: tuple[AveragedData, Fit]) 
 
 def test_poses_before_a_bump_are_no_gross_errors_of_a_tracker() -> None:
     world = make(find_robot("ur5"), "base_shift", seed=61002, ranges=Ranges(poses=(30, 45)), tracked=True)
-    marked = Preparation.of(world.dataset, 1)[1]
+    marked = Preparation.of(world.dataset, 1).weighted.outliers
     assert marked.mean() < 0.01
 
 

@@ -7,11 +7,11 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.outliers import outliers_of
 from robolaser.diagnosis.preparation import Preparation
+from robolaser.estimation.noise_estimate import noise_of
+from robolaser.estimation.outliers import outliers_of
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -19,8 +19,7 @@ from robolaser.simulation import simulate
 @pytest.fixture(scope="module")
 def start() -> Fit:
     dataset = simulate(find_robot("ur5e"), kind="point", poses=30, points=3, noise=Noise(point_m=2e-5), seed=2).dataset
-    preparation, outliers = Preparation.of(dataset, 1)
-    return preparation.fit(outliers, ())[1]
+    return Preparation.of(dataset, 1).fit(())
 
 
 def with_effect(start: Fit, name: str, size: float) -> Fit:
@@ -43,8 +42,8 @@ def test_poses_too_few_for_a_model_have_no_gross_errors_by_it(start: Fit, poses:
     xyz = some.points["xyz"].copy()
     xyz[:3, 0] += 0.01
     model = Model(replace(some, points=replace(some.points, xyz=xyz))).sharing(start.sensor)
-    fit = Fit(problem_of(model, noise_of(model, start.x), start.sensor), start.x)
-    assert outliers_of(fit).sum() == found
+    problem = problem_of(model, noise_of(model, start.x), start.sensor)
+    assert outliers_of(problem, start.x).sum() == found
 
 
 def test_an_effect_differs_from_zero_by_its_size_over_its_standard_deviation(start: Fit) -> None:

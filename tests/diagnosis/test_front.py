@@ -7,14 +7,14 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.noise_estimate import row_noise
 from robolaser.diagnosis.pareto_front import best_subsets, pareto_front, stepwise_order, undominated
 from robolaser.diagnosis.pruning import nested_fits
 from robolaser.diagnosis.refits import Refits, penalty
 from robolaser.diagnosis.score_tests import library
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
@@ -38,7 +38,7 @@ class Case:
         data = AveragedData.of(raw)
         model = Model(data.dataset)
         x = model.parameters.nominal
-        self.fit = Fit.of(problem_of(model, row_noise(data, model, x, raw), model.parameters), x)
+        self.fit = Fit.of(problem_of(model, NoiseEstimate.of(data, model, x).for_weights(), model.parameters), x)
         self.refits = Refits(self.fit, library(EFFECTS, raw))
         self.held_out = HeldOut(self.fit, 0)
 

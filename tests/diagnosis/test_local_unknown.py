@@ -32,8 +32,7 @@ from robolaser.trials.making import make
 def fitted(effects: dict[str, float] | None = None) -> Fit:
     noise = Noise(pixel_px=0.1, target_m=3e-5)
     dataset = simulate(find_robot("scorbot_er7"), poses=40, points=8, noise=noise, effects=effects, seed=3).dataset
-    preparation, outliers = Preparation.of(dataset, 1)
-    return preparation.fit(outliers, ())[1]
+    return Preparation.of(dataset, 1).fit(())
 
 
 def test_a_rough_function_may_have_corners_and_a_constant_slope_between_them() -> None:
@@ -125,8 +124,7 @@ def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
     noise, effects = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-4), {"backlash:joint_2": 8e-4}
     stated = Noise(pixel_px=0.1, target_m=3e-5)
     made = simulate(find_robot("scorbot_er7"), poses=40, points=8, noise=noise, stated=stated, effects=effects, seed=3)
-    preparation, outliers = Preparation.of(made.dataset, 1)
-    start = preparation.fit(outliers, ())[1]
+    start = Preparation.of(made.dataset, 1).fit(())
     few = start.noise.with_scatter_times(0.01)
     start = Fit.of(start.problem.with_noise(few), start.x)
     refits = Refits(start, made.effects)

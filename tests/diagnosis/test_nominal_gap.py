@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Noise
-from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.findings import gap_of
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.held_out_gap import HeldOut
-from robolaser.diagnosis.noise_estimate import row_noise
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -26,7 +26,7 @@ def gap(kind, unknown=()):
     data = AveragedData.of(made)
     model = Model(data.dataset)
     x = model.parameters.nominal
-    noise = row_noise(data, model, x, made)
+    noise = NoiseEstimate.of(data, model, x).for_weights()
     start = Fit.of(problem_of(model, noise, model.parameters), x)
     return gap_of(start, start, noise, HeldOut(start, 0), 0)
 

@@ -22,8 +22,7 @@ SIZE = 3.0
 def fitted() -> Fit:
     noise = Noise(pixel_px=0.1, target_m=3e-5)
     dataset = simulate(find_robot("scorbot_er7"), poses=14, points=6, noise=noise, seed=2).dataset
-    preparation, outliers = Preparation.of(dataset, 1)
-    return preparation.fit(outliers, ())[1]
+    return Preparation.of(dataset, 1).fit(())
 
 
 def whitened(columns: Array, believed: Array) -> Array:

@@ -10,11 +10,11 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.fit import Fit, problem_of
-from robolaser.diagnosis.noise_estimate import Excess
 from robolaser.diagnosis.pose_noise import explained
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.score_tests import library
+from robolaser.estimation.noise_estimate import Excess
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -134,8 +134,7 @@ def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter() -> None:
     dataset = simulate(
         find_robot("scorbot_er7"), kind="socket", effects=effects, noise=Noise(joint_rad=1e-4), stated=Noise(), seed=4
     ).dataset
-    preparation, outliers = Preparation.of(dataset, 1)
-    _, start = preparation.fit(outliers, [])
+    start = Preparation.of(dataset, 1).fit([])
     arm = start.model.with_effects(tuple(library([LinkGeometry], dataset)))
     problem = problem_of(arm, start.noise, start.sensor)
     fit = Fit(problem, np.r_[start.x, np.zeros(len(problem.parameters) - len(start.x))])

@@ -6,12 +6,12 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.model.effects.base_compliance import BaseCompliance
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

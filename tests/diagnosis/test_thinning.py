@@ -8,9 +8,9 @@ import pytest
 from robolaser import find_robot
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.averaging import AveragedData
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.diagnosis.subsampling import MAX_POSES, chosen_rows
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.subsampling import MAX_POSES, chosen_rows
 from robolaser.model.effects import EFFECTS
 from robolaser.report.diagnosis.page import document
 from robolaser.simulation import simulate

@@ -19,6 +19,7 @@ from robolaser.diagnosis.verdict import (
     posterior_weights,
     probability_of_unmodelled,
 )
+from robolaser.estimation.outliers import OUTLIER_SIGMA
 
 CLEAN = Evidence(
     chi2_before=1000.0,
@@ -181,8 +182,8 @@ def test_the_p_value_of_a_variance_is_half_that_of_chi_squared():
 
 
 def test_noise_puts_one_row_in_a_million_beyond_the_limit_of_a_gross_error():
-    assert chi2.sf(thresholds.OUTLIER_SIGMA**2, 2) == pytest.approx(2.7e-7, rel=0.05)
-    assert chi2.sf(thresholds.OUTLIER_SIGMA**2, 3) == pytest.approx(1.2e-6, rel=0.05)
+    assert chi2.sf(OUTLIER_SIGMA**2, 2) == pytest.approx(2.7e-7, rel=0.05)
+    assert chi2.sf(OUTLIER_SIGMA**2, 3) == pytest.approx(1.2e-6, rel=0.05)
 
 
 def test_nine_in_ten_lie_above_the_detection_quantile():

@@ -10,7 +10,7 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.diagnosis.subsampling import MAX_POSES, chosen_rows
+from robolaser.estimation.subsampling import MAX_POSES, chosen_rows
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot

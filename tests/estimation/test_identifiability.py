@@ -8,16 +8,21 @@ from functions import FunctionProblem
 from robolaser.data.dataset import Noise
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
+from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.estimation.solver import solve
 from robolaser.model import derivatives
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel, noise_from, noise_of
+from robolaser.model.noise import NoiseLikelihood, NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import SCANNER
 
 TRIALS = 100
+
+
+def likeliest(dataset, sources, residuals, J):
+    return NoiseLikelihood(sources, dataset.points.pose, residuals, J).likeliest(known_sizes(sources, dataset))[0]
 
 
 def jacobian(model, x):
@@ -48,7 +53,7 @@ def coverage(cell: Cell, rng: np.random.Generator, *, stated: Noise, **noise: fl
         shaken = cell.shaken(rng, **noise)
         e = shaken.missed().reshape(-1)
         step = -plain @ e
-        found = noise_from(replace(shaken.dataset, noise=stated), sources, (e + free @ step).reshape(-1, 3), J)
+        found = likeliest(replace(shaken.dataset, noise=stated), sources, (e + free @ step).reshape(-1, 3), J)
         white = found.whiten(free.T).T * scale
         weighted = -scale * np.linalg.lstsq(white, found.whiten(e[None])[0])[0]
         both = (standard_errors(said(J, found, weights=way), fixed=held)[~held] for way in (None, found))
@@ -105,7 +110,7 @@ def test_a_true_fit_to_real_errors_is_held_too():
         problem = FunctionProblem(residuals, truth, model.parameters.lower, model.parameters.upper, axes=3)
         x = solve(problem, truth[None], tol=1e-9).x[0]
         J = jacobian(model, x)
-        noise = noise_from(model.dataset, sources, residuals(x[None]).reshape(-1, 3), J)
+        noise = likeliest(model.dataset, sources, residuals(x[None]).reshape(-1, 3), J)
         std = standard_errors(said(J, noise), fixed=np.zeros(len(truth), dtype=bool))
         hits.append(np.abs(x - truth) < 1.96 * std)
     assert 0.90 <= np.mean(hits) <= 0.98
@@ -289,7 +294,7 @@ def test_noise_of_a_fitted_model_needs_no_more_than_the_model():
     model = cell.model()
     x = cell.truth(model)
     J, e = jacobian(model, x), model.residuals(x[None])[0]
-    assert noise_of(model, x).sigmas == noise_from(model.dataset, error_sources(model, x), e, J).sigmas
+    assert noise_of(model, x).sigmas == likeliest(model.dataset, error_sources(model, x), e, J).sigmas
 
 
 def test_what_parts_say_adds_up_to_what_all_rows_say(tracked):

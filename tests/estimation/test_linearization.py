@@ -6,11 +6,11 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

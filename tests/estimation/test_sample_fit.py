@@ -7,12 +7,12 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.estimation.folds import assign_folds, held_out
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import fit
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

@@ -7,10 +7,10 @@ from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cel
 
 from robolaser.data.board import Board
 from robolaser.data.dataset import Noise
+from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel, noise_from, noise_of, pixel_from_repeats
-from robolaser.model.noise.covariance import NoiseLikelihood
+from robolaser.model.noise import NoiseLikelihood, NoiseModel, pixel_from_repeats
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.two_units import size_of_errors
@@ -178,7 +178,8 @@ def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -
         shaken = cell.shaken(rng, **noise)
         e = shaken.missed().reshape(-1)
         e = e - scaled @ (np.linalg.pinv(scaled, rcond=1e-9) @ e)
-        found.append(noise_from(shaken.dataset, sources, e.reshape(-1, 3), J).sigmas)
+        likelihood = NoiseLikelihood(sources, shaken.dataset.points.pose, e.reshape(-1, 3), J)
+        found.append(likelihood.likeliest(known_sizes(sources, shaken.dataset))[0].sigmas)
     return {name: np.array([each[name] for each in found]) for name in found[0]}
 
 

@@ -7,12 +7,12 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Noise
 from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 from robolaser.model.pose_blocks import blocks_of
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate

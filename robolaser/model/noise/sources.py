@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.finite_differences import central_differences
 from robolaser.model.blocks.errors import moved_with_pose, row_errors
 from robolaser.model.error_source import ErrorSource
@@ -21,8 +21,8 @@ ROUNDING = 1e-9
 be estimated from it, and grow to thousands of radians."""
 
 
-def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
-    """The sources of error of a model's residuals at x (d,).
+def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[ErrorSource, ...]:
+    """The sources of error of a model's residuals at x (d,), rows averaged over so many shots (m,); over 1 when absent.
 
     - What the sensor says of its rows: `pixel`, `target`, `board`, `point`, `angle`, `seat`.
     - `joint` [rad], where joint angles were read: an independent error on each reading, carried through the chain,
@@ -57,7 +57,14 @@ def error_sources(model: Model, x: Array) -> tuple[ErrorSource, ...]:
         found.append(ErrorSource(whole, shifts, of_pose, level="pose"))
         if (shared or dataset.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
             found.append(ErrorSource(f"{whole}_turn", turns, of_pose, "rad", level="pose"))
-    return tuple(found)
+    return tuple(found if shots is None else (_averaged(source, shots) for source in found))
+
+
+def _averaged(source: ErrorSource, shots: Ints) -> ErrorSource:
+    """A source whose errors are drawn anew with every shot, of rows averaged over so many (m,); others as they are."""
+    if source.level != "shot" or shots.max(initial=1) == 1:
+        return source
+    return replace(source, effect=source.effect / np.sqrt(shots)[:, None, None])
 
 
 def _joint_effect(model: Model, values: Values) -> Array:

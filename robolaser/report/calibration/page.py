@@ -27,12 +27,13 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     """Error on new poses, what noise implies, and the error on the poses that were fitted; then those of rotations."""
     calibration = analysis.calibration
     sources = ", ".join(map(disturbed, analysis.known_noise))
-    rows = calibration.row_errors[0]
+    rows, weighting = calibration.row_errors[0], "plain: " if calibration.weights == "plain" else ""
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m,
-         f"predicted with each pose left out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
+         f"{weighting}predicted with each pose left out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
         ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
-        ("fitted", "on fitted poses", calibration.rms_m, f"training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
+        ("fitted", "on fitted poses", calibration.rms_m,
+         f"{weighting}training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
     )  # fmt: skip
     angles = [each for each in calibration.row_errors if each.unit == "rad"]
     turn = "turn of bodies about three axes together"
@@ -92,14 +93,11 @@ def document(calibration: Calibration, *, command: str = "", brief: bool = False
 
 def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     calibration = analysis.calibration
-    errors = {"fitted": analysis.fitted_m}
-    if analysis.held_out_m is not None:
-        errors |= {"held out": analysis.held_out_m}
     cell = cell_scene(
         calibration.model, calibration.x, {"errors of the fit": analysis.fitted_m}, title="Each pose, and its errors"
     )
     return [
-        Section("Which errors are odd", group_blocks(calibration.model.dataset, errors)),
+        Section("Which errors are odd", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),
         Section("Charts", charts([make(analysis) for make in CHARTS])),
         Section("Noise", [noise_table(calibration.noise, analysis.sources, words.origins(analysis))]),

@@ -5,6 +5,8 @@ import numpy as np
 from robolaser.report.digits import millimetres, times
 from robolaser.report.error_analysis import ErrorAnalysis
 
+WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weighted by their noise"}
+"""What a calibration's option `weights` does."""
 NOISE_ALONE = 1.1
 """Excess over noise up to which all is well: stated noise is seldom known better."""
 CHANCE = 2.0
@@ -83,9 +85,8 @@ def _against_noise(over: float, chance: float, ratio: float) -> str:
 def method(analysis: ErrorAnalysis) -> str:
     """How the parameters were found."""
     calibration = analysis.calibration
-    weights = {"plain": "all points weighted alike", "noise": "points weighted by their noise"}[calibration.weights]
     return (
-        f"{calibration.algorithm}, seed {calibration.seed}, {weights}; "
+        f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
         f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
     )
 

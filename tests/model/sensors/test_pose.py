@@ -13,8 +13,8 @@ from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.averaging import AveragedData
 from robolaser.errors import DataError, EstimationError
+from robolaser.estimation.averaging import AveragedData
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_quaternion
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion

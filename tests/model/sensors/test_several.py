@@ -17,13 +17,13 @@ from robolaser.data.writing import save
 from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError
 from robolaser.estimation.folds import assign_folds
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.radial_distortion import CORNER_M, RadialDistortion
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import noise_of
 from robolaser.simulation import simulate
 
 

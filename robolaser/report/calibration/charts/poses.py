@@ -7,8 +7,6 @@ from robolaser.report.pose_errors import pose_errors
 
 def poses(analysis: ErrorAnalysis) -> Chart:
     """Root-mean-square error of each pose, fitted and held out."""
-    errors = {"fitted": analysis.fitted_m}
-    if analysis.held_out_m is not None:
-        errors |= {"held out": analysis.held_out_m}
+    dataset, errors = analysis.compared
     reading = "Dots: a pose when it was fitted; rings: when it was held out." if len(errors) > 1 else ""
-    return pose_errors(analysis.calibration.model.dataset, errors, reading=reading)
+    return pose_errors(dataset, errors, reading=reading)

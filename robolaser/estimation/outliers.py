@@ -1,23 +1,33 @@
 """Rows that no model and no noise accounts for: gross errors, found while the model itself may still be wrong."""
 
+from dataclasses import replace
+from typing import Final
+
 import numpy as np
 from scipy.special import chdtri
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.diagnosis.fit import SHARE, TOLERANCE, Fit
-from robolaser.diagnosis.thresholds import (
-    FREE_POSE_M,
-    FREE_POSE_ROWS,
-    LEVER_M,
-    MIN_POSES,
-    MOST_POSES_OFF,
-    OUTLIER_SIGMA,
-)
+from robolaser.estimation.noise_limits import LEVER_M
+from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import EFFICIENT, Loss
-from robolaser.estimation.solver import solve
+from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.blocks.errors import moved_with_pose
 from robolaser.model.noise.whitening import group_sums
 
+OUTLIER_SIGMA: Final = 5.5
+"""Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four
+million there, one of three in a million."""
+MIN_POSES: Final = 5
+"""Poses with points, below which no row is a gross error by its distance from a model, and no effect is judged: with
+fewer, something fits anything. A judgement."""
+FREE_POSE_ROWS: Final = 4
+"""Rows of a pose, from which on a free motion of the pose leaves something to see gross errors by. Geometry: three rows
+of two numbers determine the six of a motion."""
+FREE_POSE_M: Final = 0.02
+"""How far a pose may be off as a whole [m], as a standard deviation, a turn as the shift that it makes at `LEVER_M`:
+what the model lacks moves whole poses, gross errors single rows. A judgement: a nominal arm is off by 10 mm."""
+MOST_POSES_OFF: Final = 0.1
+"""Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
 FITS = 4
 """Robust fits, each with the scale that the last one left: then the same rows count."""
 ROUNDS = 8
@@ -28,34 +38,33 @@ UNUSED = 0.5
 """Numbers of a row that its errors do not fill on average: two pixels make the three coordinates of a stripe's row."""
 
 
-def robust_fit(fit: Fit) -> Fit:
-    """Fit again, rows far off counting little."""
-    x = fit.x
+def robust_fit(problem: Problem, x: Array) -> Array:
+    """Parameters (d,) that fit whitened rows from near x (d,), rows far off counting little."""
     for _ in range(FITS):
-        problem = fit.problem
         loss = Loss.fitting("cauchy", problem.residuals(x[None])[0], problem.starts)
-        problem = problem.with_noise(fit.noise, Loss("cauchy", max(loss.scale, TAIL)))
-        x = solve(problem, x[None], tol=SHARE, enough=TOLERANCE).x[0]
-    return Fit(fit.problem, x)
+        scaled = replace(problem, loss=Loss("cauchy", max(loss.scale, TAIL)))
+        x = solve(scaled, x[None], tol=SHARE, enough=ENOUGH).x[0]
+    return x
 
 
-def outliers_within_poses(fit: Fit) -> Bools:
+def outliers_within_poses(problem: Problem, x: Array) -> Bools:
     """Mark rows far from where the others of their pose would have them, (m,).
 
     Each pose may be off as a whole by a free small motion, found robustly: so a robot that is not where the model has
     it hides no gross error and makes none.
 
     Args:
-        fit: A model of the rows as they were taken, fitted robustly.
+        problem: Of the rows as they were taken.
+        x: Parameters that were fitted robustly, (d,).
     """
-    model = fit.model
+    model = problem.model
     of_pose = model.dataset.points.pose
-    values = fit.problem.parameters.values(fit.x[None])
-    root = _roots(fit)
-    r = (root @ fit.at.plain[..., None])[..., 0]
+    values = problem.parameters.values(x[None])
+    root = _roots(problem)
+    r = (root @ problem.plain(x[None])[0][..., None])[..., 0]
     enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= FREE_POSE_ROWS
     if not enough.any():
-        return outliers_of(fit)
+        return outliers_of(problem, x)
     perturb = model.perturb(values)
     shifts, turns = moved_with_pose(model.blocks, values, model.flange(values, perturb), perturb)
     moves = FREE_POSE_M * np.concatenate([shifts, turns / LEVER_M], axis=-1)
@@ -71,11 +80,12 @@ def outliers_within_poses(fit: Fit) -> Bools:
     return _far(left, of_pose)
 
 
-def outliers_of(fit: Fit) -> Bools:
-    """Mark rows that a model which explains the others leaves far off, (m,); none of fewer poses than tell a model."""
-    if len(fit.poses) < MIN_POSES:
-        return np.zeros(len(fit.model.dataset.points), dtype=bool)
-    return _far((_roots(fit) @ fit.at.plain[..., None])[..., 0], fit.model.dataset.points.pose)
+def outliers_of(problem: Problem, x: Array) -> Bools:
+    """Mark rows that a model at x (d,) leaves far off, (m,); none of fewer poses than tell a model."""
+    of_pose = problem.model.dataset.points.pose
+    if len(np.unique(of_pose)) < MIN_POSES:
+        return np.zeros(problem.rows, dtype=bool)
+    return _far((_roots(problem) @ problem.plain(x[None])[0][..., None])[..., 0], of_pose)
 
 
 def _far(rows: Array, of_pose: Ints) -> Bools:
@@ -93,7 +103,8 @@ def _scale(rows: Array) -> float:
     return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(chdtri(numbers, 0.5))))
 
 
-def _roots(fit: Fit) -> Array:
+def _roots(problem: Problem) -> Array:
     """Whitens each row by itself, (m, k, k) [1/unit]."""
-    root: Array = np.linalg.inv(np.linalg.cholesky(fit.noise.covariances))
+    assert problem.noise is not None  # rows are judged by their noise
+    root: Array = np.linalg.inv(np.linalg.cholesky(problem.noise.covariances))
     return root

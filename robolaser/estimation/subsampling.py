@@ -1,4 +1,4 @@
-"""Which rows of a large data set a diagnosis works with: more of them would say nothing new, only later."""
+"""Which rows of a large data set are used where rows are weighed by their noise: more would say little that is new."""
 
 import numpy as np
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.subsampling import chosen_rows, kept_poses
+from robolaser.estimation.subsampling import chosen_rows, kept_poses
 from robolaser.model.noise.whitening import group_sums
 
 
@@ -18,11 +18,13 @@ class AveragedData:
     """A data set with one row for each point of each pose.
 
     Attributes:
+        raw: The data set as it was measured, each shot a row.
         dataset: With repeats averaged.
         shots: Rows of points.csv behind each row, (m,).
         group: The row here that each row of points.csv went into, (rows of points.csv,); -1 for gross errors.
     """
 
+    raw: Dataset
     dataset: Dataset
     shots: Ints
     group: Ints
@@ -56,13 +58,13 @@ class AveragedData:
         )
         group = np.full(len(points), -1, dtype=np.int64)
         group[kept] = of_row
-        return cls(replace(dataset, points=averaged), shots, group)
+        return cls(dataset, replace(dataset, points=averaged), shots, group)
 
     @classmethod
     def single(cls, dataset: Dataset) -> "AveragedData":
         """Each shot a row of its own."""
         rows = np.arange(len(dataset.points), dtype=np.int64)
-        return cls(dataset, np.ones_like(rows), rows)
+        return cls(dataset, dataset, np.ones_like(rows), rows)
 
     def subsampled(self, seed: int) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too.
@@ -77,7 +79,7 @@ class AveragedData:
         dataset = replace(self.dataset, points=self.dataset.points.take(kept))
         if dataset.poses.time_s is None or not dataset.path_known:
             dataset = dataset.of_poses(kept_poses(dataset))
-        return AveragedData(dataset, self.shots[kept], number[self.group])
+        return replace(self, dataset=dataset, shots=self.shots[kept], group=number[self.group])
 
 
 def _of_one_sign(quaternions: Array, group: Ints) -> Array:

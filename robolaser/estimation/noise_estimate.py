@@ -1,0 +1,256 @@
+"""The noise of rows: what is stated, what repeats say, and what the residuals of a fit say of the rest."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from typing import Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.noise_limits import noise_limits
+from robolaser.model.derivatives import jacobian_matrix
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
+from robolaser.model.noise.likelihood import Known, NoiseLikelihood
+from robolaser.model.noise.repeats import pixel_repeats
+from robolaser.model.noise.sources import error_sources
+from robolaser.model.pose_blocks import of_data
+
+NOISE_CONTRADICTED: Final = 1.25
+"""Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""
+NOISE_CONTRADICTED_SIGMA: Final = 4.0
+"""Standard deviations of chance that this must be, too. A quantile: once in thirty thousand data sets."""
+ROWS_ALONE: Final = 1e-2
+"""Variance by errors of whole poses, over that of rows, up to which a direction tells of the rows alone. A judgement:
+so few per cent of a standard deviation are not noticed."""
+LEAST_SHOWN: Final = 0.25
+"""Of the squared standard deviations that contradict stated noise, below which a score test's gain rules that out: for
+one variance it is at least half of what the likelihood gains, however far the variance grows."""
+
+
+@final
+@dataclass(frozen=True)
+class Excess:
+    """How much residuals scatter beyond the noise that they should have.
+
+    Attributes:
+        ratio: Of standard deviations.
+        sigma: How far that is from one, in standard deviations of chance.
+    """
+
+    ratio: float
+    sigma: float
+
+    @classmethod
+    def of(cls, squares: float, freedoms: float) -> "Excess":
+        """By the cube root of chi-squared over its freedoms, which is nearly normal (Wilson, Hilferty 1931)."""
+        ratio, width = max(squares, 0.0) / freedoms, 2.0 / (9.0 * freedoms)
+        return cls(float(np.sqrt(ratio)), float((np.cbrt(ratio) - (1.0 - width)) / np.sqrt(width)))
+
+    @property
+    def is_above(self) -> bool:
+        """Whether the noise is grossly larger than it should be."""
+        return self.ratio > NOISE_CONTRADICTED and self.sigma > NOISE_CONTRADICTED_SIGMA
+
+    @property
+    def is_below(self) -> bool:
+        """Whether it is grossly smaller."""
+        return self.ratio < 1.0 / NOISE_CONTRADICTED and self.sigma < -NOISE_CONTRADICTED_SIGMA
+
+
+def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
+    """All that a fit leaves, as noise, whatever its cause: for standard errors, which must not be too small.
+
+    What is stated stays as it is; at the level of the pose there is always a source left, so that residuals larger than
+    the stated noise are not passed over. Parameters on a bound are taken as not fitted: what they could not mend is
+    left in the residuals.
+
+    Args:
+        model: The model that was fitted.
+        x: The optimum, (d,).
+        kept: Rows to judge by, (m,); all when absent.
+
+    Returns:
+        The noise of no more rows than the sizes are judged by, repeats averaged.
+    """
+    data = AveragedData.of(model.dataset, None if kept is None else ~kept).subsampled(0)
+    some = of_data(model, data.dataset)
+    inside = (x > model.parameters.lower) & (x < model.parameters.upper)
+    sources = error_sources(some, x, data.shots)
+    left, J = some.residuals(x[None])[0], jacobian_matrix(some, x)[:, inside]
+    return NoiseLikelihood(sources, data.dataset.points.pose, left, J).likeliest(known_sizes(sources, data.raw))[0]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class NoiseEstimate:
+    """What residuals say of noise, errors of whole poses among it.
+
+    Attributes:
+        likelihood: Of the sizes of the sources.
+        known: Those that are stated, or that repeats give.
+        limits: What estimated sizes are not above, by name, see `noise_limits`.
+        numbers: How many whitened numbers there are.
+    """
+
+    likelihood: NoiseLikelihood
+    known: Known
+    limits: Mapping[str, float]
+    numbers: int
+
+    @classmethod
+    def of(cls, data: AveragedData, model: Model, x: Array, J: Array | None = None) -> "NoiseEstimate":
+        """From what a model of averaged rows leaves at x (d,).
+
+        Args:
+            data: The rows.
+            model: Of them.
+            x: Its parameters.
+            J: Columns that could explain the residuals, (K, n); the derivatives by the parameters when absent.
+        """
+        sources = sources_of(data, model, x)
+        residuals, of_pose = model.residuals(x[None])[0], data.dataset.points.pose
+        likelihood = NoiseLikelihood(sources, of_pose, residuals, jacobian_matrix(model, x) if J is None else J)
+        limits = noise_limits(sources, data.dataset, alone=bool(np.bincount(of_pose).max() == 1))
+        return cls(likelihood, known_sizes(sources, data.raw), limits, int(model.blocks.row_numbers.sum()))
+
+    def loosened(self, names: Collection[str], further: tuple[ErrorSource, ...] = ()) -> "NoiseEstimate":
+        """The same with some sources as large as the residuals say, whatever is stated of them.
+
+        Args:
+            names: Of these sources.
+            further: Sources that are added.
+        """
+        likelihood = replace(self.likelihood, sources=(*self.likelihood.sources, *further))
+        limits = {name: limit for name, limit in self.limits.items() if name not in names}
+        known = {name: size for name, size in self.known.items() if name not in names}
+        return replace(self, likelihood=likelihood, known=known, limits=limits)
+
+    def limited(self) -> NoiseModel:
+        """The likeliest noise within the limits.
+
+        Where the rows of a pose contradict what is stated, the larger noise is used: else another source, of another
+        shape, takes what was left out, and rows where that is too small look like gross errors.
+        """
+        likelihood, known = self.likelihood, self.known
+        likeliest, cost = likelihood.likeliest(known)
+        noise = self._within_reach(likeliest, known)
+        rows = {source.name for source in likelihood.sources if source.level != "pose"}
+        least = {
+            name: size for name, (size, origin) in known.items() if name in rows and origin == "stated" and size > 0.0
+        }
+        white = left_by(noise, likelihood.residuals, likelihood.J)
+        is_above = row_excess(noise, white, self.numbers - likelihood.J.shape[1]).is_above
+        if not is_above and (
+            not least
+            or len(known) == len(likelihood.sources)
+            or likelihood.gain_of_growth(likeliest, least) < LEAST_SHOWN * NOISE_CONTRADICTED_SIGMA**2
+        ):
+            return noise
+        still = {name: size for name, size in known.items() if name not in least}
+        larger, less = likelihood.likeliest(still, least)
+        is_grown = any(larger.sigmas[name] > NOISE_CONTRADICTED * size for name, size in least.items())
+        if is_above or (is_grown and 2.0 * (cost - less) > NOISE_CONTRADICTED_SIGMA**2):
+            return self._within_reach(larger, still, least)
+        return noise
+
+    def for_weights(self) -> NoiseModel:
+        """The noise that weights rest on: that of rows, as large as the residuals say."""
+        return replace(self, limits={}).of_rows()
+
+    def of_rows(self) -> NoiseModel:
+        """The likeliest noise of rows within the limits, without errors of whole poses that nobody stated.
+
+        Those hold what the model lacks. Where rows of a pose fit each other exactly, they were made from one
+        measurement: then they say nothing about its errors, and those of whole poses are all that is known. Where each
+        pose has one row, its errors are the row's.
+        """
+        sources = self.likelihood.sources
+        rows = [source.name for source in sources if source.level != "pose"]
+        if all(source.level == "pose" or source.name in self.known for source in sources):
+            return NoiseModel(
+                sources, {source.name: self.known.get(source.name, (0.0, "estimated"))[0] for source in sources}
+            )
+        limits = {name: limit for name, limit in self.limits.items() if name in rows}
+        found, _ = self.likelihood.likeliest(self.known)
+        noise = replace(self, limits=limits)._within_reach(found, self.known)
+        if all(len(np.unique(source.group)) == len(source.group) for source in sources):
+            return noise
+        exact = all(name in noise.estimated and noise.sigmas[name] < FLOOR for name in rows)
+        return noise if exact else noise.for_weights()
+
+    def _within_reach(self, noise: NoiseModel, known: Known, least: Mapping[str, float] | None = None) -> NoiseModel:
+        """Estimated noise in which no size is beyond its limit: more is a gap.
+
+        The other sources are estimated beside what is left of these.
+        """
+        while True:
+            beyond = [
+                name
+                for name in noise.estimated
+                if noise.sigmas[name] > self.limits.get(name, np.inf) and name not in known
+            ]
+            if not beyond:
+                return noise
+            known = {**known, **{name: (self.limits[name], "estimated") for name in beyond}}
+            noise = self.likelihood.likeliest(known, least)[0]
+
+
+def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
+    """How much rows scatter within their poses, beyond their noise.
+
+    Args:
+        noise: Of them.
+        white: Whitened residuals (K,) that a fit left.
+        freedoms: Their numbers less those that were fitted.
+    """
+    of_poses = noise.scatter > ROWS_ALONE
+    squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
+    return Excess.of(squares, float(max(1, freedoms - int(np.count_nonzero(of_poses)))))
+
+
+def left_by(noise: NoiseModel, residuals: Array, J: Array) -> Array:
+    """Whitened residuals without what columns J (K, n) explain, (K,)."""
+    length = np.linalg.norm(J, axis=0)
+    unit = J / np.where(length > 0.0, length, 1.0)
+    Q = np.linalg.qr(noise.whiten(unit.T.reshape(-1, *residuals.shape)).T)[0]
+    white = noise.whiten(residuals[None])[0]
+    return np.asarray(white - Q @ (Q.T @ white))
+
+
+def known_sizes(sources: tuple[ErrorSource, ...], raw: Dataset) -> Known:
+    """Stated sizes, and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated.
+
+    Args:
+        sources: What may shake the rows.
+        raw: The data set with its repeats.
+    """
+    known: dict[str, tuple[float, Origin]] = {
+        source.name: (source.stated, "stated") for source in sources if source.stated is not None
+    }
+    for prefix, part in raw.named_parts:
+        name = f"{prefix}pixel"
+        repeats = pixel_repeats(part) if any(source.name == name for source in sources) else None
+        if repeats is None:
+            continue
+        size = known[name][0] if name in known else 0.0
+        if not size or Excess.of(repeats.freedoms * (repeats.sigma_px / size) ** 2, repeats.freedoms).is_above:
+            known[name] = repeats.sigma_px, "repeats"
+    return known
+
+
+def sources_of(data: AveragedData, model: Model, x: Array) -> tuple[ErrorSource, ...]:
+    """The noise sources of averaged rows.
+
+    Where each pose has one row only, a motion of the pose would be the row's error under another name; errors of
+    joint readings are not, since what they do depends on the posture.
+    """
+    alone = np.bincount(data.dataset.points.pose).max() == 1
+    return tuple(
+        source
+        for source in error_sources(model, x, data.shots)
+        if not alone or source.level != "pose" or source.name == "joint" or source.stated is not None
+    )

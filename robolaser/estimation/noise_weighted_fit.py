@@ -1,0 +1,90 @@
+"""The fit of rows weighed by their noise: gross errors left out, repeats averaged, no more poses than say something."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+from robolaser.arrays import Array, Bools
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.folds import FoldFits, Folds, held_out
+from robolaser.estimation.noise_estimate import NoiseEstimate
+from robolaser.estimation.outliers import outliers_within_poses, robust_fit
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_reweighting import reweighted
+from robolaser.estimation.solver import ENOUGH, SHARE, solve
+from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.sources import error_sources
+from robolaser.model.pose_blocks import of_data
+
+FOLD_ENOUGH, FOLD_SHARE = 0.1, 1e-4
+"""Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share
+of it, where a model leaves much."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class NoiseWeightedFit:
+    """Rows with their weights, and the parameters that fit them.
+
+    Attributes:
+        data: The rows.
+        outliers: Marks the gross errors, (rows of points.csv,).
+        shots: Noise of each row of points.csv, as far as weights rest on it.
+        problem: What was minimised.
+        x: Its optimum, (d,).
+        evaluations: Residual vectors evaluated.
+    """
+
+    data: AveragedData
+    outliers: Bools
+    shots: NoiseModel
+    problem: Problem
+    x: Array
+    evaluations: int
+
+    def held_out(self, folds: Folds) -> FoldFits:
+        """Errors on poses left out of the fit."""
+        enough = max(FOLD_ENOUGH, FOLD_SHARE * float(self.problem.costs(self.x[None])[0]))
+        return held_out(self.problem, self.x, folds, enough=enough)
+
+
+def fit_by_noise(model: Model, start: Array, *, seed: int, loss: str = "square") -> NoiseWeightedFit:
+    """Fit rows weighed by their noise.
+
+    Rows far from where the others of their pose have them are gross errors, judged beside a robust fit.
+
+    Args:
+        model: All rows.
+        start: (d,).
+        seed: Chooses the poses that are used, where there are more than needed.
+        loss: "square", or one that lets what else is far off count for less, by a scale from the residuals.
+
+    Raises:
+        UsageError: There is no loss of that name.
+    """
+    near, shots = _robust(model, start, seed)
+    outliers = outliers_within_poses(Problem.of(model, shots), near)
+    data = AveragedData.of(model.dataset, outliers).subsampled(seed)
+    some = of_data(model, data.dataset)
+    problem = Problem.of(some, NoiseEstimate.of(data, some, near).for_weights())
+    end = solve(problem.with_rows_of_size(near), near[None], tol=SHARE, enough=ENOUGH)
+    problem, x, evaluations = problem.with_rows_of_size(end.x[0]), end.x[0], end.evaluations
+    if loss != "square":
+        problem, x, more = reweighted(problem, x, loss)
+        evaluations += more
+    elif model.known_distances is not None:
+        end = solve(problem, x[None], tol=SHARE, enough=ENOUGH)
+        x, evaluations = end.x[0], evaluations + end.evaluations
+    return NoiseWeightedFit(data, outliers, shots, problem, x, evaluations)
+
+
+def _robust(model: Model, start: Array, seed: int) -> tuple[Array, NoiseModel]:
+    """Parameters (d,) that fit single shots robustly, and the noise of each of them."""
+    few = AveragedData.single(model.dataset).subsampled(seed)
+    some = of_data(model, few.dataset)
+    noise = NoiseEstimate.of(few, some, start).for_weights()
+    near = robust_fit(Problem.of(some, noise).with_rows_of_size(start), start)
+    if len(few.dataset.points) == len(model.dataset.points):
+        return near, noise
+    sources = tuple(source for source in error_sources(model, near) if source.name in noise.sigmas)
+    return near, replace(noise, sources=sources)

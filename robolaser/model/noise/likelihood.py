@@ -1,0 +1,113 @@
+"""How likely sizes of noise sources make what a fit left over: every size that residuals tell comes from here."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.subsampling import some_of_each
+from robolaser.model.error_source import ErrorSource
+from robolaser.model.noise import reml
+from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
+
+MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
+MOST_ROWS = 2000  # altogether, as long as each pose keeps a few
+LEAST_ROWS_A_POSE = 3
+
+Known = Mapping[str, tuple[float, Origin]]
+"""Sizes of sources, and where they come from, by name."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class NoiseLikelihood:
+    """How likely sizes of the sources make the residuals that a fit left over."""
+
+    sources: tuple[ErrorSource, ...]  # what may shake the rows
+    of_pose: Ints  # pose of each row, (m,)
+    residuals: Array  # what the fit left over, (m, k) [row's unit]
+    J: Array  # the residuals by the parameters that were fitted, (m k, d)
+
+    def likeliest(self, known: Known, least: Mapping[str, float] | None = None) -> tuple[NoiseModel, float]:
+        """The noise with the sizes that are known (see `known_sizes`), and with the likeliest of the others.
+
+        Args:
+            known: By name.
+            least: What others cannot be below, by name; what their source says when absent.
+
+        Returns:
+            The noise, and the negative log of the restricted likelihood, up to a constant of the rows.
+        """
+        sigmas, cost = {name: size for name, (size, _) in known.items()}, 0.0
+        if unknown := [source for source in self.sources if source.name not in known]:
+            low = np.array([(least or {}).get(source.name, source.least) for source in unknown])
+            unit = [self._unit[source.name] for source in unknown]
+            high = np.array([source.most for source in unknown])
+            found, cost = reml.estimate(self._covariance(sigmas), unit, *self._rows, low, high)
+            sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))
+        names = [source.name for source in self.sources]
+        origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
+        return NoiseModel(self.sources, {name: sigmas[name] for name in names}, origin), cost
+
+    def gain_of_growth(self, noise: NoiseModel, names: Collection[str]) -> float:
+        """By how much the likelihood's logarithm would rise if the sizes of some sources grew, by a score test.
+
+        Args:
+            noise: The likeliest with these sizes.
+            names: Of these sources.
+        """
+        shaking, (_, expected, there, curvature) = self._restricted(noise)
+        tried = np.isin(shaking, list(names))
+        slope = np.where(tried, there - expected, 0.0)
+        free = ~tried | (slope > 0.0)
+        return 0.5 * float(slope[free] @ np.linalg.lstsq(curvature[np.ix_(free, free)], slope[free])[0])
+
+    def cost(self, noise: NoiseModel) -> tuple[float, dict[str, float]]:
+        """The negative log of the restricted likelihood of some noise, and the relative error of each size by name.
+
+        The value is up to a constant of the rows; the errors are standard deviations of the sizes' logarithms.
+        """
+        shaking, (value, _, _, curvature) = self._restricted(noise)
+        errors = np.sqrt(np.maximum(np.diag(np.linalg.pinv(curvature)), 0.0))
+        return value, dict(zip(shaking, errors.tolist(), strict=True))
+
+    def _restricted(self, noise: NoiseModel) -> tuple[list[str], tuple[float, Array, Array, Array]]:
+        """Names of the sources that shake, and `reml.restricted` of their sizes."""
+        shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
+        unit, log_sigma = [self._unit[name] for name in shaking], np.log(list(shaking.values()))
+        return list(shaking), reml.restricted(log_sigma, self._covariance({}), unit, *self._rows)
+
+    @cached_property
+    def _table(self) -> Ints:
+        """Rows of each pose that count, (n, r); -1 where a pose has fewer."""
+        return some_of_each(self.of_pose, _most_of_a_pose(len(np.unique(self.of_pose))))
+
+    @cached_property
+    def _is_row(self) -> Bools:
+        """Whether a pose has this number, (n, s)."""
+        return np.repeat(self._table >= 0, self.residuals.shape[-1], axis=1)
+
+    @cached_property
+    def _unit(self) -> dict[str, Array]:
+        """Covariance that a unit of each source causes within each pose, (n, s, s)."""
+        return {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        """The residuals of each pose (n, s), and a basis of what the fitted numbers can do to them (n, s, d)."""
+        k = self.residuals.shape[-1]
+        columns = (k * self._table[:, :, None] + np.arange(k)).reshape(self._is_row.shape)
+        e = np.where(self._is_row, self.residuals.reshape(-1)[columns], 0.0)
+        return e, reml.basis(np.where(self._is_row[..., None], self.J[columns], 0.0))
+
+    def _covariance(self, sigmas: Mapping[str, float]) -> Array:
+        """Of the numbers of each pose by sources of some sizes, regular, (n, s, s)."""
+        floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
+        return np.asarray(sum((size**2 * self._unit[name] for name, size in sigmas.items()), floor))
+
+
+def _most_of_a_pose(poses: int) -> int:
+    return int(np.clip(MOST_ROWS // poses, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))

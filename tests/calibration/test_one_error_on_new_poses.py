@@ -1,0 +1,47 @@
+"""A calibration weighed by noise and a diagnosis of the same data print one error on new poses."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from several import two_trackers
+
+import robolaser
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis import examine
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import simulate
+
+NOISE = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, joint_rad=1e-4)
+KINDS = ("stripe", "point", "socket", "camera", "pose", "profile", "two trackers", "three sessions", "gross errors")
+
+
+@cache
+def data(kind: str) -> Dataset:
+    if kind == "two trackers":
+        return two_trackers()
+    if kind == "three sessions":
+        return simulate(find_robot("scorbot_er7"), kind="point", sessions=3, poses=12, noise=NOISE, seed=4).dataset
+    if kind == "gross errors":
+        effects = {"outliers": 0.02}
+        return simulate(find_robot("scorbot_er7"), poses=24, noise=NOISE, effects=effects, seed=4).dataset
+    repeats = {"repeats": 2} if kind in ("stripe", "camera") else {}
+    return simulate(
+        find_robot("scorbot_er7"), kind=kind, poses=24, noise=NOISE, stated=Noise(), seed=4, **repeats
+    ).dataset
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_calibrated_gap_is_the_error_on_new_poses_of_a_calibration_by_noise(kind: str) -> None:
+    found = robolaser.calibrate(data(kind), robolaser.Plan(weights="noise", seed=3))
+    diagnosis = examine(data(kind), [], seed=3)
+    assert found.held_out_rms_m is not None
+    assert diagnosis.gap.calibrated_m == pytest.approx(found.held_out_rms_m, rel=1e-12)
+    np.testing.assert_allclose(diagnosis.calibrated_x, found.x)
+
+
+@pytest.mark.parametrize("kind", KINDS[:-1])
+def test_where_nothing_is_found_what_is_left_is_the_same_error(kind: str) -> None:
+    diagnosis = examine(data(kind), [], seed=3)
+    assert not diagnosis.findings
+    assert diagnosis.gap.after_m == diagnosis.gap.calibrated_m
