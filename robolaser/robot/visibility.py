@@ -15,7 +15,6 @@ from robolaser.robot.kinematics import Robot
 BATCH = 20_000  # configurations at a time: some ten milliseconds
 BATCHES = 20  # tried at most; five times as many where one in five of those wanted has been found
 INSIDE = 0.02  # of a joint's range: stay clear of its limits
-TURN = float(np.pi)  # a continuous joint is used within ± this
 TILT = 35 * np.pi / 180  # the camera looks down within this: steeper, a stripe on a matt target gets too dim
 MARGIN = 0.08  # of the image, left free on each side
 ROUNDING_PX = 1e-6  # the stripe's ends stand on the margin itself
@@ -88,8 +87,7 @@ class View:
 
 def limits(robot: Robot) -> tuple[Array, Array]:
     """Joint limits with a small margin, (j,) and (j,); a continuous joint gets ±π."""
-    lower = np.where(robot.prismatic, robot.lower, np.maximum(robot.lower, np.minimum(-TURN, robot.upper - TURN)))
-    upper = np.where(robot.prismatic, robot.upper, np.minimum(robot.upper, np.maximum(TURN, lower + TURN)))
+    lower, upper = robot.range
     room = INSIDE * (upper - lower)
     return lower + room, upper - room
 
