@@ -14,10 +14,12 @@ from robolaser.calibration.pymoo_search import History
 from robolaser.errors import UsageError, near
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
+from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 from robolaser.results import Result
+from robolaser.robot.kinematics import Robot
 
 FORMAT = "robolaser-calibration/1"
 DISTANCES = "distances"
@@ -109,6 +111,15 @@ class Calibration(Result):
     def fitted_model(self) -> Model:
         """The model of the rows that were fitted."""
         return self.model if self.weighted is None else self.weighted.problem.model
+
+    @cached_property
+    def robot(self) -> Robot | None:
+        """The corrected arm, as the exported URDF has it: `forward`, `jacobian` and `inverse`, in batches.
+
+        With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
+        not in it. None for a data set of measured flange poses.
+        """
+        return corrected_robot(self.model, self.x)
 
     @cached_property
     def rms_m(self) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -11,8 +12,10 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
+from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.robot.kinematics import Robot
 
 
 @final
@@ -247,6 +250,15 @@ class Diagnosis:
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
     pose_scatter: ExcessScatter | None = None
+
+    @cached_property
+    def robot(self) -> Robot | None:
+        """The corrected arm, as the exported URDF has it: `forward`, `jacobian` and `inverse`, in batches.
+
+        With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
+        not in it. None for a data set of measured flange poses.
+        """
+        return corrected_robot(self.model, self.x)
 
     @property
     def poses(self) -> tuple[int, int]:

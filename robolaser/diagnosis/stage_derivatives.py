@@ -124,10 +124,10 @@ class StageDerivatives:
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6): they move the flange in six ways, and rows by these."""
         robot, _ = self._model.dataset.arm
-        placements, frames = self._arm
+        placements, frames, by_joints = self._arm
         i = robot.joints.index(joint)
         if stage is Stage.JOINTS:
-            twists = twists_by_joints(robot, frames, np.eye(len(robot.joints))[None, [i], None])
+            twists = twists_by_joints(by_joints, np.eye(len(robot.joints))[None, [i], None])
         else:
             moves = np.zeros((1, len(TWIST), *placements.shape[1:]))
             moves[:, :, :, i] = moved_by_twists(np.eye(4)[None, None], np.eye(len(TWIST))[None, :, None])
@@ -136,12 +136,12 @@ class StageDerivatives:
         return moved
 
     @cached_property
-    def _arm(self) -> tuple[Array, Array]:
-        """The placements of the joints, and their frames, at each pose, (1, n or 1, j, 4, 4) and (1, n, j', 4, 4)."""
+    def _arm(self) -> tuple[Array, Array, Array]:
+        """The placements of the joints, (1, n or 1, j, 4, 4), and their frames and twists at each pose."""
         robot, q = self._model.dataset.arm
         perturb = self._model.perturb(self._fit.problem.parameters.values(self._fit.x[None]))
         placements = perturb(Stage.LINKS, robot.placements[None, None])
-        return placements, robot.joint_frames(perturb(Stage.JOINTS, q[None]), placements)
+        return placements, *robot.joint_frames_and_twists(perturb(Stage.JOINTS, q[None]), placements)
 
     @cached_property
     def _by_flange(self) -> Array:

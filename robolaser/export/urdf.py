@@ -2,15 +2,11 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
-from robolaser.model.effects.effect import perturb_with
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
@@ -36,23 +32,11 @@ def robot_urdf(calibration: Calibration) -> str:
 def corrected_urdf(calibration: Calibration) -> str | None:
     """As `robot_urdf`, with the joints' origins at their calibrated places.
 
-    Offsets move a joint's zero: its limits then count from the new one. None where the model has no effect that a URDF
-    can express.
+    None where the model has no effect that a URDF can express.
     """
-    model, robot = calibration.model, calibration.model.dataset.robot
-    values = _values(calibration)
-    written = tuple(
-        candidate_effect.at(values) for candidate_effect in model.effects if candidate_effect.effect.in_urdf
-    )
-    if robot is None or not written:
+    if calibration.robot is calibration.model.dataset.robot or calibration.robot is None:
         return None
-    perturb = perturb_with(written, model.run)
-    offset = perturb(Stage.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
-    along = robot.axes * offset[:, None]
-    turn = np.where(robot.prismatic[:, None], 0.0, along)
-    shift = np.where(robot.prismatic[:, None], along, 0.0)
-    placements = perturb(Stage.LINKS, robot.placements[None, None])[0, 0] @ pose(exp_so3(turn), shift)
-    return _with_sensor(robot.urdf_with(placements), calibration)
+    return _with_sensor(calibration.robot.urdf, calibration)
 
 
 def _values(calibration: Calibration) -> Values:

@@ -148,10 +148,10 @@ class Model:
             still: Array | Dual = chain(Stage.FLANGE, self._nominal_flange)
             return still
         q, placements = chain(Stage.JOINTS, poses.q[None]), chain(Stage.LINKS, robot.placements[None, None])
-        frames = robot.joint_frames(bare(q), bare(placements))
+        frames, by_joints = robot.joint_frames_and_twists(bare(q), bare(placements))
         T, moved = frames[:, :, -1] @ robot.end, []
         if isinstance(q, Dual):
-            moved.append((q.of, twists_by_joints(robot, frames, q.slopes.swapaxes(0, 1))))
+            moved.append((q.of, twists_by_joints(by_joints, q.slopes.swapaxes(0, 1))))
         if isinstance(placements, Dual):
             by_links = twists_by_placements(robot, frames, placements.value, placements.slopes.swapaxes(0, 1))
             moved.append((placements.of, by_links))

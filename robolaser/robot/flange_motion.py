@@ -10,30 +10,17 @@ from robolaser.geometry.rigid_motion import inverse, skew
 from robolaser.robot.kinematics import Robot
 
 
-def twists_by_joints(robot: Robot, frames: Array, moves: Array) -> Array:
+def twists_by_joints(twists: Array, moves: Array) -> Array:
     """Twists of the flange by small motions of the joints.
 
     Args:
-        robot: The arm.
-        frames: Its `joint_frames`, (c, n, len(chain), 4, 4).
-        moves: Of the joints, in q directions, (c or 1, q, n, j) [rad or m].
+        twists: Per unit of each joint, as of `Robot.joint_frames_and_twists`, (c, n, 6, j).
+        moves: Of the joints, in q directions, (c or 1, q, n or 1, j) [rad or m].
 
     Returns:
         Shift of what is at the base's origin, and turn, in the base frame, (c, q, n, 6) [m, rad].
     """
-    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], frames.shape[1], 6))
-    for k, i in enumerate(robot.chain):
-        along = moves[..., i]
-        which = along.any(axis=(0, 2))
-        if not which.any():
-            continue
-        axis, by_joint = frames[:, :, k, :3, :3] @ robot.axes[i], np.zeros((*frames.shape[:2], 6))
-        if robot.prismatic[i]:
-            by_joint[..., :3] = axis
-        else:
-            by_joint[..., :3], by_joint[..., 3:] = np.cross(frames[:, :, k, :3, 3], axis), axis
-        out[:, which] += along[:, which, :, None] * by_joint[:, None]
-    return out
+    return np.moveaxis(twists @ np.moveaxis(moves, 1, -1), -1, 1)
 
 
 def twists_by_placements(robot: Robot, frames: Array, placements: Array, moves: Array) -> Array:

@@ -10,10 +10,11 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.errors import RobotError
 from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import inverse
+from robolaser.geometry.rigid_motion import inverse, skew
 from robolaser.geometry.urdf.markup import too_large
 from robolaser.geometry.urdf.parsing import joint_kind
 from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
+from robolaser.robot import pose_inverse
 from robolaser.robot.pinocchio_model import PinocchioModel
 
 DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
@@ -119,6 +120,65 @@ class Robot:
         """
         return self.by_pinocchio.frames(q, placements)[:, :, list(self.chain)]
 
+    def joint_frames_and_twists(self, q: Array, placements: Array | None = None) -> tuple[Array, Array]:
+        """The same, and the twist of the flange per unit speed of each joint.
+
+        Returns:
+            T_base_joint, (c, n, len(chain), 4, 4); and the velocity of what is at the base's origin, then the angular
+            velocity, in the base frame, (c, n, 6, j).
+        """
+        frames, twists = self.by_pinocchio.frames_and_twists(q, placements)
+        chain = list(self.chain)
+        moving: Array = np.isin(np.arange(len(self.joints)), chain) * twists
+        return frames[:, :, chain], moving
+
+    def jacobian(self, q: Array, points: Array | None = None) -> Array:
+        """How a point that the flange carries moves with the joints: the geometric Jacobian in the base frame.
+
+        Args:
+            q: Joint values, (c, n, j) [rad] or [m].
+            points: In the base frame, (c or 1, n, 3) [m]; absent, the flange's origin.
+
+        Returns:
+            Velocity of the point, then angular velocity, per unit speed of each joint, (c, n, 6, j); zero for joints
+            that do not move the flange.
+        """
+        frames, twists = self.joint_frames_and_twists(q)
+        points = (frames[:, :, -1] @ self.end)[..., :3, 3] if points is None else points
+        return np.concatenate([twists[..., :3, :] - skew(points) @ twists[..., 3:, :], twists[..., 3:, :]], axis=-2)
+
+    def inverse(self, T_base_flange: Array, start: Array | None = None) -> tuple[Array, Bools]:
+        """Joint values within the limits that bring the flange to given poses.
+
+        Of several solutions, the one that damped Newton steps reach first from the start; where they reach none, from
+        others all over the joints' range, the same in each call.
+
+        Args:
+            T_base_flange: Poses, (n, 4, 4).
+            start: Joint values where the search starts, (n, j) [rad] or [m]; absent, the middle of the joints' range.
+
+        Returns:
+            Joint values (n, j) [rad] or [m], the last ones tried where the pose was not reached, and whether each pose
+            was reached, (n,): to 1e-9 m and rad. One that was not may, rarely, be reached from another start; arms of
+            fewer than six joints reach few poses.
+        """
+        lower, upper = self.range
+        middle = np.broadcast_to((lower + upper) / 2, (len(T_base_flange), len(self.joints)))
+        return pose_inverse.inverse(
+            lambda q: self.forward(q[None])[0],
+            lambda q: self.jacobian(q[None])[0],
+            T_base_flange,
+            middle if start is None else start,
+            (lower, upper),
+        )
+
+    @property
+    def range(self) -> tuple[Array, Array]:
+        """Least and most that each joint is used at, (j,) and (j,) [rad] or [m]: its limits; continuous ones, ±π."""
+        lower = np.where(self.prismatic, self.lower, np.maximum(self.lower, np.minimum(-np.pi, self.upper - np.pi)))
+        upper = np.where(self.prismatic, self.upper, np.minimum(self.upper, np.maximum(np.pi, lower + np.pi)))
+        return lower, upper
+
     def gravity_torques(self, q: Array) -> Array:
         """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
 
@@ -174,6 +234,11 @@ class Robot:
     def has_masses(self) -> bool:
         """Whether any link that a listed joint moves has a mass."""
         return bool((self.by_pinocchio.masses > 0.0).any())
+
+    def with_placements(self, placements: Array) -> Self:
+        """The same arm with its joints placed anew, (j, 4, 4), as `placements` means them."""
+        text = self.urdf_with(placements)
+        return type(self).from_urdf(text, flange=self.flange, joints=self.joints, gravity=self.gravity)
 
     def urdf_with(self, placements: Array) -> str:
         """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""

@@ -58,31 +58,38 @@ class PinocchioModel:
             q: Joint values, (c or 1, n, j) [rad] or [m].
             placements: Of the joints, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
         """
-        rows = self._rows(q)
-        forward = self._pinocchio.forwardKinematics
-        if placements is None:
-            frames = np.empty((*rows.shape[:2], self.model.njoints, 4, 3))
-            with self._lock:
-                found = _view(self._data.oMi)
-                for row, frame in zip(rows.reshape(-1, rows.shape[-1]), frames.reshape(-1, *found.shape), strict=True):
-                    forward(self.model, self._data, row)
-                    frame[:] = found
-            return _poses(frames[:, :, self.joints])
-        c, n = np.broadcast_shapes(rows.shape[:2], placements.shape[:2])
+        return self._computed(self._pinocchio.forwardKinematics, q, placements, None)
+
+    def frames_and_twists(self, q: Array, placements: Array | None = None) -> tuple[Array, Array]:
+        """The same, and the velocity with which each joint carries what is at the base's origin, (c, n, 6, j).
+
+        The velocity, then the angular velocity, per unit speed of the joint, in the base frame.
+        """
+        twists = np.empty((*_candidates(q, placements), 6, self.model.nv))
+        frames = self._computed(self._pinocchio.computeJointJacobians, q, placements, twists)
+        return frames, twists[..., np.array(self.model.idx_vs)[self.joints]]
+
+    def _computed(self, algorithm: Any, q: Array, placements: Array | None, twists: Array | None) -> Array:
+        """T_base_joint of all joints at each posture of each candidate; fills in their twists where these are asked."""
+        c, n = _candidates(q, placements)
+        rows = np.broadcast_to(self._rows(q), (c, n, q.shape[-1]))
         frames = np.empty((c, n, self.model.njoints, 4, 3))
-        there = np.zeros((*placements.shape[:2], self.model.njoints, 4, 3))
-        there[:, :, 0, :3] = np.eye(3)
-        there[:, :, self.joints] = np.swapaxes(placements[..., :3, :], -1, -2)
-        rows, there = np.broadcast_to(rows, (c, n, rows.shape[-1])), np.broadcast_to(there, frames.shape)
-        each = range(n) if placements.shape[1] > 1 else (0,)
+        model, data = (self.model, self._data) if placements is None else (self._moved, self._moved_data)
+        if placements is not None:
+            there = np.zeros((*placements.shape[:2], self.model.njoints, 4, 3))
+            there[:, :, 0, :3] = np.eye(3)
+            there[:, :, self.joints] = np.swapaxes(placements[..., :3, :], -1, -2)
+            there = np.broadcast_to(there, (c, *there.shape[1:]))
         with self._lock:
-            found, placed = _view(self._moved_data.oMi), _view(self._moved.jointPlacements)
+            found, placed, columns = _view(data.oMi), _view(model.jointPlacements), data.J
             for k in range(c):
                 for i in range(n):
-                    if i in each:
+                    if placements is not None and i < placements.shape[1]:
                         placed[:] = there[k, i]
-                    forward(self._moved, self._moved_data, rows[k, i])
+                    algorithm(model, data, rows[k, i])
                     frames[k, i] = found
+                    if twists is not None:
+                        twists[k, i] = columns
         return _poses(frames[:, :, self.joints])
 
     def gravity_torques(self, q: Array) -> Array:
@@ -111,6 +118,12 @@ class PinocchioModel:
         rows = np.empty(q.shape)
         rows[..., np.array(self.model.idx_qs)[self.joints]] = q
         return rows
+
+
+def _candidates(q: Array, placements: Array | None) -> tuple[int, int]:
+    """How many candidates, and postures of each, there are."""
+    c, n = np.broadcast_shapes(q.shape[:2], (1, 1) if placements is None else placements.shape[:2])
+    return c, n
 
 
 def _view(frames: Any) -> Array:

@@ -6,13 +6,11 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.robot.kinematics import Robot
 
 INSIDE = 0.02  # of a joint's range: stay clear of its limits
-TURN = float(np.pi)  # a continuous joint is used within ± this
 
 
 def limits(robot: Robot) -> tuple[Array, Array]:
     """Joint limits with a small margin, (j,) and (j,); a continuous joint gets ±π."""
-    lower = np.where(robot.prismatic, robot.lower, np.maximum(robot.lower, np.minimum(-TURN, robot.upper - TURN)))
-    upper = np.where(robot.prismatic, robot.upper, np.minimum(robot.upper, np.maximum(TURN, lower + TURN)))
+    lower, upper = robot.range
     room = INSIDE * (upper - lower)
     return lower + room, upper - room
 

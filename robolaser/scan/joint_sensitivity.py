@@ -17,7 +17,5 @@ def joint_sensitivity(robot: Robot, q: Array, points: Array) -> Array:
     Returns:
         (n, len(chain)) [m/rad, or 1 for joints that slide].
     """
-    frames, chain = robot.joint_frames(q[None])[0], list(robot.chain)
-    axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], robot.axes[chain])
-    arms = np.linalg.norm(np.cross(axes, points[:, None] - frames[..., :3, 3]), axis=-1)
-    return np.where(robot.prismatic[chain], 1.0, arms)
+    moves = robot.jacobian(q[None], points[None])[0][:, :3, list(robot.chain)]
+    return np.asarray(np.linalg.norm(moves, axis=1))

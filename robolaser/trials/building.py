@@ -82,20 +82,21 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     eye = ScannerOptics(_off_drawing(drawing, rng), quat, "xyz", "u")
     n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
     view = View(eye.mount, eye.truth, "u", IMAGE_PX)
-    q, level = _postures(robot, view, n, rng)
+    arm = ScrewArm(robot)
+    q, level = _postures(arm, view, n, rng)
     count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
     first, last = view.stripe_range(MARGIN)
     step = (last - first) / count
     at = first + step * (np.arange(count) + 0.5 + rng.uniform(-0.3, 0.3, (n, count)))
     order = np.array([rng.permutation(3) for _ in range(n)])
     steps = LEVELS_M[order[:, np.arange(count) * 3 // count]]
-    camera = robot.forward(q[None])[0] @ eye.mount
+    camera = arm.forward(q) @ eye.mount
     depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
     cell = SyntheticCell(
-        run=SyntheticRun(ScrewArm(robot), q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
+        run=SyntheticRun(arm, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
         pose=np.repeat(np.arange(n), count),
@@ -129,19 +130,19 @@ def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dic
     return truth
 
 
-def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
+def _postures(arm: ScrewArm, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
-    wide, level = configurations_looking_down(robot, view, wanted=n, level=None, rng=rng)
-    whole = wide[_sees(robot, wide, view, level)]
+    wide, level = configurations_looking_down(arm.robot, view, wanted=n, level=None, rng=rng)
+    whole = wide[_sees(arm, wide, view, level)]
     wide = whole if len(whole) >= n else wide
     if rng.random() < 0.3:
         return wide[:n][rng.permutation(n)], level
     for home in wide[: 2 * ROUNDS]:
         kept = np.empty((0, wide.shape[1]))
-        lower, upper = limits(robot)
+        lower, upper = limits(arm.robot)
         for _ in range(ROUNDS):
             q = np.clip(home + rng.uniform(-AROUND, AROUND, (DRAWS // 10, len(home))), lower, upper)
-            kept = np.concatenate([kept, q[_sees(robot, q, view, level)]])
+            kept = np.concatenate([kept, q[_sees(arm, q, view, level)]])
             if len(kept) > 4 * n:
                 break
         if len(kept) > 2 * n:
@@ -150,8 +151,8 @@ def _postures(robot: Robot, view: View, n: int, rng: np.random.Generator) -> tup
     return wide[:n][rng.permutation(n)], level
 
 
-def _sees(robot: Robot, q: Array, view: View, level: float) -> Bools:
-    T = robot.forward(q[None])[0] @ view.T_flange_camera
+def _sees(arm: ScrewArm, q: Array, view: View, level: float) -> Bools:
+    T = arm.forward(q) @ view.T_flange_camera
     at = np.linspace(*view.stripe_range(MARGIN), 3)[None]
     seen = -T[:, 2, 2] > np.cos(TILT)
     for step in LEVELS_M[[0, -1]]:

@@ -1,12 +1,16 @@
 """Every kind of sensor goes through the commands: simulated, checked, calibrated and diagnosed, with pages."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from robolaser.cli import main
 from robolaser.model.sensors import sensors
 
+DEMO = Path(__file__).parents[2] / "examples" / "etna-s2"
 MOUNTED = [("camera", "base"), ("profile", "base")]
 KINDS = [*((kind, None) for kind in sorted(sensors())), *MOUNTED]
 
@@ -46,3 +50,15 @@ def test_a_cell_as_it_should_be_has_no_gap_and_no_noise_that_is_larger_than_what
     written, before = ({file.name for file in folder.iterdir()} for folder in (tmp_path / "result", calibrated))
     assert written - before == {"diagnosis.json"}
     assert before <= written
+
+
+def test_measured_flange_poses_are_calibrated_without_pinocchio_and_without_a_compiler(tmp_path):
+    points, result = tmp_path / "points", tmp_path / "result"
+    assert main(["extract", str(DEMO), "--output", str(points), "--quiet"]) == 0
+    program = (
+        "import sys; from robolaser.cli import main;"
+        f"failed = main(['calibrate', {str(points)!r}, '--output', {str(result)!r}, '--quiet']);"
+        "print(failed, {'pinocchio', 'numba'} & set(sys.modules))"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    assert ended.stdout.split("\n")[-2] == "0 set()"

@@ -102,12 +102,5 @@ def link_load(robot: Robot, frames: Array, tip: Array, carried: tuple[Array, Arr
 
 def torques_of_one_kg(robot: Robot, q: Array) -> Array:
     """What each joint must bear to hold one kilogram at the flange's origin, (n, j) -> (n, j) [Nm or N]."""
-    frames = robot.joint_frames(q[None])[0]
-    tip = robot.forward(q[None])[0, :, :3, 3]
-    chain = list(robot.chain)
-    axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], robot.axes[chain])
-    arms = np.cross(axes, tip[:, None] - frames[..., :3, 3])
-    lever = np.where(robot.prismatic[chain][:, None], axes, arms)
-    torques = np.zeros_like(q)
-    torques[:, chain] = -(lever @ np.array(robot.gravity))
-    return torques
+    lever = robot.jacobian(q[None])[0, :, :3]
+    return np.asarray(-np.einsum("nxj,x->nj", lever, np.array(robot.gravity)))
