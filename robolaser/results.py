@@ -1,85 +1,96 @@
 """What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import io
+import json
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol, final
+from typing import TYPE_CHECKING, Any, Final, Self, final
+
+import numpy as np
+from rich.console import Console
+
+from robolaser.arrays import Array
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.result_files import comparison_json, runs_csv
+from robolaser.benchmark.standings import Standings, standings
+from robolaser.bounded_reading import read_json, read_text
+from robolaser.calibration.result import FORMAT as CALIBRATION
+from robolaser.calibration.result import Calibration, as_json, json_text
+from robolaser.data.atomic_write import write_text
+from robolaser.data.dataset_file import check_format
+from robolaser.data.result_folder import results_in, write_results
+from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.diagnosis.result import Diagnosis
+from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
+from robolaser.diagnosis.result_json import diagnosis_json, diagnosis_text
+from robolaser.errors import UsageError, near
+from robolaser.export.files import EXPORTED, exported
+from robolaser.report import calibration as of_calibration
+from robolaser.report import comparison as of_comparison
+from robolaser.report import diagnosis as of_diagnosis
+from robolaser.report.document import Charts, Document
+from robolaser.report.page import charts_in, fragment
+from robolaser.report.plots import Plots, plots
 
 if TYPE_CHECKING:
     import pandas as pd
 
-EXPORTED: Final = (
-    "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
-    "robot_corrected.xml", "robot_corrected.sdf", "corrected.py",
-)  # fmt: skip
-"""What a calibration leaves for other programs."""
-CALIBRATION_FILES: Final = ("calibration.json", "report.html", *EXPORTED)
+PAGE: Final = "report.html"
+CALIBRATION_FILES: Final = ("calibration.json", PAGE, *EXPORTED)
 DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
-VEGA_LITE: Final = "application/vnd.vegalite.v5+json"
+FINDING: Final = [
+    "effect", "where", "probability", "parameters", "gap_mm_before", "gap_mm_after", "gap_mm_without",
+    "indistinguishable_from",
+]  # fmt: skip
+Files = Mapping[str, str | None]
 
 
-@final
-@dataclass(frozen=True)
-class Plots:
-    """Charts of a result; a notebook shows them.
+class Record(dict[str, Any]):
+    """A dictionary whose entries are attributes, too."""
 
-    Attributes:
-        titles: What each is called.
-        html: All of them with their captions, drawn as SVG: it needs neither scripts nor a network.
-        spec: All of them in Vega-Lite's language; a notebook that knows it draws them to be zoomed and pointed at.
-        svg: All of them without captions, for a notebook that does not.
-    """
+    def __init__(self, contents: Mapping[str, Any]) -> None:
+        super().__init__({key: _recorded(value) for key, value in contents.items()})
 
-    titles: tuple[str, ...]
-    html: str
-    spec: dict[str, Any]
-    svg: str
+    def __getattr__(self, name: str) -> Any:
+        if name not in self:
+            raise AttributeError(f"No '{name}'.{near(name, self)}")
+        return self[name]
 
-    def __repr__(self) -> str:
-        """Their titles, a line each."""
-        return "\n".join(self.titles)
-
-    def _repr_html_(self) -> str:
-        return self.html
-
-    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
-        return {VEGA_LITE: self.spec, "image/svg+xml": self.svg, "text/plain": repr(self)}  # HTML would be preferred
+    def __dir__(self) -> list[str]:
+        """Methods and entries, for completion at a prompt."""
+        return [*super().__dir__(), *filter(str.isidentifier, self)]
 
 
-class Looks(Protocol):
-    """What shows results, a module above all that make them."""
+class Result(ABC):
+    """A result."""
 
-    def dict_of(self, result: "Result") -> dict[str, Any]: ...  # noqa: D102 - as the methods of a result
-
-    def frame_of(self, result: "Result") -> "pd.DataFrame": ...  # noqa: D102
-
-    def save(self, result: "Result", folder: Path) -> None: ...  # noqa: D102
-
-    def report(self, result: "Result", path: Path) -> None: ...  # noqa: D102
-
-    def plots_of(self, result: "Result", title: str) -> Plots: ...  # noqa: D102
-
-    def summary_of(self, result: "Result") -> str: ...  # noqa: D102
-
-    def html_of(self, result: "Result") -> str: ...  # noqa: D102
-
-
-class Result:
-    """A result.
-
-    Attributes:
-        looks: Loads what shows results, when a result is asked for its looks; the package says what that is.
-    """
-
-    looks: ClassVar[Callable[[], Looks]]
-
+    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """What its JSON file holds."""
-        return Result.looks().dict_of(self)
 
+    @abstractmethod
     def to_frame(self) -> "pd.DataFrame":
         """A row for each parameter of a calibration, effect of a diagnosis, or run of a comparison."""
-        return Result.looks().frame_of(self)
+
+    @abstractmethod
+    def files(self, *, command: str = "") -> Files:
+        """The files of the result by name; None for one that this result does not have.
+
+        Args:
+            command: What to type to repeat it.
+        """
+
+    @abstractmethod
+    def _document(self, *, brief: bool) -> Document | None:
+        """The report; None for a result that was read back."""
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """The summary that the command prints."""
 
     def save(self, folder: str | Path) -> None:
         """Write the files that the command of this name writes.
@@ -87,7 +98,10 @@ class Result:
         Raises:
             OutputError: The folder cannot be written to, or holds a file of such a name that is no earlier result.
         """
-        Result.looks().save(self, Path(folder))
+        files, path = self.files(), Path(folder)
+        command = {CALIBRATION: "calibrate", DIAGNOSIS: "diagnose"}.get(self.to_dict()["format"], "compare")
+        with results_in(path, command=command, files=list(files), force=True):
+            write_results(path, files)
 
     def report(self, path: str | Path) -> None:
         """Write the report, one HTML page.
@@ -95,26 +109,304 @@ class Result:
         Raises:
             OutputError: The file cannot be written.
         """
-        Result.looks().report(self, Path(path))
+        page = self.files().get(PAGE)
+        write_text(Path(path), page or f"<!doctype html><meta charset=utf-8>{self._repr_html_()}")
 
     def plot(self, title: str = "") -> Plots:
         """The charts of the report.
 
         Args:
-            title: Only those whose title has these words; all of them by default.
+            title: Only those with a word of the title that begins with this; all of them by default.
 
         Raises:
-            UsageError: There is none of that title, or this result was read back from files, which hold no charts.
+            UsageError: There is none of that title.
         """
-        return Result.looks().plots_of(self, title)
-
-    def __str__(self) -> str:
-        """The summary that the command prints."""
-        return Result.looks().summary_of(self)
+        document = self._document(brief=False)
+        if document is None:
+            known = charts_in(self.files().get(PAGE) or "")
+        else:
+            known = [chart for block in document.blocks if isinstance(block, Charts) for chart in block.charts]
+        shown = [chart for chart in known if re.search(rf"\b{re.escape(title)}", chart.title, re.IGNORECASE)]
+        if not shown:
+            raise UsageError(f"No chart '{title}'.{near(title, [chart.title for chart in known])}")
+        return plots(shown)
 
     def __repr__(self) -> str:
         """The summary, too: what a person sees who names a result at a prompt."""
         return str(self).rstrip("\n")
 
     def _repr_html_(self) -> str:
-        return Result.looks().html_of(self)
+        document = self._document(brief=True)
+        return f"<pre>{escape(str(self))}</pre>" if document is None else fragment(document)
+
+
+@final
+class CalibrationResult(Result, Record):
+    """A calibration: the entries of calibration.json, as a dictionary and as attributes.
+
+    Attributes:
+        calibration: With model and residuals, whose attributes are this result's, too; None if it was read back.
+
+    Examples:
+        >>> found = robolaser.calibrate(dataset)
+        >>> found.value("f")
+        0.008
+        >>> found.parameters["f"].unit
+        'm'
+        >>> found.to_frame().loc["b", "unit"]
+        'm'
+    """
+
+    def __init__(self, contents: Mapping[str, Any], made: Calibration | None, folder: Path | None = None) -> None:
+        super().__init__(contents)
+        self.calibration, self._folder = made, folder
+
+    @classmethod
+    def of(cls, made: Calibration) -> Self:
+        """A calibration that was just made."""
+        return cls(as_json(made), made)
+
+    def __getattr__(self, name: str) -> Any:
+        made = self.__dict__.get("calibration")
+        return getattr(made, name) if made is not None and name not in self else super().__getattr__(name)
+
+    @property
+    def x(self) -> Array:
+        """The values of all parameters, those of effects last, (d,)."""
+        return np.array([number["value"] for number in numbers_of(self).values()])
+
+    @property
+    def std(self) -> Array:
+        """One standard deviation of each, (d,); NaN where it is fixed or not identifiable."""
+        return np.array([number["std"] for number in numbers_of(self).values()], np.float64)
+
+    def value(self, name: str) -> float:
+        """The estimated value of a parameter, or of an effect's: `laser_roll.laser.angle`.
+
+        Raises:
+            UsageError: There is no parameter of that name.
+        """
+        return _value(self, name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What calibration.json holds."""
+        return _plain(self)
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each parameter."""
+        return _table(numbers_of(self))
+
+    def files(self, *, command: str = "") -> Files:
+        """calibration.json, the report, and the files for other programs."""
+        if self.calibration is None:
+            return _files_in(self._folder, CALIBRATION_FILES)
+        page = of_calibration.page(self.calibration, command=command)
+        return {**exported(self.calibration), PAGE: page, "calibration.json": json_text(self.calibration)}
+
+    def _document(self, *, brief: bool) -> Document | None:
+        return None if self.calibration is None else of_calibration.document(self.calibration, brief=brief)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        if self.calibration is None:
+            return f"{self.dataset}: rms {1e3 * self.rms_m:.3g} mm on fitted poses\n{self.to_frame().to_string()}\n"
+        return _printed(lambda out: of_calibration.print_summary(self.calibration, console=out))
+
+
+@final
+class DiagnosisResult(Result, Record):
+    """A diagnosis: the entries of diagnosis.json, as a dictionary and as attributes.
+
+    Attributes:
+        diagnosis: With all that a report shows; None if it was read back.
+
+    Examples:
+        >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
+        >>> why.verdict, why["effects"]
+        ('no_gap', [])
+    """
+
+    def __init__(
+        self, contents: Mapping[str, Any], made: Diagnosis | None, seed: int = 0, folder: Path | None = None
+    ) -> None:
+        super().__init__(contents)
+        self.diagnosis, self._seed, self._folder = made, seed, folder
+
+    @classmethod
+    def of(cls, made: Diagnosis, seed: int) -> Self:
+        """A diagnosis that was just made with this seed."""
+        return cls(diagnosis_json(made), made, seed)
+
+    @cached_property
+    def model(self) -> Calibration | None:
+        """The corrected model, as a calibration; None if the result was read back."""
+        return None if self.diagnosis is None else corrected(self.diagnosis, self._seed)
+
+    def value(self, name: str) -> float:
+        """The estimated value of an effect's parameter: `backlash.joint_2.width`.
+
+        Raises:
+            UsageError: There is no parameter of that name.
+        """
+        return _value(self, name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What diagnosis.json holds."""
+        return _plain(self)
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each effect."""
+        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+        return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
+
+    def files(self, *, command: str = "") -> Files:
+        """diagnosis.json, and the files of the corrected model as a calibration."""
+        if self.diagnosis is None:
+            return _files_in(self._folder, DIAGNOSIS_FILES)
+        assert self.model is not None
+        return {
+            **exported(self.model),
+            "calibration.json": corrected_json(self.model),
+            PAGE: of_diagnosis.page(self.diagnosis, command=command),
+            "diagnosis.json": diagnosis_text(self.diagnosis),
+        }
+
+    def _document(self, *, brief: bool) -> Document | None:
+        return None if self.diagnosis is None else of_diagnosis.document(self.diagnosis, brief=brief)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        if self.diagnosis is None:
+            return f"{self.dataset}: {self.sentence}\n{self.to_frame().to_string()}\n"
+        return _printed(lambda out: of_diagnosis.print_diagnosis(self.diagnosis, console=out))
+
+
+@final
+class ComparisonResult(Result):
+    """A comparison of algorithms, whose attributes are those of its `BenchmarkResult`.
+
+    Attributes:
+        benchmark: All runs.
+
+    Examples:
+        >>> plan = robolaser.RunPlan.of(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
+        >>> robolaser.compare(plan).to_frame()["state"].tolist()
+        ['done']
+    """
+
+    def __init__(self, benchmark: BenchmarkResult) -> None:
+        self.benchmark = benchmark
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "benchmark":  # of an object that is being unpickled
+            raise AttributeError(name)
+        return getattr(self.benchmark, name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What comparison.json holds."""
+        read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self._ranked))
+        return read
+
+    def to_frame(self, of: Any = "runs") -> "pd.DataFrame":
+        """The runs, or their "trajectory" or "targets", as `BenchmarkResult.to_frame` has them."""
+        return self.benchmark.to_frame(of)
+
+    def files(self, *, command: str = "") -> Files:
+        """runs.csv, comparison.json and the report."""
+        page = of_comparison.page(self.benchmark, self._ranked, command=command)
+        text = comparison_json(self.benchmark, self._ranked)
+        return {"runs.csv": runs_csv(self.benchmark), PAGE: page, "comparison.json": text}
+
+    def _document(self, *, brief: bool) -> Document:
+        return of_comparison.document(self.benchmark, self._ranked, brief=brief)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        return _printed(lambda out: of_comparison.print_comparison(self.benchmark, self._ranked, console=out))
+
+    @property
+    def _ranked(self) -> tuple[Standings, ...]:
+        return tuple(standings(self.benchmark, family) for family in self.benchmark.families)
+
+
+def load_calibration(path: str | Path) -> CalibrationResult:
+    """A calibration read back from calibration.json or its folder.
+
+    Raises:
+        DataError: It cannot be read, or is of another format.
+
+    Examples:
+        >>> robolaser.calibrate(dataset).save("result")
+        >>> robolaser.load_calibration("result").value("f")
+        0.008
+    """
+    return CalibrationResult(*_read(Path(path), "calibration.json", CALIBRATION))
+
+
+def load_diagnosis(path: str | Path) -> DiagnosisResult:
+    """A diagnosis read back from diagnosis.json or its folder.
+
+    Raises:
+        DataError: It cannot be read, or is of another format.
+
+    Examples:
+        >>> robolaser.diagnose(dataset, effects=[]).save("why")
+        >>> robolaser.load_diagnosis("why").effects
+        []
+    """
+    contents, made, folder = _read(Path(path), "diagnosis.json", DIAGNOSIS)
+    return DiagnosisResult(contents, made, folder=folder)
+
+
+def _read(path: Path, name: str, expected: str) -> tuple[dict[str, Any], None, Path]:
+    file = path / name if path.is_dir() else path
+    contents = read_json(file)
+    contents = contents if isinstance(contents, dict) else {}
+    check_format(contents, expected, file.name)
+    return contents, None, file.parent
+
+
+def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
+    """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
+    of_effects = {
+        f"{one['effect']}.{one['where']}.{name}": number
+        for one in contents["effects"]
+        for name, number in one["parameters"].items()
+    }
+    return {**contents.get("parameters", {}), **of_effects}
+
+
+def _value(contents: Mapping[str, Any], name: str) -> float:
+    numbers = numbers_of(contents)
+    if name not in numbers:
+        raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
+    return float(numbers[name]["value"])
+
+
+def _recorded(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return Record(value)
+    is_list = isinstance(value, Sequence) and not isinstance(value, str)
+    return [_recorded(one) for one in value] if is_list else value
+
+
+def _plain(record: Record) -> dict[str, Any]:
+    made: dict[str, Any] = json.loads(json.dumps(record))
+    return made
+
+
+def _table(numbers: Mapping[str, Any]) -> "pd.DataFrame":
+    import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+    return pd.DataFrame.from_dict(numbers, orient="index").rename_axis("parameter")
+
+
+def _files_in(folder: Path | None, names: Sequence[str]) -> Files:
+    return {} if folder is None else {one: read_text(folder / one) for one in names if (folder / one).is_file()}
+
+
+def _printed(show: Any) -> str:
+    text = io.StringIO()
+    show(Console(file=text, force_terminal=False, force_jupyter=False))
+    return text.getvalue()

@@ -8,7 +8,6 @@ from robolaser.benchmark.frames import FRAMES
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.single_run import FAILED, BenchmarkRun
-from robolaser.results import Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,7 +32,7 @@ class Effort:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class BenchmarkResult(Result):
+class BenchmarkResult:
     """All that was planned, and every run so far.
 
     Attributes:

@@ -16,7 +16,6 @@ from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
-from robolaser.results import Result
 
 FORMAT = "robolaser-calibration/1"
 DISTANCES = "distances"
@@ -36,8 +35,8 @@ class RowErrors:
 
 
 @final
-@dataclass(frozen=True, repr=False)
-class Calibration(Result):
+@dataclass(frozen=True)
+class Calibration:
     """The parameters estimated from data, with their uncertainty and errors.
 
     Attributes:
@@ -60,11 +59,8 @@ class Calibration(Result):
         held_out_rows: `held_out` in the sensor's unit, (m, k); None where it was not kept.
 
     Examples:
-        >>> found = robolaser.calibrate(dataset)
-        >>> found.value("f")
+        >>> robolaser.calibrate(dataset).calibration.value("f")
         0.008
-        >>> found.to_frame().loc["b", "unit"]
-        'm'
     """
 
     model: Model

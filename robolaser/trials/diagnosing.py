@@ -11,7 +11,8 @@ from robolaser.benchmark.engines import Engine, Job
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
-from robolaser.diagnosis import diagnose
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import TrialError
 
 TIME_LIMIT_S, MEMORY_LIMIT_B = 3600.0, 16_000_000_000  # of one diagnosis: only what hangs or runs wild is stopped
@@ -73,4 +74,4 @@ def diagnose_all(worlds: Mapping[Path, Path], *, seed: int, engine: Engine | Non
 
 
 def _diagnosed(dataset: Dataset, *, seed: int) -> str:
-    return json.dumps(diagnose(dataset, seed=seed), indent=1) + "\n"
+    return json.dumps(diagnosis_json(examine(dataset, seed=seed)), indent=1) + "\n"
