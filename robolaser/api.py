@@ -192,11 +192,12 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
         DataError, UsageError: A file cannot be read, or more has to be stated.
 
     Examples:
+        >>> _ = Path("log.csv").write_text("x,y,z\\n1,2,3\\n")
         >>> try:
-        ...     robolaser.import_files("log.xyz")
-        ... except robolaser.UsageError as error:
-        ...     print(str(error).partition(".")[0])
-        No importer recognises log
+        ...     robolaser.import_files("log.csv")
+        ... except robolaser.RobolaserError as error:
+        ...     print(type(error).__name__)
+        UsageError
     """
     paths = [Path(source) for source in sources]
     return checked(importer_for(paths, kind).read(paths, options or ImportOptions()))

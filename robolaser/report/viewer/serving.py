@@ -14,9 +14,8 @@ from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.viewer.cell_model import CellModel
 from robolaser.report.viewer.collision_scene import CollisionScene
-from robolaser.report.viewer.drawing import draw
 from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import Dots, Shape
+from robolaser.report.viewer.shapes import Dots, Shape, draw
 from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
