@@ -192,7 +192,7 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
         DataError, UsageError: A file cannot be read, or more has to be stated.
 
     Examples:
-        >>> _ = Path("log.csv").write_text("x,y,z\\n1,2,3\\n")
+        >>> _ = Path("log.csv").write_text("x,y,z")
         >>> try:
         ...     robolaser.import_files("log.csv")
         ... except robolaser.RobolaserError as error:

@@ -112,9 +112,10 @@ def _printed(block: Table) -> Grid:
     made, shown = table(*headings.values()), list(headings)
     for row in block.cells[: block.printed]:
         texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
-        notes = [Text(f" {row[i].note.partition(chr(10))[0]}".rstrip(), style="dim") for i in shown]
-        made.add_row(*(text + note if text else Text(note.plain.strip(), style="dim")
-                       for text, note in zip(texts, notes, strict=True)))  # fmt: skip
+        notes = [Text(row[i].note.partition("\n")[0], style="dim") for i in shown]
+        made.add_row(
+            *(Text("; " if text and note else "").join((text, note)) for text, note in zip(texts, notes, strict=True))
+        )
     left = len(block.rows) - block.printed
     if left > 0:
         made.add_row(f"and {left} more", "in the report")

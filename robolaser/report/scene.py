@@ -80,11 +80,16 @@ class Scene:
         )  # fmt: skip
 
 
-def path(places: Array, colour: str, *, width: float, closed: bool = False, opacity: float = 1.0) -> Shape:
-    """A line through places (k, 3), or through others in each frame, (n, k, 3) [m]; filled where it is closed."""
+def path(
+    places: Array, colour: str, *, width: float = 1.0, radius: float = 0.0, closed: bool = False, opacity: float = 1.0
+) -> Shape:
+    """A line through places (k, 3), or through others in each frame, (n, k, 3) [m]; filled where it is closed.
+
+    It is `width` pixels wide, and a round bar of a radius [m] at least as wide as that looks from there.
+    """
     of_frames = places if places.ndim == 3 else places[None]
     return {"kind": "path", "at": _listed(of_frames), "colour": colour, "width": width, "closed": closed,
-            "opacity": opacity}  # fmt: skip
+            "opacity": opacity, "radius": 1e3 * radius}  # fmt: skip
 
 
 def dots(
