@@ -77,6 +77,11 @@ def print_document(document: Document, out: Console) -> None:
             _print(block, out)
 
 
+def print_line(text: str, out: Console, style: str = "") -> None:
+    """Print a sentence."""
+    out.print(Text(text, style=style))
+
+
 def print_page(folder: Path, out: Console) -> None:
     """Say where the page is; its path stays whole however narrow the lines are, to be copied."""
     out.print(Text(f"Look at {folder / 'report.html'}"), soft_wrap=True)

@@ -18,9 +18,8 @@ from robolaser.parameters import Values
 from robolaser.report.chart import FITTED, HELD_OUT, INK, MUTED
 from robolaser.report.digits import millimetres
 from robolaser.report.error_analysis import known_points, lengths_mm, point_names, some_rows
-from robolaser.report.magnification import magnification
 from robolaser.report.pose_photos import photos
-from robolaser.report.scene import Scene, Shape, arrows, dots, labels, path
+from robolaser.report.scene import Scene, Shape, arrows, dots, labels, magnification, path
 from robolaser.robot.collision_bodies import link_radius
 
 MOST_FRAMES: Final = 60

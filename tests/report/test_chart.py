@@ -7,7 +7,7 @@ import pytest
 
 from robolaser.report.chart import FAINT, chart, colours, equal_axes, hover, layer, line, quantity, records
 from robolaser.report.error_analysis import some_rows
-from robolaser.report.magnification import magnification
+from robolaser.report.scene import magnification
 
 
 def test_numbers_that_are_not_finite_become_null():
