@@ -140,8 +140,37 @@ class Result(ABC):
         return f"<pre>{escape(str(self))}</pre>" if document is None else fragment(document)
 
 
+class FittedResult(Result, Record):
+    """A result that reads like its JSON file, by key or by attribute."""
+
+    def __init__(self, contents: Mapping[str, Any], folder: Path | None = None) -> None:
+        super().__init__(contents)
+        self._folder = folder
+
+    def value(self, name: str) -> float:
+        """The estimated value of a parameter, or of an effect's: `laser_roll.laser.angle`.
+
+        Raises:
+            UsageError: There is no parameter of that name.
+        """
+        numbers = numbers_of(self)
+        if name not in numbers:
+            raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
+        return float(numbers[name]["value"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """What its JSON file holds."""
+        plain: dict[str, Any] = json.loads(json.dumps(self))
+        return plain
+
+    def _saved(self, names: Sequence[str]) -> Files:
+        """The files of a result that was read back."""
+        folder = self._folder or Path()
+        return {name: read_text(folder / name) for name in names if (folder / name).is_file()}
+
+
 @final
-class CalibrationResult(Result, Record):
+class CalibrationResult(FittedResult):
     """A calibration: the entries of calibration.json, as a dictionary and as attributes.
 
     Attributes:
@@ -157,9 +186,11 @@ class CalibrationResult(Result, Record):
         'm'
     """
 
-    def __init__(self, contents: Mapping[str, Any], made: Calibration | None, folder: Path | None = None) -> None:
-        super().__init__(contents)
-        self.calibration, self._folder = made, folder
+    def __init__(
+        self, contents: Mapping[str, Any], made: Calibration | None = None, folder: Path | None = None
+    ) -> None:
+        super().__init__(contents, folder)
+        self.calibration = made
 
     @classmethod
     def of(cls, made: Calibration) -> Self:
@@ -180,26 +211,16 @@ class CalibrationResult(Result, Record):
         """One standard deviation of each, (d,); NaN where it is fixed or not identifiable."""
         return np.array([number["std"] for number in numbers_of(self).values()], np.float64)
 
-    def value(self, name: str) -> float:
-        """The estimated value of a parameter, or of an effect's: `laser_roll.laser.angle`.
-
-        Raises:
-            UsageError: There is no parameter of that name.
-        """
-        return _value(self, name)
-
-    def to_dict(self) -> dict[str, Any]:
-        """What calibration.json holds."""
-        return _plain(self)
-
     def to_frame(self) -> "pd.DataFrame":
         """A row for each parameter."""
-        return _table(numbers_of(self))
+        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+        return pd.DataFrame.from_dict(numbers_of(self), orient="index").rename_axis("parameter")
 
     def files(self, *, command: str = "") -> Files:
         """calibration.json, the report, and the files for other programs."""
         if self.calibration is None:
-            return _files_in(self._folder, CALIBRATION_FILES)
+            return self._saved(CALIBRATION_FILES)
         page = of_calibration.page(self.calibration, command=command)
         return {**exported(self.calibration), PAGE: page, "calibration.json": json_text(self.calibration)}
 
@@ -214,7 +235,7 @@ class CalibrationResult(Result, Record):
 
 
 @final
-class DiagnosisResult(Result, Record):
+class DiagnosisResult(FittedResult):
     """A diagnosis: the entries of diagnosis.json, as a dictionary and as attributes.
 
     Attributes:
@@ -227,10 +248,10 @@ class DiagnosisResult(Result, Record):
     """
 
     def __init__(
-        self, contents: Mapping[str, Any], made: Diagnosis | None, seed: int = 0, folder: Path | None = None
+        self, contents: Mapping[str, Any], made: Diagnosis | None = None, seed: int = 0, folder: Path | None = None
     ) -> None:
-        super().__init__(contents)
-        self.diagnosis, self._seed, self._folder = made, seed, folder
+        super().__init__(contents, folder)
+        self.diagnosis, self._seed = made, seed
 
     @classmethod
     def of(cls, made: Diagnosis, seed: int) -> Self:
@@ -242,18 +263,6 @@ class DiagnosisResult(Result, Record):
         """The corrected model, as a calibration; None if the result was read back."""
         return None if self.diagnosis is None else corrected(self.diagnosis, self._seed)
 
-    def value(self, name: str) -> float:
-        """The estimated value of an effect's parameter: `backlash.joint_2.width`.
-
-        Raises:
-            UsageError: There is no parameter of that name.
-        """
-        return _value(self, name)
-
-    def to_dict(self) -> dict[str, Any]:
-        """What diagnosis.json holds."""
-        return _plain(self)
-
     def to_frame(self) -> "pd.DataFrame":
         """A row for each effect."""
         import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
@@ -263,7 +272,7 @@ class DiagnosisResult(Result, Record):
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, and the files of the corrected model as a calibration."""
         if self.diagnosis is None:
-            return _files_in(self._folder, DIAGNOSIS_FILES)
+            return self._saved(DIAGNOSIS_FILES)
         assert self.model is not None
         return {
             **exported(self.model),
@@ -341,7 +350,8 @@ def load_calibration(path: str | Path) -> CalibrationResult:
         >>> robolaser.load_calibration("result").value("f")
         0.008
     """
-    return CalibrationResult(*_read(Path(path), "calibration.json", CALIBRATION))
+    contents, folder = _read(Path(path), "calibration.json", CALIBRATION)
+    return CalibrationResult(contents, folder=folder)
 
 
 def load_diagnosis(path: str | Path) -> DiagnosisResult:
@@ -355,16 +365,16 @@ def load_diagnosis(path: str | Path) -> DiagnosisResult:
         >>> robolaser.load_diagnosis("why").effects
         []
     """
-    contents, made, folder = _read(Path(path), "diagnosis.json", DIAGNOSIS)
-    return DiagnosisResult(contents, made, folder=folder)
+    contents, folder = _read(Path(path), "diagnosis.json", DIAGNOSIS)
+    return DiagnosisResult(contents, folder=folder)
 
 
-def _read(path: Path, name: str, expected: str) -> tuple[dict[str, Any], None, Path]:
+def _read(path: Path, name: str, expected: str) -> tuple[dict[str, Any], Path]:
     file = path / name if path.is_dir() else path
     contents = read_json(file)
     contents = contents if isinstance(contents, dict) else {}
     check_format(contents, expected, file.name)
-    return contents, None, file.parent
+    return contents, file.parent
 
 
 def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
@@ -377,33 +387,11 @@ def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
     return {**contents.get("parameters", {}), **of_effects}
 
 
-def _value(contents: Mapping[str, Any], name: str) -> float:
-    numbers = numbers_of(contents)
-    if name not in numbers:
-        raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
-    return float(numbers[name]["value"])
-
-
 def _recorded(value: Any) -> Any:
     if isinstance(value, Mapping):
         return Record(value)
     is_list = isinstance(value, Sequence) and not isinstance(value, str)
     return [_recorded(one) for one in value] if is_list else value
-
-
-def _plain(record: Record) -> dict[str, Any]:
-    made: dict[str, Any] = json.loads(json.dumps(record))
-    return made
-
-
-def _table(numbers: Mapping[str, Any]) -> "pd.DataFrame":
-    import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
-
-    return pd.DataFrame.from_dict(numbers, orient="index").rename_axis("parameter")
-
-
-def _files_in(folder: Path | None, names: Sequence[str]) -> Files:
-    return {} if folder is None else {one: read_text(folder / one) for one in names if (folder / one).is_file()}
 
 
 def _printed(show: Any) -> str:
