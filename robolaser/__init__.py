@@ -27,14 +27,16 @@ if TYPE_CHECKING:
     from robolaser.errors import RobolaserError
     from robolaser.model.effects import EFFECTS
     from robolaser.report.progress_bar import progress_bar
-    from robolaser.results import CalibrationResult, ComparisonResult, DiagnosisResult, load_calibration, load_diagnosis
+    from robolaser.results.calibration import CalibrationResult, load_calibration
+    from robolaser.results.comparison import ComparisonResult
+    from robolaser.results.diagnosis import DiagnosisResult, load_diagnosis
     from robolaser.simulation.simulate import simulate
 
 _HOME = {
-    "CalibrationResult": "results",
-    "ComparisonResult": "results",
+    "CalibrationResult": "results.calibration",
+    "ComparisonResult": "results.comparison",
     "Dataset": "data.dataset",
-    "DiagnosisResult": "results",
+    "DiagnosisResult": "results.diagnosis",
     "EFFECTS": "model.effects",
     "ImportOptions": "data.importers.importer",
     "Plan": "calibration.plan",
@@ -48,8 +50,8 @@ _HOME = {
     "find_robot": "data.importers.robots",
     "import_files": "api",
     "load": "data.loading",
-    "load_calibration": "results",
-    "load_diagnosis": "results",
+    "load_calibration": "results.calibration",
+    "load_diagnosis": "results.diagnosis",
     "plan": "api",
     "progress_bar": "report.progress_bar",
     "save": "data.writing",

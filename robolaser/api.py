@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robolaser.arrays import Progress
-from robolaser.benchmark import run_loop
-from robolaser.benchmark.engines import Engine
-from robolaser.benchmark.plan import RunPlan
 from robolaser.calibration import calibrate as fitting
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
@@ -22,9 +19,13 @@ from robolaser.errors import UsageError
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
 from robolaser.model.sensors import sensor_class
-from robolaser.results import CalibrationResult, ComparisonResult, DiagnosisResult
-from robolaser.vision.recordings import points_from_images
-from robolaser.vision.target_corners import points_of_target
+from robolaser.results.calibration import CalibrationResult
+from robolaser.results.diagnosis import DiagnosisResult
+
+if TYPE_CHECKING:
+    from robolaser.benchmark.engines import Engine
+    from robolaser.benchmark.plan import RunPlan
+    from robolaser.results.comparison import ComparisonResult
 
 Data = Dataset | str | Path
 """A data set, or the folder that it is in."""
@@ -101,8 +102,8 @@ def diagnose(
 
 
 def compare(
-    plan: RunPlan, engine: Engine | None = None, *, progress: Progress | None = None, **options: Any
-) -> ComparisonResult:
+    plan: "RunPlan", engine: "Engine | None" = None, *, progress: Progress | None = None, **options: Any
+) -> "ComparisonResult":
     """Run every algorithm on every problem with every seed, and rank the algorithms.
 
     Args:
@@ -119,6 +120,9 @@ def compare(
         >>> robolaser.compare(plan).to_frame()["state"].tolist()
         ['done']
     """
+    from robolaser.benchmark import run_loop  # noqa: PLC0415 - a second that calibrations do without
+    from robolaser.results.comparison import ComparisonResult  # noqa: PLC0415
+
     return ComparisonResult(run_loop.compare(plan, engine, progress=progress, **options))
 
 
@@ -171,6 +175,9 @@ def extract(recording: Data, *, progress: Progress | None = None) -> Dataset:
         ...     print(type(error).__name__)
         ImageError
     """
+    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415 - OpenCV takes long to load
+    from robolaser.vision.target_corners import points_of_target  # noqa: PLC0415
+
     found = _data_set(recording)
     if sensor_class(found.kind).has_laser_plane():
         return points_from_images(found, progress=progress)[1]

@@ -54,7 +54,7 @@ def calibrate(
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.calibration import print_summary
-    from robolaser.results import CALIBRATION_FILES, CalibrationResult
+    from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
 
     if (output / CHECKPOINT).exists() and not (resume or force):
         raise OutputError(

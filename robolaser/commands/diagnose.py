@@ -42,7 +42,7 @@ def diagnose(
     from robolaser.diagnosis import examine
     from robolaser.export.files import is_withheld
     from robolaser.report.diagnosis import print_diagnosis
-    from robolaser.results import DIAGNOSIS_FILES, DiagnosisResult
+    from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
 
     data, others = load(dataset), [load(other) for other in validate]
     with results_in(output, command="diagnose", files=DIAGNOSIS_FILES, inputs=[dataset, *validate], force=force):
