@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from robolaser import Calibration
+from robolaser.calibration.result import Calibration
 
 OF_STD = 1e-2  # of its standard error is what a number is rounded to
 GAPS = ("nominal", "calibrated", "after", "noise_floor")

@@ -23,6 +23,7 @@ from gate import compare, lines
 from worlds import GROUPS, World, made, worlds
 
 import robolaser
+from robolaser.calibration.calibrate import calibrate
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
@@ -53,7 +54,7 @@ def record(groups: list[str], data: Path, seed: int, output: Path) -> None:
     """Answers of both commands on what the file does not have yet."""
     done = {line["name"] for line in lines(output)} if output.exists() else set()
     warm = next(worlds("scatter", data, seed)).load()[0]  # imports and machine code, which are no data set's
-    _timed(lambda: calibrated(robolaser.calibrate(warm)))
+    _timed(lambda: calibrated(calibrate(warm)))
     _timed(lambda: diagnosed(diagnosis_json(examine(warm, seed=1))))
     for group in groups:
         for world in worlds(group, data, seed):
@@ -71,7 +72,7 @@ def answers(world: World, dataset: Dataset, truth: Mapping[str, Any] | None) -> 
     if world.without:
         line["without"] = world.without
     else:
-        line["calibrate"] = _timed(lambda: calibrated(robolaser.calibrate(dataset, robolaser.Plan(seed=1))))
+        line["calibrate"] = _timed(lambda: calibrated(calibrate(dataset, robolaser.Plan(seed=1))))
     line["diagnose"] = _timed(lambda: diagnosed(diagnosis_json(examine(dataset, seed=1, without=world.without))))
     return line
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from robolaser import Calibration, Plan, calibrate, load
+from robolaser import Plan, load
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.result import Calibration
 from robolaser.vision.recordings import points_from_images
 
 ROOT = Path(__file__).parents[2]

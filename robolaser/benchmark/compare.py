@@ -4,7 +4,7 @@ import math
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager
 from dataclasses import replace
@@ -51,6 +51,7 @@ def compare(
     resume: bool = False,
     force: bool = False,
     progress: Progress | None = None,
+    write: Callable[[BenchmarkResult, Path], None] = lambda result, folder: None,
 ) -> BenchmarkResult:
     """Run algorithms side by side, and say which is better, by how much, and how certain that is.
 
@@ -72,6 +73,7 @@ def compare(
         resume: Go on with the runs that are in `output`.
         force: Replace the result that is in `output`.
         progress: Called twice a second with how far it has come, in words, and the share that is done.
+        write: Writes the result's files to `output`.
 
     Raises:
         UsageError: There is no such problem, algorithm or setting, or a number makes no sense.
@@ -101,7 +103,7 @@ def compare(
         else:
             result, why = journal.result(plan.to_dict(engine.label, engine.workers)), ""
     if folder is not None:
-        result.save(folder)
+        write(result, folder)
     if why:
         where = f" They are in {folder}: continue with --resume." if folder else ""
         raise Interrupted(f"{why}, after {len(result.runs)} of {len(plan.tasks)} runs.{where}") from None

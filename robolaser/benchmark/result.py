@@ -10,7 +10,6 @@ import numpy as np
 from robolaser.benchmark.measures import ProblemSummary, tolerances
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.run import FAILED, BenchmarkRun
-from robolaser.results import Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +34,7 @@ class Effort:
 
 @final
 @dataclass(frozen=True, eq=False, repr=False)
-class BenchmarkResult(Result):
+class BenchmarkResult:
     """All that was planned, and every run so far.
 
     Attributes:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import final
 
+from robolaser.model.effects.effect import Effect
+
 GENERATIONS = 500
 """From the last of these generations on, local refinement of any of its members ends in the same optimum."""
 
@@ -18,7 +20,7 @@ class Plan:
         polish: Whether Gauss-Newton steps follow the search.
         weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
         loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale taken from the residuals.
-        effects: `EFFECT[:WHERE]` each.
+        effects: `EFFECT[:WHERE]` or a class each.
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
 
@@ -31,6 +33,6 @@ class Plan:
     polish: bool = True
     weights: str = "plain"
     loss: str = "square"
-    effects: tuple[str, ...] = ()
+    effects: tuple[str | type[Effect], ...] = ()
     seed: int = 1
     generations: int = GENERATIONS

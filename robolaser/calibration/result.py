@@ -18,7 +18,6 @@ from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
-from robolaser.results import Result
 from robolaser.robot.kinematics import Robot
 
 FORMAT = "robolaser-calibration/1"
@@ -39,8 +38,8 @@ class RowErrors:
 
 
 @final
-@dataclass(frozen=True, repr=False)
-class Calibration(Result):
+@dataclass(frozen=True)
+class Calibration:
     """The parameters estimated from data, with their uncertainty and errors.
 
     Attributes:
@@ -66,11 +65,8 @@ class Calibration(Result):
             not kept.
 
     Examples:
-        >>> found = robolaser.calibrate(dataset)
-        >>> found.value("f")
+        >>> robolaser.calibrate(dataset).calibration.value("f")
         0.008
-        >>> found.to_frame().loc["b", "unit"]
-        'm'
     """
 
     model: Model

@@ -8,7 +8,6 @@ from cyclopts import Parameter
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError
-from robolaser.results import CALIBRATION_FILES
 
 
 def calibrate(
@@ -52,11 +51,10 @@ def calibrate(
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
-    from robolaser.calibration.result import json_text
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.export.files import exported
-    from robolaser.report.calibration import page, print_summary
+    from robolaser.report.calibration import print_summary
+    from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
 
     if (output / CHECKPOINT).exists() and not (resume or force):
         raise OutputError(
@@ -82,8 +80,7 @@ def calibrate(
                 found = find(data, plan, state=output, resume=resume, progress=progress)
             for warning in found.warnings:
                 terminal.warn(warning)
-            result = json_text(found)
-            texts = {**exported(found), "report.html": page(found, command=typed), "calibration.json": result}
+            texts = CalibrationResult.of(found).files(command=typed)
             write_results(output, texts)
         except KeyboardInterrupt:
             kept = (output / CHECKPOINT).exists()
@@ -91,4 +88,4 @@ def calibrate(
             raise Interrupted(f"Stopped. {state}") from None
         for file in (CHECKPOINT, COURSE):
             (output / file).unlink(missing_ok=True)
-    terminal.show(result, lambda: print_summary(found, output))
+    terminal.show(texts["calibration.json"] or "", lambda: print_summary(found, output))

@@ -78,6 +78,7 @@ def compare(
     from robolaser.benchmark import compare as comparing
     from robolaser.benchmark import journal
     from robolaser.benchmark.solvers import DEFAULT
+    from robolaser.results.comparison import write_comparison
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -87,7 +88,7 @@ def compare(
         if merge:
             result = journal.merge(datasets)
             comparing.refuse_to_mix(output, resume=resume, force=force)
-            result.save(output)
+            write_comparison(result, output)
         else:
             try:
                 with terminal.progress() as progress:
@@ -106,6 +107,7 @@ def compare(
                         resume=resume,
                         force=force,
                         progress=progress,
+                        write=write_comparison,
                     )
             except Interrupted:
                 so_far = journal.load(output)

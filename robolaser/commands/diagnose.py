@@ -1,6 +1,5 @@
 """robolaser diagnose: why the robot does not do what the model says."""
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -8,7 +7,6 @@ from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Force, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.results import DIAGNOSIS_FILES
 
 
 def diagnose(
@@ -42,10 +40,9 @@ def diagnose(
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
-    from robolaser.diagnosis.corrected_model import corrected, corrected_json
-    from robolaser.diagnosis.result_json import diagnosis_json
-    from robolaser.export.files import exported, is_withheld
-    from robolaser.report.diagnosis import page, print_diagnosis
+    from robolaser.export.files import is_withheld
+    from robolaser.report.diagnosis import print_diagnosis
+    from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
 
     data, others = load(dataset), [load(other) for other in validate]
     with results_in(output, command="diagnose", files=DIAGNOSIS_FILES, inputs=[dataset, *validate], force=force):
@@ -53,18 +50,12 @@ def diagnose(
             found = examine(data, seed=seed, without=without, validate=others, progress=progress)
         for warning in data.warnings:
             terminal.warn(warning)
-        model = corrected(found, seed)
-        if is_withheld(model):
+        result = DiagnosisResult.of(found, seed)
+        texts = result.files(command=typed)
+        if result.model and is_withheld(result.model):
             terminal.warn(
                 "With all that was found, points are still centimetres off: the data set describes the cell wrongly;"
                 " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
             )
-        result = json.dumps(diagnosis_json(found), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-        texts = {
-            **exported(model),
-            "calibration.json": corrected_json(model),
-            "report.html": page(found, command=typed),
-            "diagnosis.json": result,
-        }
         write_results(output, texts)
-    terminal.show(result, lambda: print_diagnosis(found, output))
+    terminal.show(texts["diagnosis.json"] or "", lambda: print_diagnosis(found, output))

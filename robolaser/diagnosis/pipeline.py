@@ -33,7 +33,6 @@ from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
-from robolaser.diagnosis.result_json import DiagnosisResult
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
@@ -47,37 +46,6 @@ from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.noise import NoiseModel
 
 
-def diagnose(
-    dataset: Dataset,
-    effects: Sequence[type[Effect]] | None = None,
-    seed: int | None = None,
-    *,
-    validate: Sequence[Dataset] = (),
-    progress: Progress | None = None,
-) -> DiagnosisResult:
-    """Say where the gap lies, which effects cause it, and how far it shrinks.
-
-    Args:
-        dataset: The real; its nominal parameters are the sim.
-        effects: The library of effects; `[*robolaser.EFFECTS, Mine]` extends ours.
-        seed: Assigns poses to folds and resamples them; the same one gives the same answer.
-        validate: Other data of the same arm, which what is found is to predict.
-        progress: Is called with what is going on, and what share of the work is done.
-
-    Returns:
-        What diagnosis.json holds: gaps in millimetres, else SI.
-
-    Raises:
-        DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
-
-    Examples:
-        >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
-        >>> why["verdict"]
-        'no_gap'
-    """
-    return DiagnosisResult(examine(dataset, effects, seed=seed, validate=validate, progress=progress), seed or 0)
-
-
 def examine(
     dataset: Dataset,
     effects: Sequence[type[Effect]] | None = None,
@@ -87,7 +55,7 @@ def examine(
     validate: Sequence[Dataset] = (),
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """The same, with all that a report shows.
+    """Say where the gap lies, which effects cause it, and how far it shrinks, with all that a report shows.
 
     Args:
         dataset: The real; its nominal parameters are the sim.

@@ -1,35 +1,19 @@
 """A diagnosis as diagnosis.json."""
 
 import json
-from typing import Any, final
+from typing import Any
 
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Diagnosis, Finding, Gap, Validation
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.results import Result
 
 FORMAT = "robolaser-diagnosis/1"
 
 
-@final
-class DiagnosisResult(Result, dict[str, Any]):
-    """A diagnosis that reads like what diagnosis.json holds.
-
-    Attributes:
-        diagnosis: With all that a report shows.
-        seed: That of the random draws.
-    """
-
-    def __init__(self, diagnosis: Diagnosis, seed: int) -> None:
-        super().__init__(diagnosis_json(diagnosis))
-        self.diagnosis = diagnosis
-        self.seed = seed
-
-    @property
-    def text(self) -> str:
-        """The text of diagnosis.json."""
-        return json.dumps(self, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+def diagnosis_text(diagnosis: Diagnosis) -> str:
+    """The text of diagnosis.json."""
+    return json.dumps(diagnosis_json(diagnosis), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """The files of a calibration for ROS, for simulators and for programs of one's own."""
 
+from typing import Final
+
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.result import Calibration
 from robolaser.export.camera import camera_yaml
@@ -8,7 +10,11 @@ from robolaser.export.python_module import corrected_module
 from robolaser.export.ros import easy_handeye2, static_transform
 from robolaser.export.sdf import sdf
 from robolaser.export.urdf import corrected_urdf, robot_urdf
-from robolaser.results import EXPORTED
+
+EXPORTED: Final = (
+    "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
+    "robot_corrected.xml", "robot_corrected.sdf", "corrected.py",
+)  # fmt: skip
 
 
 def exported(calibration: Calibration) -> dict[str, str | None]:

@@ -77,6 +77,11 @@ def print_document(document: Document, out: Console) -> None:
             _print(block, out)
 
 
+def print_line(text: str, out: Console, style: str = "") -> None:
+    """Print a sentence."""
+    out.print(Text(text, style=style))
+
+
 def print_page(folder: Path, out: Console) -> None:
     """Say where the page is; its path stays whole however narrow the lines are, to be copied."""
     out.print(Text(f"Look at {folder / 'report.html'}"), soft_wrap=True)
@@ -112,9 +117,10 @@ def _printed(block: Table) -> Grid:
     made, shown = table(*headings.values()), list(headings)
     for row in block.cells[: block.printed]:
         texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
-        notes = [Text(f" {row[i].note.partition(chr(10))[0]}".rstrip(), style="dim") for i in shown]
-        made.add_row(*(text + note if text else Text(note.plain.strip(), style="dim")
-                       for text, note in zip(texts, notes, strict=True)))  # fmt: skip
+        notes = [Text(row[i].note.partition("\n")[0], style="dim") for i in shown]
+        made.add_row(
+            *(Text("; " if text and note else "").join((text, note)) for text, note in zip(texts, notes, strict=True))
+        )
     left = len(block.rows) - block.printed
     if left > 0:
         made.add_row(f"and {left} more", "in the report")

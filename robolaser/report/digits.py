@@ -15,6 +15,9 @@ MINUTE, HOUR = 60.0, 3600.0
 SURE = 1e-3
 """Probabilities are not distinguished below this, nor above its complement."""
 
+NEGLIGIBLE = 1e-6
+"""Standard deviation over value, below which nobody reads it."""
+
 HUMAN: Mapping[str, tuple[str, float]] = {
     "m": ("mm", 1e3),
     "rad": ("°", 180 / math.pi),
@@ -38,12 +41,14 @@ def with_unit(number: str, unit: str) -> str:
 
 
 def measured(value: float, std: float, unit: str) -> str:
-    """A value in SI, its digits following its standard deviation; a value without one keeps five digits."""
+    """A value in SI with the two digits of its standard deviation; one without any, or with next to none, by itself."""
     shown, label = human(value, unit)
     error, _ = human(std, unit)
     if not (math.isfinite(error) and error > 0):
         return with_unit(_plain(shown, 5), label)
-    last = math.floor(math.log10(error)) - 1
+    if error < NEGLIGIBLE * abs(shown):
+        return with_unit(_plain(shown, 7), label)
+    last = int(f"{error:.1e}".partition("e")[2]) - 1
     if -6 <= last <= 3:
         return with_unit(f"{_rounded(shown, last)} ± {_rounded(error, last)}", label)
     power = math.floor(math.log10(max(abs(shown), error)))

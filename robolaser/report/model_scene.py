@@ -20,9 +20,9 @@ from robolaser.parameters import Values
 from robolaser.report.chart import FITTED, HELD_OUT, INK, MUTED
 from robolaser.report.digits import millimetres
 from robolaser.report.error_analysis import known_points, lengths_mm, point_names, some_rows
-from robolaser.report.magnification import magnification
 from robolaser.report.pose_photos import photos
-from robolaser.report.scene import Scene, Shape, arrows, dots, labels, path
+from robolaser.report.scene import Scene, Shape, arrows, dots, labels, magnification, path
+from robolaser.robot.collision_bodies import link_radius
 
 MOST_FRAMES: Final = 60
 MOST_POINTS: Final = 500
@@ -30,6 +30,10 @@ MOST_POINTS: Final = 500
 LIGHT_POINTS: Final = 16
 """Of the stripe, between which the laser plane is filled."""
 COLOURS: Final = (FITTED, HELD_OUT)
+BODY: Final = "var(--body)"
+AXES: Final = ("#d6453d", "#3a9a4e", "#3d74c9")
+AXIS: Final = 0.18
+"""Length of the axes of the base frame as a share of the arm's."""
 SENSOR: Final = 0.12
 """Length of the drawn sensor as a share of the arm's."""
 
@@ -280,9 +284,10 @@ def _arm(cell: CellPoses, marked: Mapping[str, str]) -> list[Shape]:
     if cell.joints.shape[1]:
         shapes += [
             path(ring, MUTED, width=2, closed=True, opacity=0.5),
-            path(line, MUTED, width=9, opacity=0.45),
-            path(line, MUTED, width=3, opacity=0.8),
+            path(line, BODY, width=6, radius=link_radius(cell.model.dataset.arm[0])),
+            path(line, MUTED, width=2),
         ]
+    shapes += _axes(AXIS * reach)
     if camera is None or cell.rides:
         shapes.append(path(np.stack([line[:, -1], tip], axis=1), INK, width=3))
     if camera is not None:
@@ -300,6 +305,14 @@ def _arm(cell: CellPoses, marked: Mapping[str, str]) -> list[Shape]:
             where = np.stack([places[name] for name in here], axis=1)
             shapes.append(labels(where, said, colour, size=size, bold=bold))
     return shapes
+
+
+def _axes(length: float) -> list[Shape]:
+    """The base frame."""
+    ends = length * np.eye(3)
+    lines = [path(np.stack([np.zeros(3), end]), colour, width=2) for end, colour in zip(ends, AXES, strict=True)]
+    return [*lines, *(labels(end[None], [axis], colour, size=0.0, bold=False)
+                      for end, axis, colour in zip(ends, "xyz", AXES, strict=True))]  # fmt: skip
 
 
 def _camera(T: Array, size: float, image_px: tuple[int, int]) -> list[Shape]:

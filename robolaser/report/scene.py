@@ -11,6 +11,7 @@ from robolaser.report.chart import embedded
 
 DECIMALS: Final = 2
 """Of millimetres."""
+LONG = 0.08  # of what is shown: a long arrow
 Shape = Mapping[str, Any]
 
 
@@ -80,11 +81,16 @@ class Scene:
         )  # fmt: skip
 
 
-def path(places: Array, colour: str, *, width: float, closed: bool = False, opacity: float = 1.0) -> Shape:
-    """A line through places (k, 3), or through others in each frame, (n, k, 3) [m]; filled where it is closed."""
+def path(
+    places: Array, colour: str, *, width: float = 1.0, radius: float = 0.0, closed: bool = False, opacity: float = 1.0
+) -> Shape:
+    """A line through places (k, 3), or through others in each frame, (n, k, 3) [m]; filled where it is closed.
+
+    It is `width` pixels wide, and a round bar of a radius [m] at least as wide as that looks from there.
+    """
     of_frames = places if places.ndim == 3 else places[None]
     return {"kind": "path", "at": _listed(of_frames), "colour": colour, "width": width, "closed": closed,
-            "opacity": opacity}  # fmt: skip
+            "opacity": opacity, "radius": 1e3 * radius}  # fmt: skip
 
 
 def dots(
@@ -111,6 +117,16 @@ def labels(places: Array, names: Sequence[str], colour: str, *, size: float = 5.
     """Named marks (k, 3), or others in each frame, (n, k, 3) [m]."""
     of_frames = places if places.ndim == 3 else places[None]
     return {"kind": "labels", "at": _listed(of_frames), "names": names, "colour": colour, "size": size, "bold": bold}
+
+
+def magnification(error: float, extent: float) -> float:
+    """The factor, 1, 2 or 5 times a power of ten, that shows an error as a long arrow."""
+    if error <= 0 or extent <= 0:
+        return 1.0
+    wanted = np.log10(LONG * extent / error)
+    power = np.floor(wanted)
+    step = max((one for one in (1.0, 2.0, 5.0) if np.log10(one) <= wanted - power + 1e-9), default=1.0)
+    return float(step * 10.0**power)
 
 
 def _listed(values: Array, factor: float = 1e3, decimals: int = DECIMALS) -> list[Any]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
 from robolaser.data.sessions import Sessions
 from robolaser.errors import EffectError
@@ -44,7 +45,7 @@ class Simulated:
 
 
 def simulate(
-    robot: Robot,
+    robot: Robot | str,
     *,
     kind: str = "stripe",
     poses: int = 40,
@@ -70,7 +71,7 @@ def simulate(
     model with the true parameters and effects leaves no residual.
 
     Args:
-        robot: The nominal arm.
+        robot: The nominal arm, or what `find_robot` takes.
         kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket", "profile", or
             "stripe+camera": a scanner whose images show a board.
         poses: How many, in each session.
@@ -106,6 +107,7 @@ def simulate(
         >>> made.dataset
         <Dataset simulated-ur5e: ball in fixed sockets, robot ur5e, 20 points in 20 poses>
     """
+    robot = find_robot(robot) if isinstance(robot, str) else robot
     kind, with_corners = along_camera(kind)
     sensor_type, noise = simulated_sensor(kind), noise or Noise()
     points = sensor_type.default_points if points is None else points

@@ -8,7 +8,8 @@ from pathlib import Path
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
-from robolaser.diagnosis import diagnose
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import TrialError
 
 
@@ -40,4 +41,4 @@ def diagnose_all(worlds: Mapping[Path, Path], *, seed: int, executor: Executor |
 
 
 def _diagnosed(dataset: Dataset, seed: int) -> str:
-    return json.dumps(diagnose(dataset, seed=seed), indent=1) + "\n"
+    return json.dumps(diagnosis_json(examine(dataset, seed=seed)), indent=1) + "\n"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.path_velocities import WARNING, known_velocities, with_path_velocities
@@ -57,11 +58,11 @@ def test_velocities_along_the_path_are_those_of_the_arm() -> None:
 def test_a_time_offset_is_found_without_recorded_velocities(kind: str, tmp_path: Path) -> None:
     save(replace(in_motion(DELAY_S), kind=kind), tmp_path / "moving")
     loaded = robolaser.load(tmp_path / "moving")
-    found = robolaser.calibrate(loaded, Plan(effects=("latency",)))
+    found = calibrate(loaded, Plan(effects=("latency",)))
     at = found.model.parameters.names.index("latency.timing.delay")
     assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.02 * DELAY_S))
     assert WARNING in found.warnings
-    assert found.rms_m < 0.2 * robolaser.calibrate(loaded).rms_m
+    assert found.rms_m < 0.2 * calibrate(loaded).rms_m
 
 
 def test_they_are_not_written_as_if_they_had_been_read(tmp_path: Path) -> None:
@@ -87,7 +88,7 @@ def test_a_gap_in_time_leaves_the_velocities_on_both_sides(tmp_path: Path) -> No
     moving = in_motion(DELAY_S)
     late = np.where(np.arange(len(moving.poses)) < 60, 0.0, 30.0)
     save(replace(moving, poses=replace(moving.poses, time_s=moving.poses.time_s + late)), tmp_path / "paused")
-    found = robolaser.calibrate(robolaser.load(tmp_path / "paused"), Plan(effects=("latency",)))
+    found = calibrate(robolaser.load(tmp_path / "paused"), Plan(effects=("latency",)))
     at = found.model.parameters.names.index("latency.timing.delay")
     assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.03 * DELAY_S))
 
@@ -97,9 +98,9 @@ def test_a_pose_alone_in_time_has_no_velocity_and_latency_waits_for_one(tmp_path
     loaded = robolaser.load(tmp_path / "moving")
     assert np.flatnonzero(np.isnan(loaded.poses.qd).any(axis=1)).tolist() == [20, 50]
     with pytest.raises(EffectError, match=r"not known at 2 poses with points, .* \(pose 20, 50\)"):
-        robolaser.calibrate(loaded, Plan(effects=("latency",)))
+        calibrate(loaded, Plan(effects=("latency",)))
     known = loaded.of_poses(~np.isnan(loaded.poses.qd).any(axis=1))
-    found = robolaser.calibrate(known, Plan(effects=("latency",)))
+    found = calibrate(known, Plan(effects=("latency",)))
     at = found.model.parameters.names.index("latency.timing.delay")
     assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.03 * DELAY_S))
 

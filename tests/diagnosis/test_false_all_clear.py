@@ -13,7 +13,7 @@ from robolaser import load
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import Diagnosis, examine
-from robolaser.diagnosis.result_json import DiagnosisResult
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.robot.by_name import find_robot
@@ -74,7 +74,7 @@ def test_the_scatter_is_said_where_it_is_and_what_it_may_be() -> None:
     assert "how well the arm" not in found.sentence
     assert any("once the arm stands still" in one for one in to_do(found))
     assert not any("gear" in one for one in to_do(found))
-    written = json.loads(DiagnosisResult(found, 0).text)
+    written = diagnosis_json(found)
     jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
     (effect,) = written["effects"]
     assert (effect["effect"], effect["where"], written["where"][0]["site"]) == ("pose_scatter", "joints", "joints")

@@ -1,15 +1,13 @@
 """Charts: their records, their scales, and how much of the data they carry."""
 
 import json
-import re
 
 import numpy as np
 import pytest
 
 from robolaser.report.chart import FAINT, chart, colours, equal_axes, hover, layer, line, quantity, records
 from robolaser.report.error_analysis import some_rows
-from robolaser.report.magnification import magnification
-from robolaser.report.still_chart import still
+from robolaser.report.scene import magnification
 
 
 def test_numbers_that_are_not_finite_become_null():
@@ -80,16 +78,3 @@ def test_a_magnification_is_one_two_or_five_times_a_power_of_ten():
         factor = magnification(error, 0.7)
         assert round(factor / 10 ** np.floor(np.log10(factor) + 1e-9), 6) in (1, 2, 5)
         assert 0.3 < factor * error / (0.08 * 0.7) <= 1.0 + 1e-9
-
-
-def test_without_scripts_a_chart_is_a_still_picture_of_the_same_marks():
-    x, y, of = quantity("x", "time [s]"), quantity("y", "error [mm]", log=True), {"a": "red", "<b>": "blue"}
-    data = records(x=[1.0, 2.0, 3.0, np.nan], y=[0.01, 1.0, 10.0, 1.0], series=["a", "a", "<b>", "a"])
-    points = layer({"type": "point", "size": 9}, data, x=x, y=y, color=colours(of))
-    said = still(chart("t", "c", "a", [points, layer(line(), data, x=x, y=y)]))
-    assert said.count("<circle") == 3 + 2  # and the legend
-    assert "&lt;b&gt;" in said
-    assert "<b>" not in said
-    heights = [float(at) for at in re.findall(r'cy="([\d.]+)" r="1.4"', said)]
-    assert heights[0] - heights[1] == pytest.approx(2 * (heights[1] - heights[2]), abs=0.2)
-    assert all(tick in said for tick in (">0.01<", ">0.1<", ">1<", ">10<", "time [s]"))

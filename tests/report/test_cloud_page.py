@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 from scanned import calibrated, dataset, line_centres, recorded, written
 
 from robolaser.report.cloud import page, print_cloud
-from robolaser.report.cloud.figures import figures, heading
+from robolaser.report.cloud.page import figures, heading
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.quality import measure

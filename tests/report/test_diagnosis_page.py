@@ -30,7 +30,7 @@ from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.diagnosis import page
-from robolaser.report.diagnosis.charts.waterfall import steps
+from robolaser.report.diagnosis.gap_charts import steps
 from robolaser.report.diagnosis.page import figures, suspected
 from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent

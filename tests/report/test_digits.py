@@ -17,6 +17,8 @@ from robolaser.report.digits import human, measured, millimetre_interval, plain,
         (6.2e-4, 3e-5, "", "0.000620 ± 0.000030"),
         (6.2e-9, 3e-10, "", "(6.20 ± 0.30) × 10⁻⁹"),
         (0.0, 0.0, "px", "0 px"),
+        (0.1, 0.0996, "px", "0.10 ± 0.10 px"),
+        (0.251922552860105542, 3.1e-17, "", "0.2519226"),
         (-1e-9, 1e-4, "m", "0.00 ± 0.10 mm"),
     ],
 )
@@ -28,6 +30,7 @@ def test_a_written_value_is_within_a_tenth_of_its_error_of_the_value():
     rng = np.random.default_rng(0)
     for _ in range(300):
         value, std = rng.normal() * 10.0 ** rng.integers(-6, 3), 10.0 ** rng.uniform(-8, 2)
+        std = max(std, 1e-6 * abs(value))
         text = measured(value, std, "px").replace("(", "").replace(")", "")
         body, _, power = text.removesuffix(" px").partition(" × 10")
         shown = [float(part) for part in body.split(" ± ")]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points, Poses
@@ -120,7 +121,7 @@ def test_a_command_reads_images_and_the_next_one_calibrates(tmp_path: Path, caps
     recording(tmp_path, "charuco")
     assert main(["extract", str(tmp_path)]) in (None, 0)
     assert "images, 0 without the target" in capsys.readouterr().out
-    result = robolaser.calibrate(robolaser.load(tmp_path))
+    result = calibrate(robolaser.load(tmp_path))
     assert result.row_errors[0].rms < 0.35
     assert result.value("fx") == pytest.approx(1100.0, rel=0.01)
     np.testing.assert_allclose([result.value(f"hand_eye.{part}") for part in "xyz"], 0.0, atol=3e-3)

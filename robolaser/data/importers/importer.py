@@ -42,6 +42,10 @@ class ImportOptions:
         euler: Sequence of axes of Euler angles: "ZYX" about the axes as they turn, "zyx" about those that stay.
         point: The point that all rows are of, where no column names it.
         further: Options of an importer of one's own, by name; see `Importer.further`.
+
+    Examples:
+        >>> robolaser.ImportOptions(units=("mm", "deg"), robot=robolaser.find_robot("ur5e")).sensor
+        'point'
     """
 
     name: str = "imported"

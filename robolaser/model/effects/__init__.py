@@ -44,17 +44,17 @@ def __getattr__(name: str) -> Any:
     return _library()
 
 
-def candidate_effects(wanted: Sequence[str], dataset: Dataset) -> tuple[CandidateEffect, ...]:
-    """Read `EFFECT[:WHERE]`; without WHERE it is meant at every location that the data set has for it.
+def candidate_effects(wanted: Sequence[str | type[Effect]], dataset: Dataset) -> tuple[CandidateEffect, ...]:
+    """Read `EFFECT[:WHERE]`, or a class; without WHERE it is meant at every location that the data set has for it.
 
     Raises:
         UsageError: There is no such effect, it cannot be at that location or in a model, or a size is stated.
         EffectError: It does not apply to the data.
         PluginError: What an installed package announces cannot be used.
     """
-    by_name = {effect.name: effect for effect in _library()}
+    by_name = {effect.name: effect for effect in (*_library(), *(one for one in wanted if not isinstance(one, str)))}
     chosen: list[CandidateEffect] = []
-    for text in wanted:
+    for text in (one if isinstance(one, str) else one.name for one in wanted):
         name, _, where = text.partition(":")
         if name == outliers.NAME:
             raise UsageError(

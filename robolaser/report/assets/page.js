@@ -23,7 +23,7 @@ const report = (() => {
   };
   const compare = (a, b) => typeof a === "number" && typeof b === "number"
     ? a - b : String(a).localeCompare(String(b), "en", { numeric: true });
-  for (const table of document.querySelectorAll("table.stacked")) {
+  for (const table of document.querySelectorAll("table:not(.matrix)")) {
     const body = table.tBodies[0];
     if (body.rows.length < 3) continue;
     [...table.tHead.rows[0].cells].forEach((head, column) => {

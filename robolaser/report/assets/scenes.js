@@ -29,11 +29,12 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     const away = c * dy - s * dx, depth = away * cr - dz * sr, near = 1 / (1 + 0.35 * depth / size);
     return [near * (c * dx + s * dy), -near * (dz * cr + away * sr), depth];
   }
-  const seen = all.map((p) => unscaled(p, home)); // at first everything is in view
+  const first = scene.shapes.flatMap(({ at }) => Array.isArray(at[0]?.[0]) ? at[scene.start] ?? at[0] : at).filter((p) => p?.[0] != null);
+  const seen = first.map((p) => unscaled(p, home)); // at first all of this pose is in view
   const [across, upright] = [0, 1].map((axis) => seen.reduce(([l, h], p) => [Math.min(l, p[axis]), Math.max(h, p[axis])], [0, 0]));
+  const scaled = () => look.zoom * 0.8 * Math.min(canvas.clientWidth / (across[1] - across[0] || 1), canvas.clientHeight / (upright[1] - upright[0] || 1));
   function project(place) {
-    const [x, y, depth] = unscaled(place, look), { clientWidth: wide, clientHeight: tall } = canvas;
-    const scale = look.zoom * 0.86 * Math.min(wide / (across[1] - across[0] || 1), tall / (upright[1] - upright[0] || 1));
+    const [x, y, depth] = unscaled(place, look), { clientWidth: wide, clientHeight: tall } = canvas, scale = scaled();
     return [wide / 2 + scale * (x - (across[0] + across[1]) / 2), tall / 2 + scale * (y - (upright[0] + upright[1]) / 2), depth];
   }
   const pale = (shape, i) => scene.frames.length > 1 && shape.of.length && shape.of[i] !== frame ? 0.4 : 1;
@@ -56,7 +57,8 @@ for (const figure of document.querySelectorAll("figure.scene")) {
       });
       else points.slice(1).forEach((end, i) => add((points[i][2] + end[2]) / 2, () => {
         pen.globalAlpha = shape.opacity;
-        stroke([points[i], end], shape, shape.width);
+        const near = 1 / (1 + 0.35 * end[2] / size);
+        stroke([points[i], end], shape, Math.max(shape.width, 2 * shape.radius * near * scaled()));
       }));
     },
     dots(shape, add) {
@@ -89,13 +91,15 @@ for (const figure of document.querySelectorAll("figure.scene")) {
         const [x, y] = project(place);
         marks.push([x, y, shape.names[i]]);
         add(-2 * size, () => {
-          pen.beginPath();
-          pen.arc(x, y, shape.size, 0, 7);
-          pen.fillStyle = colour(shape.bold ? shape.colour : "var(--paper)");
-          pen.strokeStyle = colour(shape.colour);
-          pen.lineWidth = 2;
-          pen.fill();
-          pen.stroke();
+          if (shape.size) {
+            pen.beginPath();
+            pen.arc(x, y, shape.size, 0, 7);
+            pen.fillStyle = colour(shape.bold ? shape.colour : "var(--paper)");
+            pen.strokeStyle = colour(shape.colour);
+            pen.lineWidth = 2;
+            pen.fill();
+            pen.stroke();
+          }
           texts.push([x, y, shape, shape.names[i]]);
         });
       });
@@ -119,6 +123,14 @@ for (const figure of document.querySelectorAll("figure.scene")) {
       pen.fillText(text, left, free);
     }
   }
+  function rule() { // a length to compare with, as long as it is in the middle of the scene
+    const scale = scaled(), power = 10 ** Math.floor(Math.log10(120 / scale));
+    const length = power * [5, 2, 1].find((step) => step * power * scale <= 120), y = canvas.clientHeight - 16;
+    stroke([[16, y - 4], [16, y], [16 + length * scale, y], [16 + length * scale, y - 4]], { colour: "var(--muted)" }, 1.5);
+    pen.font = "11px system-ui, sans-serif";
+    pen.fillStyle = colour("var(--muted)");
+    pen.fillText(`${Number(length.toPrecision(1)).toLocaleString("en")} mm`, 16, y - 8);
+  }
   function draw() {
     const dense = window.devicePixelRatio || 1;
     canvas.width = canvas.clientWidth * dense;
@@ -135,6 +147,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     }
     pen.globalAlpha = 1;
     write();
+    rule();
   }
 
   const photo = Object.keys(scene.photos).length ? make("div", stage, { className: "photo" }) : null;

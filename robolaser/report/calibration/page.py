@@ -1,18 +1,24 @@
-"""The report of a calibration."""
+"""The report of a calibration: a page, and a few lines on the terminal."""
 
 from pathlib import Path
 
+from rich.console import Console
+
 from robolaser.calibration.result import Calibration
-from robolaser.data.atomic_write import write_text
 from robolaser.report.calibration import words
-from robolaser.report.calibration.charts import CHARTS
+from robolaser.report.calibration.distribution_chart import distribution
+from robolaser.report.calibration.image_chart import image
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
+from robolaser.report.calibration.search_charts import convergence, parameters
+from robolaser.report.chart import Chart
+from robolaser.report.console import plain_unless_terminal, print_document, print_line, print_page
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain
 from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
 from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
+from robolaser.report.pose_errors import pose_errors
 from robolaser.report.setting import disturbed, noise_table, origin
 
 MANY = 24
@@ -99,7 +105,12 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     return [
         Section("Which errors are odd", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),
-        Section("Charts", charts([make(analysis) for make in CHARTS])),
+        Section(
+            "Charts",
+            charts(
+                [convergence(analysis), parameters(analysis), image(analysis), poses(analysis), distribution(analysis)]
+            ),
+        ),
         Section("Noise", [noise_table(calibration.noise, analysis.sources, words.origins(analysis))]),
     ]
 
@@ -144,10 +155,36 @@ def page(calibration: Calibration, *, command: str = "") -> str:
     return render(document(calibration, command=command))
 
 
-def write_report(calibration: Calibration, path: Path, *, command: str = "") -> None:
-    """Write the page of a calibration, one self-contained HTML file.
+def poses(analysis: ErrorAnalysis) -> Chart:
+    """Root-mean-square error of each pose, fitted and held out."""
+    errors = {"fitted": analysis.fitted_m}
+    if analysis.held_out_m is not None:
+        errors |= {"held out": analysis.held_out_m}
+    reading = "Dots: a pose when it was fitted; rings: when it was held out." if len(errors) > 1 else ""
+    return pose_errors(analysis.calibration.model.dataset, errors, reading=reading)
 
-    Raises:
-        OutputError: The disk or the permissions do not allow it.
+
+FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
+
+
+def print_summary(calibration: Calibration, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print errors, parameters and where the page is; plain text unless on a terminal.
+
+    Args:
+        calibration: The result.
+        folder: Where it was written.
+        console: Where to print; standard output by default.
     """
-    write_text(path, page(calibration, command=command))
+    out = plain_unless_terminal(console)
+    print_document(document(calibration, brief=True), out)
+    together = [", ".join(found.parameters) for found in calibration.unidentifiable if len(found.parameters) > 1]
+    alone = [found.parameters[0] for found in calibration.unidentifiable if len(found.parameters) == 1]
+    if together:
+        print_line(f"These data cannot separate: {'; '.join(together)}", out, "dim")
+    if alone:
+        print_line(f"These data hardly determine: {', '.join(alone)}", out, "dim")
+    if folder is not None:
+        if (folder / "static_transform.sh").exists():
+            *files, last = (name for name in FOR_ROS if (folder / name).exists())
+            print_line(f"For ROS: {', '.join(files)} and {last} in {folder}", out, "dim")
+        print_page(folder, out)

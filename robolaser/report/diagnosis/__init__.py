@@ -1,6 +1,5 @@
 """What a person sees of a diagnosis: one self-contained page, and twenty lines on the terminal."""
 
-from robolaser.report.diagnosis.page import document, page
-from robolaser.report.diagnosis.terminal import print_diagnosis
+from robolaser.report.diagnosis.page import document, page, print_diagnosis
 
 __all__ = ["document", "page", "print_diagnosis"]

@@ -1,19 +1,25 @@
-"""The report of a diagnosis."""
+"""The report of a diagnosis: a page, and twenty lines on the terminal."""
 
 from collections.abc import Mapping
+from pathlib import Path
+
+from rich.console import Console
 
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.model.noise.sources import error_sources
+from robolaser.report.chart import Chart
+from robolaser.report.console import plain_unless_terminal, print_document, print_line, print_page
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.report.diagnosis.charts import ERRORS, STEPS
+from robolaser.report.diagnosis.gap_charts import front, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.page import render
+from robolaser.report.pose_errors import pose_errors
 from robolaser.report.setting import noise_table, origin
 
 VERDICTS = {
@@ -138,9 +144,9 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     )
     return [
         Section(lies, [cell, sites] if sites.rows else [cell]),
-        Section("Step by step", charts([make(diagnosis) for make in STEPS])),
+        Section("Step by step", charts([waterfall(diagnosis), front(diagnosis)])),
         Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
-        Section("Errors", charts([make(diagnosis) for make in ERRORS])),
+        Section("Errors", charts([poses(diagnosis)])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)] if diagnosis.validation else []),
         Section("Poses to measure next", [rows.pose_table(diagnosis)] if diagnosis.next_poses else []),
         Section("What was not found", _not_found(diagnosis)),
@@ -178,3 +184,35 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
 
 def _remarks(diagnosis: Diagnosis) -> list[Block]:
     return [Text(remark, "quiet", printed=True) for remark in diagnosis.noise_remarks]
+
+
+def poses(diagnosis: Diagnosis) -> Chart:
+    """Root-mean-square error of each pose on held-out data, before and after, in the order of the run."""
+    both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
+    errors = both if diagnosis.model.effects else {"each pose": diagnosis.after_m}
+    reading = "Each pose predicted by fits that did not see it."
+    return pose_errors(diagnosis.observed, errors, reading=reading, noise_m=diagnosis.gap.noise_floor_m)
+
+
+def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print verdict, gap, effects, sites and what to do; plain text unless on a terminal.
+
+    Args:
+        diagnosis: The result.
+        folder: Where it was written.
+        console: Where to print; standard output by default.
+    """
+    out = plain_unless_terminal(console)
+    print_document(document(diagnosis, brief=True), out)
+    if untested := _untested(diagnosis):
+        print_line(f"Not testable: {', '.join(untested)}", out, "dim")
+    if folder is not None:
+        print_page(folder, out)
+
+
+def _untested(diagnosis: Diagnosis) -> list[str]:
+    """Effects that could be tested at none of their locations."""
+    seen = [limit for limit in diagnosis.limits if limit.size is not None or limit.is_imitated]
+    tested = {limit.candidate_effect.effect.name for limit in seen}
+    tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
+    return [name.replace("_", " ") for name in diagnosis.not_testable if name not in tested]

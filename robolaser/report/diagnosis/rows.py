@@ -21,7 +21,7 @@ MOST_CLASSES, MOST_EFFECTS = 3, 5
 """Lines of each on the terminal."""
 FEW: Final = 8
 """Rows of a table of details from which it is folded away."""
-PROBABILITY: Final = Column("Probability", brief="probability")
+SURE: Final = Column("How sure", "wide", 42, "how sure")
 
 
 def class_table(diagnosis: Diagnosis) -> Table:
@@ -29,18 +29,16 @@ def class_table(diagnosis: Diagnosis) -> Table:
     rows = [
         (
             Cell(one.name.replace("_", " "), below=[said] if (said := _meaning(one)) else []),
-            Cell(percent(one.probability), order=one.probability),
-            "" if one.gap_without_m is None else f"{millimetres(one.gap_without_m)} → {millimetres(one.gap_with_m)}",
             ", ".join(f"{named(member)} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
             + (f" and {more} more" if (more := len(one.members) - MOST_MEMBERS) > 0 else ""),
+            Cell(f"{percent(one.probability)}{_without(one.gap_without_m)}", order=one.probability),
         )
         for one in diagnosis.classes
     ]
     columns = [
         Column("Class", "name", 30, "class"),
-        PROBABILITY,
-        Column("Gap, without → with", brief="gap, without → with it"),
-        Column("Members that may be at work", "wide"),
+        Column("Members that may be at work"),
+        SURE,
     ]
     if not _is_open(diagnosis):
         return Table(columns, rows, "Classes of causes")
@@ -63,20 +61,19 @@ def _meaning(one: CauseClass) -> str:
 def effect_table(diagnosis: Diagnosis) -> Table:
     """The effects found, most important first: probability, gap before and after, gap without this one."""
     columns = [
-        Column("Effect", "name", 24, "effect"),
-        Column("Value ± standard deviation", "number", brief="value"),
-        PROBABILITY,
-        Column("Gap, before → after"),
-        Column("Gap without it", brief="gap without it"),
-        Column("Caveat", "wide", 28, "caveat"),
+        Column("Effect", "name", 26, "effect"),
+        Column("How large ± standard deviation", "number", brief="how large"),
+        SURE,
     ]
     rows = [
         (
             *_effect(found),
-            Cell(percent(found.probability), order=found.probability),
-            f"{millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}",
-            millimetres(found.gap_without_m),
-            Cell(note="\n".join(caveats(found))),
+            Cell(
+                f"{percent(found.probability)}{_without(found.gap_without_m)}",
+                below=[f"added: {millimetres(found.gap_before_m)} → {millimetres(found.gap_after_m)}"],
+                note="\n".join(caveats(found)),
+                order=found.probability,
+            ),
         )
         for found in diagnosis.findings
     ]
@@ -89,19 +86,27 @@ def effect_table(diagnosis: Diagnosis) -> Table:
 def alternative_table(diagnosis: Diagnosis) -> Table:
     """What else could be the cause, as far as these poses can tell: the gap with it, and what it would replace."""
     columns = [
-        Column("Alternative", "name", 24),
-        Column("Value ± standard deviation", "number"),
-        Column("Gap with it"),
-        Column("Instead of"),
-        Column("How it compares", "wide", 28),
+        Column("Alternative", "name", 26),
+        Column("How large ± standard deviation", "number"),
+        Column("How it compares", "wide", 42),
     ]
     rows = [
-        (*_effect(other), millimetres(other.gap_m), named(found.candidate_effect), Cell(note=comparison(found, other)))
+        (
+            *_effect(other),
+            Cell(
+                f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}",
+                note=comparison(found, other),
+            ),
+        )
         for found in diagnosis.findings
         for other in found.alternatives
     ]
     note = "These poses cannot distinguish the alternatives from what was found. The next poses would."
     return Table(columns, rows, "Alternatives", note, fold=6)
+
+
+def _without(gap_m: float | None) -> str:
+    return "" if gap_m is None else f"; gap {millimetres(gap_m)} without it"
 
 
 def _effect(one: Finding | Alternative) -> tuple[Cell, Cell]:
@@ -132,13 +137,12 @@ def site_table(diagnosis: Diagnosis) -> Table:
         (
             place(lies.site),
             lies.coordinate,
-            Cell(f"{100 * lies.share:.0f} %", share=100 * lies.share, order=lies.share),
-            Cell(_chance(lies.p_value), order=lies.p_value),
+            Cell(f"{100 * lies.share:.0f} %, p {_chance(lies.p_value)}", share=100 * lies.share, order=lies.share),
         )
         for lies in diagnosis.where
     ]
     columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What lies there"),
-               Column(f"Share of the {'rest' if is_rest else 'gap'}", "wide", 30), Column("p value")]  # fmt: skip
+               Column(f"Share of the {'rest' if is_rest else 'gap'}, p value", "wide", 42)]  # fmt: skip
     note = (
         "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that place"
         " predicts on poses it was not fitted to."
@@ -231,7 +235,7 @@ def with_error(number: Estimate) -> str:
 
 
 def _chance(p: float) -> str:
-    return "< 10⁻⁶" if p < 1e-6 else plain(p, "", 2)
+    return "< 10⁻⁶" if p < 1e-6 else f"= {plain(p, '', 2)}"
 
 
 def _less(limits: Sequence[DetectionLimit]) -> list[str]:

@@ -1,18 +1,21 @@
 """What the arm could hit, in the viewer: declared boxes, and in red the bodies that are too near to each other."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.cell.plan_validation import Violation, collisions
-from robolaser.report.viewer.shapes import Colour, Mesh, Shape, box, merged, sphere, tube
+from robolaser.geometry.rigid_motion import pose
+from robolaser.report.viewer.shapes import Colour, Shape, Solid
 from robolaser.robot.collision_bodies import Body
 from robolaser.robot.collisions import CollisionModel
 
 HIT: Colour = (214, 40, 40)
 BOX: Colour = (196, 170, 120)
+OPACITY = 0.7
 MOST_SHOWN = 8  # lines of the panel
 SWOLLEN = 1.04  # red bodies are shown so much thicker, lest the arm that is drawn hides them
 
@@ -49,21 +52,20 @@ class CollisionScene:
         boxes = {i for i, body in enumerate(self.model.bodies) if body.kind == "box" and body.name != body.link}
         T = self.model.placements(q)
         shapes = [
-            Mesh(f"bodies/{i}", *_surface(self.model.bodies[i], T[i], swollen=i in red), HIT if i in red else BOX, 0.7)
+            solid
             for i in sorted(red | boxes)
+            for solid in _solids(f"bodies/{i}", self.model.bodies[i], T[i], is_hit=i in red)
         ]
         return "; ".join(str(hit).removeprefix("here: ") for hit in hits) or "nothing is hit", tuple(shapes)
 
 
-def _surface(body: Body, T: Array, *, swollen: bool) -> tuple[Array, Ints]:
-    grown = SWOLLEN if swollen else 1.0
-    if body.kind == "box":
-        x, y, z = (grown * edge for edge in body.size)
-        return box(T, (x, y, z))
-    radius = grown * body.size[0]
-    if body.kind == "sphere":
-        return sphere(T[:3, 3], radius)
-    half = 0.5 * body.size[1] * T[:3, 2]
-    ends = T[:3, 3] - half, T[:3, 3] + half
-    bar = tube(*ends, radius)
-    return bar if body.kind == "cylinder" else merged(bar, *(sphere(end, radius) for end in ends))
+def _solids(name: str, body: Body, T: Array, *, is_hit: bool) -> Iterator[Shape]:
+    grown, colour = (SWOLLEN, HIT) if is_hit else (1.0, BOX)
+    is_round = body.kind in ("cylinder", "capsule")  # grown about their axes
+    size = (grown * body.size[0], body.size[1]) if is_round else tuple(grown * edge for edge in body.size)
+    kind = "cylinder" if is_round else body.kind
+    yield Solid(name, kind, size, T, colour, OPACITY)
+    if body.kind == "capsule":
+        for number, side in enumerate((-0.5, 0.5)):
+            end = T @ pose(np.eye(3), np.array([0.0, 0.0, side * body.size[1]]))
+            yield Solid(f"{name}/end_{number}", "sphere", size[:1], end, colour, OPACITY)

@@ -4,10 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import pose
 from robolaser.report.viewer.cell_model import CellFrames, CellModel
-from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, axes, box, merged, sphere, tube
+from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, Solid, ball, bar
 from robolaser.robot.collision_bodies import LEAST_RADIUS_M, MOST_RADIUS_M, SHARE_OF_ARM
 
 ARM: Colour = (178, 186, 196)
@@ -18,6 +19,7 @@ LASER: Colour = (214, 40, 40)
 TARGET: Colour = (60, 60, 66)
 MODEL_COLOURS: dict[str, Colour] = {"nominal": (217, 112, 31), "calibrated": (43, 108, 178)}
 """Colours of the points by model, as in the pages."""
+AXES = np.array([[200, 60, 50], [60, 150, 70], [50, 90, 200]], dtype=np.uint8)
 
 DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
@@ -59,22 +61,22 @@ def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
     if len(frames.joints):
         robot, _ = dataset.arm
         points = [np.zeros(3), *frames.joints[:, :3, 3], frames.flange[:3, 3]]
-        links = [
-            tube(start, end, radius) for start, end in pairwise(points) if np.linalg.norm(end - start) > 0.1 * radius
-        ]
-        links += [sphere(point, radius) for point in points[1:-1]]
-        if links:
-            shapes.append(Mesh("robot/links", *merged(*links), ARM))
-        turned = [T[:3, :3] @ robot.axes[i] for T, i in zip(frames.joints, robot.chain, strict=True)]
-        hubs = [
-            _slider(T, radius) if robot.prismatic[i] else tube(*_about(T[:3, 3], axis, 1.5 * radius), 1.25 * radius)
-            for T, axis, i in zip(frames.joints, turned, robot.chain, strict=True)
-        ]
-        shapes.append(Mesh("robot/joints", *merged(*hubs), JOINT))
-        foot = tube(np.array([0.0, 0.0, -0.3 * radius]), np.array([0.0, 0.0, 0.3 * radius]), 2.6 * radius)
-        shapes.append(Mesh("robot/foot", *foot, JOINT))
-    ends, colours = axes(frames.flange, 4.0 * radius)
-    shapes.append(Lines("robot/flange", ends, colours, 3.0))
+        for number, (start, end) in enumerate(pairwise(points)):
+            if np.linalg.norm(end - start) > 0.1 * radius:
+                shapes.append(bar(f"robot/link_{number}", (start, end), radius, ARM))
+        shapes += [ball(f"robot/corner_{i}", point, radius, ARM) for i, point in enumerate(points[1:-1])]
+        for T, i in zip(frames.joints, robot.chain, strict=True):
+            name, across = f"robot/{robot.joints[i]}", 1.5 * radius * T[:3, :3] @ robot.axes[i]
+            hub = T[:3, 3] - across, T[:3, 3] + across
+            shapes.append(
+                Solid(name, "box", (3.0 * radius,) * 3, T, JOINT)
+                if robot.prismatic[i]
+                else bar(name, hub, 1.25 * radius, JOINT)
+            )
+        shapes.append(Solid("robot/foot", "cylinder", (2.6 * radius, 0.6 * radius), np.eye(4), JOINT))
+    ends = np.stack([np.repeat(frames.flange[None, :3, 3], 3, axis=0),
+                     frames.flange[:3, 3] + 4.0 * radius * frames.flange[:3, :3].T], axis=1)  # fmt: skip
+    shapes.append(Lines("robot/flange", ends, np.repeat(AXES[:, None], 2, axis=1), 3.0))
     return shapes
 
 
@@ -84,14 +86,15 @@ def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
         return []
     eye, lamp = T[:3, 3], frames.projector
     size = 1.1 * radius
-    body = T @ _shift(0.0, 0.0, -0.8 * size)
-    bracket = merged(tube(frames.flange[:3, 3], body[:3, 3], 0.3 * radius), tube(body[:3, 3], lamp, 0.3 * radius))
+    body = T @ pose(np.eye(3), np.array([0.0, 0.0, -0.8 * size]))
+    held = {"scanner/bracket": frames.flange[:3, 3], "scanner/arm": lamp}
     shapes: list[Shape] = [
-        Mesh("scanner/camera", *box(body, (size, size, 1.6 * size)), CAMERA),
-        Mesh("scanner/bracket", *bracket, JOINT),
-        Mesh("scanner/laser", *sphere(lamp, 0.5 * size), LASER),
+        Solid("scanner/camera", "box", (size, size, 1.6 * size), body, CAMERA),
+        *(bar(name, (body[:3, 3], end), 0.3 * radius, JOINT) for name, end in held.items()
+          if np.linalg.norm(end - body[:3, 3]) > 0.0),
+        ball("scanner/laser", lamp, 0.5 * size, LASER),
         Lines("scanner/view", _frustum(eye, corners), VIEW, 1.5),
-    ]
+    ]  # fmt: skip
     if len(light) > 1:
         fan = np.concatenate([lamp[None], light])
         i = np.arange(1, len(light))
@@ -107,17 +110,3 @@ def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
 def _frustum(eye: Array, corners: Array) -> Array:
     around = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
     return np.concatenate([np.stack([np.broadcast_to(eye, corners.shape), corners], axis=1), around])
-
-
-def _about(point: Array, axis: Array, half: float) -> tuple[Array, Array]:
-    return point - half * axis, point + half * axis
-
-
-def _slider(T: Array, radius: float) -> tuple[Array, Ints]:
-    return box(T, (3.0 * radius, 3.0 * radius, 3.0 * radius))
-
-
-def _shift(x: float, y: float, z: float) -> Array:
-    T = np.eye(4)
-    T[:3, 3] = x, y, z
-    return T

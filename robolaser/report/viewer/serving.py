@@ -14,10 +14,8 @@ from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
 from robolaser.report.viewer.cell_model import CellModel
 from robolaser.report.viewer.collision_scene import CollisionScene
-from robolaser.report.viewer.drawing import draw
-from robolaser.report.viewer.same_origin import only_own_pages
 from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import Dots, Shape
+from robolaser.report.viewer.shapes import Dots, Shape, draw
 from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
@@ -258,5 +256,5 @@ def _server(port: int | None) -> "ViserServer":
             reason = error.strerror or error
             raise RobolaserError(f"Cannot serve at port {port}: {reason}. Choose another --port.") from None
     make: Callable[..., ViserServer] = viser.ViserServer
-    with only_own_pages(), redirect_stdout(io.StringIO()):  # its own greeting
+    with redirect_stdout(io.StringIO()):  # its own greeting
         return make(host=HOST, port=8080 if port is None else port, verbose=False)

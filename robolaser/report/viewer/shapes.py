@@ -1,15 +1,19 @@
-"""What a scene is made of: meshes, lines and dots, each with a name and a colour."""
+"""What a scene is made of, each with a name and a colour, and how viser draws it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Ints
+from robolaser.geometry.rigid_motion import pose, rotation_to_axis, to_quaternion
+
+if TYPE_CHECKING:
+    from viser import SceneApi
 
 Colour = tuple[int, int, int]
-SIDES = 24  # of a round thing
 
 
 @final
@@ -68,72 +72,75 @@ class Dots:
     size_m: float
 
 
-Shape = Mesh | Lines | Dots
+@final
+@dataclass(frozen=True)
+class Solid:
+    """A box, a sphere or a cylinder.
+
+    Attributes:
+        name: Its place in the tree of the scene.
+        kind: "box", "sphere" or "cylinder".
+        size: A box's edges, a sphere's (radius,), a cylinder's (radius, length along z) [m].
+        T: T_base_centre, (4, 4).
+        colour: Red, green, blue.
+        opacity: From 0 to 1.
+    """
+
+    name: str
+    kind: str
+    size: tuple[float, ...]
+    T: Array
+    colour: Colour
+    opacity: float = 1.0
 
 
-def tube(start: Array, end: Array, radius: float) -> tuple[Array, Ints]:
-    """A round bar with flat ends between two points (3,), as vertices and faces."""
-    x, y, _ = _beside(end - start)
-    angle = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)[:, None]
-    ring = radius * (np.cos(angle) * x + np.sin(angle) * y)
-    vertices = np.concatenate([start + ring, end + ring, start[None], end[None]])
-    i = np.arange(SIDES)
-    j = (i + 1) % SIDES
-    low, high = np.full(SIDES, 2 * SIDES), np.full(SIDES, 2 * SIDES + 1)
-    faces = np.concatenate(
-        [
-            np.column_stack([i, j, j + SIDES]),
-            np.column_stack([i, j + SIDES, i + SIDES]),
-            np.column_stack([j, i, low]),
-            np.column_stack([i + SIDES, j + SIDES, high]),
-        ]
-    )
-    return vertices, faces
+Shape = Solid | Mesh | Lines | Dots
 
 
-def sphere(centre: Array, radius: float) -> tuple[Array, Ints]:
-    """A sphere about a point (3,), as vertices and faces."""
-    rows = SIDES // 2
-    polar = np.linspace(0.0, np.pi, rows + 1)[:, None]
-    turn = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)[None]
-    parts = (
-        np.sin(polar) * np.cos(turn),
-        np.sin(polar) * np.sin(turn),
-        np.broadcast_to(np.cos(polar), (rows + 1, SIDES)),
-    )
-    vertices = centre + radius * np.stack(parts, axis=-1).reshape(-1, 3)
-    row, i = (grid.ravel() for grid in np.meshgrid(np.arange(rows), np.arange(SIDES), indexing="ij"))
-    j = (i + 1) % SIDES
-    a, b, c, d = row * SIDES + i, row * SIDES + j, (row + 1) * SIDES + i, (row + 1) * SIDES + j
-    return vertices, np.concatenate([np.column_stack([a, c, b]), np.column_stack([b, c, d])])
-
-
-def box(T: Array, size: tuple[float, float, float]) -> tuple[Array, Ints]:
-    """A box about the origin of a frame (4, 4), as vertices and faces."""
-    corner = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    faces = np.array([face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))])
-    return corner @ T[:3, :3].T + T[:3, 3], faces
-
-
-def merged(*parts: tuple[Array, Ints]) -> tuple[Array, Ints]:
-    """Several surfaces as one."""
-    firsts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
-    faces = [faces + first for (_, faces), first in zip(parts, firsts[:-1], strict=True)]
-    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
-
-
-def axes(T: Array, length: float) -> tuple[Array, NDArray[np.uint8]]:
-    """A frame (4, 4) as three lines in red, green and blue: ends (3, 2, 3) and colours (3, 2, 3)."""
-    ends = np.stack([np.repeat(T[None, :3, 3], 3, axis=0), T[:3, 3] + length * T[:3, :3].T], axis=1)
-    colours = np.array([[200, 60, 50], [60, 150, 70], [50, 90, 200]], dtype=np.uint8)
-    return ends, np.repeat(colours[:, None], 2, axis=1)
-
-
-def _beside(along: Array) -> tuple[Array, Array, Array]:
-    """Two directions across a direction (3,), and its own; any where it has none."""
+def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> Solid:
+    """A round bar between two different points (3,)."""
+    along = ends[1] - ends[0]
     length = float(np.linalg.norm(along))
-    z = along / length if length > 0 else np.array([0.0, 0.0, 1.0])
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
-    x /= np.linalg.norm(x)
-    return x, np.cross(z, x), z
+    T = pose(rotation_to_axis(along / length), (ends[0] + ends[1]) / 2)
+    return Solid(name, "cylinder", (radius, length), T, colour)
+
+
+def ball(name: str, centre: Array, radius: float, colour: Colour) -> Solid:
+    """A sphere about a point (3,)."""
+    return Solid(name, "sphere", (radius,), pose(np.eye(3), centre), colour)
+
+
+def draw(scene: "SceneApi", shape: Shape) -> Any:
+    """Draw a shape, replacing any other of its name; returns viser's handle."""
+    match shape:
+        case Solid():
+            of_kind: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+                "box": (scene.add_box, {"dimensions": shape.size}),
+                "sphere": (scene.add_icosphere, {"radius": shape.size[0]}),
+                "cylinder": (scene.add_cylinder, {"radius": shape.size[0], "height": shape.size[-1]}),
+            }
+            make, sizes = of_kind[shape.kind]
+            look = {"color": shape.colour, "opacity": shape.opacity if shape.opacity < 1 else None}
+            place = {"position": shape.T[:3, 3], "wxyz": np.roll(to_quaternion(shape.T[:3, :3]), 1)}
+            return make(shape.name, **sizes, **look, **place)
+        case Mesh():
+            return scene.add_mesh_simple(
+                shape.name,
+                shape.vertices.astype(np.float32),
+                shape.faces.astype(np.uint32),
+                color=shape.colour,
+                opacity=shape.opacity if shape.opacity < 1 else None,
+                side="double",
+                flat_shading=shape.opacity < 1,
+                cast_shadow=shape.opacity == 1,
+            )
+        case Lines():
+            return scene.add_line_segments(
+                shape.name, shape.ends.astype(np.float32), shape.colours, thickness=shape.width_px,
+                thickness_units="screen",
+            )  # fmt: skip
+        case Dots():
+            return scene.add_point_cloud(
+                shape.name, shape.positions.astype(np.float32), shape.colours, point_size=shape.size_m,
+                point_shape="circle", precision="float32",
+            )  # fmt: skip

@@ -11,6 +11,7 @@ import pytest
 from hand_eye import HandEyeCell, cell
 
 import robolaser
+from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
 from robolaser.data.importers import ImportOptions, importer_for
 from robolaser.data.importers.writing import checked
@@ -37,7 +38,7 @@ def said(mount: str, further: dict[str, str], units: tuple[str, ...] = ()) -> Im
 
 
 def calibrated(dataset: robolaser.Dataset) -> dict[str, float]:
-    found = robolaser.calibrate(dataset)
+    found = calibrate(dataset)
     return dict(zip(found.model.parameters.names, found.x.tolist(), strict=True))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.calibration.calibrate import calibrate
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Noise, Poses
 from robolaser.errors import DataError, EstimationError
@@ -72,7 +73,7 @@ def test_derivatives_are_those_of_differences_with_effects_at_every_stage(mount:
 def test_with_nothing_given_it_starts_from_its_boards_and_ends_at_the_truth(mount: str, placed: bool) -> None:
     made = cell(mount, placed=placed, poses=20, noise=NOISE)
     assert not made.dataset.parameters
-    result = robolaser.calibrate(made.dataset)
+    result = calibrate(made.dataset)
     off = (result.x - truth_of(made, result.model)) / result.std
     assert np.sqrt(np.mean(off**2)) < 2.0
     assert np.sqrt(np.mean(result.residuals**2)) == pytest.approx(NOISE.pixel_px, rel=0.1)
@@ -85,7 +86,7 @@ def test_a_bracket_that_is_half_a_turn_off_is_found_and_not_fitted_around() -> N
     made = cell(poses=16, noise=NOISE)
     turned = made.truth["hand_eye.w"] - np.deg2rad(171.0)
     near = Parameter("hand_eye.w", "rad", turned, turned - np.pi, turned + np.pi)
-    result = robolaser.calibrate(replace(made.dataset, parameters={"hand_eye.w": near}))
+    result = calibrate(replace(made.dataset, parameters={"hand_eye.w": near}))
     away = result.value("hand_eye.w") - made.truth["hand_eye.w"]
     assert abs((away + np.pi) % (2.0 * np.pi) - np.pi) < 0.01
     assert np.sqrt(np.mean(result.residuals**2)) == pytest.approx(NOISE.pixel_px, rel=0.1)
@@ -95,7 +96,7 @@ def test_what_is_fixed_stays_and_the_rest_is_found_with_it() -> None:
     made = cell(poses=16, noise=NOISE)
     fixed = {name: made.truth[name] for name in ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")}
     given = {name: Parameter(name, "", value, value, value) for name, value in fixed.items()}
-    result = robolaser.calibrate(replace(made.dataset, parameters=given))
+    result = calibrate(replace(made.dataset, parameters=given))
     for name, value in fixed.items():
         assert result.value(name) == value
     assert np.isnan(result.std[: len(fixed)]).all()
@@ -127,7 +128,7 @@ def test_too_few_views_are_told() -> None:
     made = cell(poses=8)
     few = made.dataset.points.take(made.dataset.points.pose < 2)
     with pytest.raises(EstimationError, match="cannot be found from fewer than 3"):
-        robolaser.calibrate(replace(made.dataset, points=few))
+        calibrate(replace(made.dataset, points=few))
 
 
 def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) -> None:
@@ -159,7 +160,7 @@ def test_it_needs_no_robot_but_flange_poses() -> None:
     made = cell("base", poses=16, noise=NOISE)
     dataset = made.dataset
     poses = Poses(dataset.poses.names, T_base_flange=dataset.flange())
-    result = robolaser.calibrate(replace(dataset, robot=None, poses=poses))
+    result = calibrate(replace(dataset, robot=None, poses=poses))
     assert result.value("hand_eye.x") == pytest.approx(made.truth["hand_eye.x"], abs=1e-3)
 
 

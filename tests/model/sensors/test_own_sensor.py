@@ -13,6 +13,7 @@ import pytest
 
 import robolaser
 from robolaser.arrays import Array
+from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
@@ -159,7 +160,7 @@ def test_it_is_saved_loaded_and_calibrated_as_any_other(mount: str, tmp_path: Pa
     save(made, tmp_path / "cell")
     dataset = robolaser.load(tmp_path / "cell")
     assert dataset.options == made.options
-    result = robolaser.calibrate(dataset)
+    result = calibrate(dataset)
     entries = as_json(result)
     jsonschema.validate(entries, json.loads(files("robolaser").joinpath("schemas/calibration.schema.json").read_text()))
     (rows,) = entries["rows"]

@@ -8,6 +8,7 @@ import pytest
 
 import robolaser
 from robolaser.arrays import Array
+from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Dataset, Noise
@@ -46,7 +47,7 @@ def turned_by(made: Simulated, degrees: float, width: float) -> Dataset:
 @pytest.mark.parametrize("seed", range(3))
 def test_wherever_base_and_bodies_are_they_are_found_with_nothing_given(seed: int) -> None:
     made = cell(seed=seed, points=2, poses=12)
-    found = robolaser.calibrate(made.dataset, Plan(weights="noise"))
+    found = calibrate(made.dataset, Plan(weights="noise"))
     values = found.model.parameters.values(found.x[None])
     truth = {name: np.array([value]) for name, value in made.truth.items()}
     for place in ("base", "tool.0", "tool.1"):
@@ -68,15 +69,15 @@ def test_a_camera_on_the_flange_is_the_same_case_with_its_poses_inverted() -> No
     T_tag_camera = inverse(T_camera_tag)
     quaternion = to_quaternion(T_tag_camera[:, :3, :3])
     seen = replace(points, xyz=T_tag_camera[:, :3, 3], columns={"quaternion": quaternion})
-    found = robolaser.calibrate(replace(made.dataset, points=seen, noise=TAGS))
+    found = calibrate(replace(made.dataset, points=seen, noise=TAGS))
     np.testing.assert_allclose(found.x, [made.truth[name] for name in found.model.parameters.names], atol=1e-7)
 
 
 def test_a_bracket_that_is_171_degrees_off_is_found_not_fitted_around() -> None:
     made = cell()
-    wide = robolaser.calibrate(turned_by(made, 171.0, 4.0))
-    assert wide.rms_m == pytest.approx(robolaser.calibrate(made.dataset).rms_m, rel=1e-6)
-    narrow = robolaser.calibrate(turned_by(made, 171.0, 0.2))
+    wide = calibrate(turned_by(made, 171.0, 4.0))
+    assert wide.rms_m == pytest.approx(calibrate(made.dataset).rms_m, rel=1e-6)
+    narrow = calibrate(turned_by(made, 171.0, 0.2))
     said = [warning for warning in narrow.warnings if warning.startswith("The data put tool.0 171° and ")]
     assert len(said) == 1
     assert "Delete tool.0.* there" in said[0]
@@ -96,16 +97,16 @@ def test_a_flange_that_does_not_turn_about_two_axes_is_refused_in_a_sentence(kee
 
 def test_metres_and_radians_are_weighed_by_their_noise_whatever_weights_are_asked_for() -> None:
     made = cell(noise=TAGS, poses=40)
-    plain, weighed = (robolaser.calibrate(made.dataset, Plan(weights=weights)) for weights in ("plain", "noise"))
+    plain, weighed = (calibrate(made.dataset, Plan(weights=weights)) for weights in ("plain", "noise"))
     np.testing.assert_allclose(plain.x, weighed.x, atol=0.1 * np.nanmax(weighed.std))
-    silent = robolaser.calibrate(replace(made.dataset, noise=Noise()))
+    silent = calibrate(replace(made.dataset, noise=Noise()))
     assert silent.held_out_rms_m == pytest.approx(weighed.held_out_rms_m, rel=0.1)
 
 
 def test_standard_errors_are_those_of_repeated_experiments() -> None:
     def standardized(seed: int) -> Array:
         made = cell(seed=seed, poses=15)
-        found = robolaser.calibrate(made.dataset, Plan(weights="noise"))
+        found = calibrate(made.dataset, Plan(weights="noise"))
         return (found.x - [made.truth[name] for name in found.model.parameters.names]) / found.std
 
     z = np.array([standardized(seed) for seed in range(20, 28)])
@@ -141,14 +142,14 @@ def test_a_known_distance_between_bodies_fixes_the_trackers_scale() -> None:
     truth = cell(points=2, poses=40, effects=effects).truth
     apart = float(np.linalg.norm([truth[f"tool.1.{part}"] - truth[f"tool.0.{part}"] for part in "xyz"]))
     known = replace(made, distances_m=(("0", "1", apart),), noise=replace(CAPTURED, distance_m=1e-6))
-    found = robolaser.calibrate(known, Plan(effects=("tracker_scale",), weights="noise"))
+    found = calibrate(known, Plan(effects=("tracker_scale",), weights="noise"))
     scale = found.value("tracker_scale.measuring_system.scale")
     assert scale == pytest.approx(2e-3, abs=4 * found.std[-1])
     assert [row["sensor"] for row in as_json(found)["rows"]] == ["pose", "pose", "distances"]
 
 
 def test_a_person_reads_degrees() -> None:
-    found = robolaser.calibrate(cell().dataset)
+    found = calibrate(cell().dataset)
     turns = [figure for figure in figures(ErrorAnalysis(found)) if figure.value.endswith("°")]
     assert [figure.label for figure in turns] == ["new poses, turn", "fitted, turn"]
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Noise
@@ -82,7 +83,7 @@ def test_the_fit_weighed_by_noise_reaches_the_bound_of_cramer_and_rao() -> None:
 
 def test_the_commands_fit_states_these_errors() -> None:
     made = cell(poses=16)
-    found = robolaser.calibrate(made.dataset, Plan(weights="noise"))
+    found = calibrate(made.dataset, Plan(weights="noise"))
     z = (found.x - [made.truth[name] for name in found.model.parameters.names]) / found.std
     assert np.sqrt(np.mean(z**2)) < 2.0
     (rows,) = as_json(found)["rows"]
@@ -106,7 +107,7 @@ def test_known_distances_between_balls_are_rows_of_the_fit() -> None:
     made = cell(effects={"tracker_scale": 1e-3}, poses=20)
     balls = [np.array([made.truth[f"ball.{ball}.{part}"] for part in "xyz"]) for ball in "01"]
     known = replace(made.dataset, distances_m=(("0", "1", float(np.linalg.norm(balls[1] - balls[0]))),))
-    found = robolaser.calibrate(known, Plan(effects=("tracker_scale",), weights="noise"))
+    found = calibrate(known, Plan(effects=("tracker_scale",), weights="noise"))
     assert [row["sensor"] for row in as_json(found)["rows"]] == ["profile", "distances"]
     scale = found.model.parameters.names.index("tracker_scale.measuring_system.scale")
     assert found.x[scale] == pytest.approx(1e-3, abs=4 * found.std[scale])
@@ -118,7 +119,7 @@ def test_a_flange_that_keeps_its_orientation_is_refused_in_a_sentence() -> None:
     T[:, :3, :3] = T[0, :3, :3]
     fixed = replace(made, robot=None, poses=replace(made.poses, q=None, T_base_flange=T))
     with pytest.raises(EstimationError, match="turn the flange about two axes"):
-        robolaser.calibrate(fixed)
+        calibrate(fixed)
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
@@ -139,7 +140,7 @@ def test_it_is_saved_and_loaded(mount: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("mount", ["flange", "base"])
 def test_ros_is_told_where_it_sits(mount: str) -> None:
     made = cell(mount=mount, poses=10)
-    found = robolaser.calibrate(made.dataset)
+    found = calibrate(made.dataset)
     words = (static_transform(found) or "").split()
     link = {"flange": made.dataset.robot.flange, "base": "world"}[mount]
     assert words[-4:] == ["--frame-id", link, "--child-frame-id", "profile_sensor"]

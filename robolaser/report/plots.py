@@ -1,26 +1,64 @@
-"""Charts in Vega-Lite's language as a notebook draws them: one specification, without the page's style sheet."""
+"""Charts of a result for a notebook: one Vega-Lite specification without the page's style sheet."""
 
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import resources
+from importlib.util import find_spec
 from textwrap import wrap
-from typing import Any, Final
+from typing import Any, Final, final
 
-from markupsafe import escape
-
-from robolaser.report.chart import CONFIG, INK, PAPER, SWITCH, ZOOM, Chart, Spec
-from robolaser.report.printable import printable
-from robolaser.report.still_chart import WIDTH, still
+from robolaser.errors import DependencyMissing
+from robolaser.report.chart import CONFIG, PAPER, SWITCH, ZOOM, Chart, Spec
 
 STYLE: Final = "report/templates/style.css"
 SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"
 """What JupyterLab and its kin draw."""
+VEGA_LITE: Final = "application/vnd.vegalite.v5+json"
+DRAWN_BY: Final = "5.20"
+"""Version of Vega-Lite that makes still pictures."""
 WIDTH_PX, LETTERS = 560, 95
 """Of a chart, and of a line below its title."""
 
 
-def notebook_spec(charts: Sequence[Chart]) -> Spec:
+@final
+@dataclass(frozen=True)
+class Plots:
+    """Charts of a result; a notebook shows them.
+
+    Attributes:
+        titles: What each is called.
+        spec: All of them in Vega-Lite's language; a notebook that knows it draws them to be zoomed and pointed at.
+    """
+
+    titles: tuple[str, ...]
+    spec: Spec
+
+    @property
+    def svg(self) -> str:
+        """All of them as one still picture.
+
+        Raises:
+            DependencyMissing: vl-convert is not installed.
+        """
+        if find_spec("vl_convert") is None:
+            raise DependencyMissing("Still pictures of charts need vl-convert: pip install 'robolaser[notebook]'.")
+        import vl_convert  # noqa: PLC0415 - a second that reports do without
+
+        drawn: str = vl_convert.vegalite_to_svg(self.spec, vl_version=DRAWN_BY)
+        return drawn
+
+    def __repr__(self) -> str:
+        """Their titles, a line each."""
+        return "\n".join(self.titles)
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        still = {"image/svg+xml": self.svg} if find_spec("vl_convert") else {}
+        return {VEGA_LITE: self.spec, **still, "text/plain": repr(self)}  # HTML would be preferred
+
+
+def plots(charts: Sequence[Chart]) -> Plots:
     """Charts one below the other, in the colours of a page by day."""
     drawn = [
         {
@@ -33,24 +71,10 @@ def notebook_spec(charts: Sequence[Chart]) -> Spec:
     apart = {"scale": {"color": "independent"}, "legend": {"color": "independent"}}
     look = CONFIG | {"background": PAPER}
     whole = {"$schema": SCHEMA, "vconcat": drawn, "resolve": apart, "config": look}
-    spec: Spec = json.loads(by_day(json.dumps(whole)))
-    return spec
+    return Plots(tuple(chart.title for chart in charts), json.loads(_by_day(json.dumps(whole))))
 
 
-def notebook_svg(charts: Sequence[Chart]) -> str:
-    """The same as one still picture."""
-    parts, top = [], 0.0
-    for chart in charts:
-        title = f'<text x="4" y="{top + 16}" font-family="sans-serif" fill="{INK}">{escape(chart.title)}</text>'
-        size = f'<svg y="{top + 24}" width="{WIDTH}" height="{chart.spec["height"]}" '
-        parts += [title, str(still(chart)).replace("<svg ", size, 1)]
-        top += chart.spec["height"] + 40
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{top}">'
-    paper = f'<rect width="100%" height="100%" fill="{PAPER}"/>'
-    return printable(by_day("".join([head, paper, *parts, "</svg>"])))
-
-
-def by_day(text: str) -> str:
+def _by_day(text: str) -> str:
     """The text with the colours that the style sheet's variables have by day."""
     sheet = (resources.files("robolaser") / STYLE).read_text(encoding="utf-8").partition("}")[0]
     colours = dict(re.findall(r"(--[\w-]+): (#\w+);", sheet))

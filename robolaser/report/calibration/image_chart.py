@@ -7,8 +7,8 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
 from robolaser.report.error_analysis import ErrorAnalysis, some_rows
-from robolaser.report.magnification import magnification
 from robolaser.report.model_scene import CellPoses
+from robolaser.report.scene import magnification
 
 MOST = 600  # points that a chart carries
 DIVERGING = ("#2f6fbb", "#a9b1b9", "#cf4a2e")

@@ -1,0 +1,238 @@
+"""The functions of the package: they take a data set or its folder, and effects by class or by name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robolaser.arrays import Progress
+from robolaser.calibration import calibrate as fitting
+from robolaser.calibration.plan import Plan
+from robolaser.data.dataset import Dataset
+from robolaser.data.importers import ImportOptions, importer_for
+from robolaser.data.importers.writing import checked
+from robolaser.data.loading import load
+from robolaser.diagnosis.data_check import DataCheck, check_data
+from robolaser.diagnosis.pipeline import examine
+from robolaser.diagnosis.pose_plan import PosePlan, examine_plan
+from robolaser.errors import UsageError
+from robolaser.model.effects import EFFECTS, unknown_effect
+from robolaser.model.effects.effect import Effect
+from robolaser.model.sensors import sensor_class
+from robolaser.results.calibration import CalibrationResult
+from robolaser.results.diagnosis import DiagnosisResult
+
+if TYPE_CHECKING:
+    from robolaser.results.comparison import ComparisonResult
+
+Data = Dataset | str | Path
+"""A data set, or the folder that it is in."""
+Named = type[Effect] | str
+"""An effect's class or its name."""
+
+
+def calibrate(
+    data: Data,
+    plan: Plan | None = None,
+    *,
+    effects: Sequence[Named] | str | None = None,
+    seed: int | None = None,
+    progress: Progress | None = None,
+) -> CalibrationResult:
+    """Find the parameters of a data set's sensor, and of effects added to the model.
+
+    Args:
+        data: The measurements, with the nominal values; or their folder.
+        plan: The options; the defaults when absent.
+        effects: Added to the model: a name, `NAME:WHERE` or a class each; those of the plan when absent.
+        seed: That of the search; that of the plan when absent.
+        progress: Called with the current step and its finished share.
+
+    Raises:
+        EstimationError, DataError: The data do not suffice for a calibration.
+        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
+
+    Examples:
+        >>> found = robolaser.calibrate(dataset, effects=["laser_roll"])
+        >>> found.rms_m < 0.001
+        True
+    """
+    plan = plan or Plan()
+    if effects is not None:
+        plan = replace(plan, effects=tuple(_listed(effects)))
+    plan = plan if seed is None else replace(plan, seed=seed)
+    return CalibrationResult.of(fitting.calibrate(_data_set(data), plan, progress=progress))
+
+
+def diagnose(
+    data: Data,
+    effects: Sequence[Named] | str | None = None,
+    seed: int | None = None,
+    *,
+    validate: Sequence[Data] = (),
+    progress: Progress | None = None,
+) -> DiagnosisResult:
+    """Say where the gap lies, which effects cause it, and how far it shrinks.
+
+    Args:
+        data: The real, or its folder; its nominal parameters are the sim.
+        effects: The library of effects, by class or name; `[*robolaser.EFFECTS, Mine]` extends ours.
+        seed: Assigns poses to folds and resamples them; the same one gives the same answer.
+        validate: Other data of the same arm, which what is found is to predict.
+        progress: Called with the current step and its finished share.
+
+    Returns:
+        What diagnosis.json holds: gaps in millimetres, else SI.
+
+    Raises:
+        DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+        UsageError: There is no effect of that name.
+
+    Examples:
+        >>> why = robolaser.diagnose(dataset, effects=["laser_roll", "target_scale"], seed=1)
+        >>> why.verdict
+        'no_gap'
+    """
+    kinds = None if effects is None else _kinds(effects)
+    others = [_data_set(one) for one in validate]
+    found = examine(_data_set(data), kinds, seed=seed, validate=others, progress=progress)
+    return DiagnosisResult.of(found, seed or 0)
+
+
+def compare(
+    problems: Sequence[object] | Mapping[str, object],
+    algorithms: Sequence[object] | Mapping[str, object] | None = None,
+    **options: Any,
+) -> "ComparisonResult":
+    """Run algorithms side by side, and say which is better, by how much, and how certain that is.
+
+    Args:
+        problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
+            gives them names.
+        algorithms: Names, or pymoo algorithms, solvers, or functions `search(evaluator, seed)`; a mapping gives them
+            names. Those of `robolaser list algorithms` when absent.
+        options: `seeds`, `first_seed`, `budget`, `target`, `time_limit_s`, `on_error`, `jobs`, `scheduler`, `output`,
+            `resume`, `force` and `progress`: see `robolaser.benchmark.compare.compare`.
+
+    Raises:
+        UsageError: There is no such problem, algorithm or setting, or a number makes no sense.
+        BenchmarkError: Runs in `output` were made under other conditions, or the cluster is lost.
+        OutputError: `output` cannot be written to, or holds runs and neither `resume` nor `force` is set.
+        Interrupted: It was stopped; the runs so far are in `output`.
+
+    Examples:
+        >>> result = robolaser.compare(["pymoo:sphere-2"], ["de"], seeds=1, budget=100)
+        >>> result.to_frame()["state"].tolist()
+        ['done']
+    """
+    from robolaser.benchmark import compare as comparing  # noqa: PLC0415 - a second that calibrations do without
+    from robolaser.benchmark.solvers import DEFAULT  # noqa: PLC0415
+    from robolaser.results.comparison import ComparisonResult, write_comparison  # noqa: PLC0415
+
+    made = comparing.compare(problems, algorithms or DEFAULT, write=write_comparison, **options)
+    return ComparisonResult(made)
+
+
+def check(data: Data) -> DataCheck:
+    """Say what a data set allows and what is missing for the rest, before anything is fitted.
+
+    Examples:
+        >>> robolaser.check(dataset).hindrance
+        ''
+    """
+    return check_data(_data_set(data))
+
+
+def plan(data: Data, *, points: int | None = None, seed: int = 0) -> PosePlan:
+    """Say which effects the poses of a data set could tell apart, before anything is measured.
+
+    Args:
+        data: The poses of a robot, the kind of sensor and the expected noise; or their folder.
+        points: Simulated in each pose where the data set has none.
+        seed: Of what is drawn of a simulated sensor.
+
+    Raises:
+        DataError: There are no joint readings, or no noise is stated.
+        EstimationError: Too few poses see anything.
+
+    Examples:
+        >>> len(robolaser.plan(dataset).limits) > 10
+        True
+    """
+    return examine_plan(_data_set(data), points=points, seed=seed)
+
+
+def extract(recording: Data, *, progress: Progress | None = None) -> Dataset:
+    """Find board and laser stripe, or a camera's target, in the images of a recording.
+
+    Args:
+        recording: A data set with [board], [image] and a column `image` in poses.csv; or its folder.
+        progress: Called with the current step and its finished share.
+
+    Returns:
+        The data set with points; `robolaser.save` writes it.
+
+    Raises:
+        DataError, ImageError: There is no board or no image, or none of them shows what is looked for.
+
+    Examples:
+        >>> try:
+        ...     robolaser.extract(dataset)
+        ... except robolaser.RobolaserError as error:
+        ...     print(type(error).__name__)
+        ImageError
+    """
+    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415 - OpenCV takes long to load
+    from robolaser.vision.target_corners import points_of_target  # noqa: PLC0415
+
+    found = _data_set(recording)
+    if sensor_class(found.kind).has_laser_plane():
+        return points_from_images(found, progress=progress)[1]
+    return points_of_target(found, progress)[1]
+
+
+def import_files(*sources: str | Path, options: ImportOptions | None = None, kind: str | None = None) -> Dataset:
+    """Turn your files into a data set.
+
+    Args:
+        sources: Files or folders that belong together.
+        options: What the files do not say: robot, units, columns.
+        kind: One of `robolaser list importers`; by default the one that recognises the files.
+
+    Returns:
+        The data set as it is read back; `robolaser.save` writes it.
+
+    Raises:
+        DataError, UsageError: A file cannot be read, or more has to be stated.
+
+    Examples:
+        >>> _ = Path("log.csv").write_text("x,y,z")
+        >>> try:
+        ...     robolaser.import_files("log.csv")
+        ... except robolaser.RobolaserError as error:
+        ...     print(type(error).__name__)
+        UsageError
+    """
+    paths = [Path(source) for source in sources]
+    return checked(importer_for(paths, kind).read(paths, options or ImportOptions()))
+
+
+def _data_set(data: object) -> Dataset:
+    if isinstance(data, Dataset):
+        return data
+    if isinstance(data, str | Path):
+        return load(data)
+    inner = " Did you mean its attribute `dataset`?" if isinstance(getattr(data, "dataset", None), Dataset) else ""
+    raise UsageError(f"Expected a data set or the path of its folder, not a {type(data).__name__}.{inner}")
+
+
+def _listed(effects: Sequence[Named] | str) -> Sequence[Named]:
+    return [effects] if isinstance(effects, str | type) else effects
+
+
+def _kinds(effects: Sequence[Named] | str) -> list[type[Effect]]:
+    by_name = {kind.name: kind for kind in EFFECTS}
+    for one in _listed(effects):
+        if isinstance(one, str) and one not in by_name:
+            raise unknown_effect(one, by_name)
+    return [by_name[one] if isinstance(one, str) else one for one in _listed(effects)]

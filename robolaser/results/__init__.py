@@ -1,0 +1,185 @@
+"""What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
+
+import io
+import json
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from rich.console import Console
+
+from robolaser.bounded_reading import read_json, read_text
+from robolaser.data.atomic_write import write_text
+from robolaser.data.dataset_file import check_format
+from robolaser.data.result_folder import results_in, write_results
+from robolaser.errors import UsageError, near
+from robolaser.report.document import Charts, Document
+from robolaser.report.page import charts_in, fragment
+from robolaser.report.plots import Plots, plots
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PAGE: Final = "report.html"
+Files = Mapping[str, str | None]
+
+
+class Record(dict[str, Any]):
+    """A dictionary whose entries are attributes, too."""
+
+    def __init__(self, contents: Mapping[str, Any]) -> None:
+        super().__init__({key: _recorded(value) for key, value in contents.items()})
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in self:
+            raise AttributeError(f"No '{name}'.{near(name, self)}")
+        return self[name]
+
+    def __dir__(self) -> list[str]:
+        """Methods and entries, for completion at a prompt."""
+        return [*super().__dir__(), *filter(str.isidentifier, self)]
+
+
+class Result(ABC):
+    """A result.
+
+    Attributes:
+        command: The command that writes such results.
+    """
+
+    command: ClassVar[str]
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """What its JSON file holds."""
+
+    @abstractmethod
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each parameter of a calibration, effect of a diagnosis, or run of a comparison."""
+
+    @abstractmethod
+    def files(self, *, command: str = "") -> Files:
+        """The files of the result by name; None for one that this result does not have.
+
+        Args:
+            command: What to type to repeat it.
+        """
+
+    @abstractmethod
+    def _document(self, *, brief: bool) -> Document | None:
+        """The report; None for a result that was read back."""
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+
+    def save(self, folder: str | Path) -> None:
+        """Write the files that the command of this name writes.
+
+        Raises:
+            OutputError: The folder cannot be written to, or holds a file of such a name that is no earlier result.
+        """
+        files, path = self.files(), Path(folder)
+        with results_in(path, command=self.command, files=list(files), force=True):
+            write_results(path, files)
+
+    def report(self, path: str | Path) -> None:
+        """Write the report, one HTML page.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        page = self.files().get(PAGE)
+        write_text(Path(path), page or f"<!doctype html><meta charset=utf-8>{self._repr_html_()}")
+
+    def plot(self, title: str = "") -> Plots:
+        """The charts of the report.
+
+        Args:
+            title: Only those with a word of the title that begins with this; all of them by default.
+
+        Raises:
+            UsageError: There is none of that title.
+        """
+        document = self._document(brief=False)
+        if document is None:
+            known = charts_in(self.files().get(PAGE) or "")
+        else:
+            known = [chart for block in document.blocks if isinstance(block, Charts) for chart in block.charts]
+        shown = [chart for chart in known if re.search(rf"\b{re.escape(title)}", chart.title, re.IGNORECASE)]
+        if not shown:
+            raise UsageError(f"No chart '{title}'.{near(title, [chart.title for chart in known])}")
+        return plots(shown)
+
+    def __repr__(self) -> str:
+        """The summary, too: what a person sees who names a result at a prompt."""
+        return str(self).rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        document = self._document(brief=True)
+        return f"<pre>{escape(str(self))}</pre>" if document is None else fragment(document)
+
+
+class FittedResult(Result, Record):
+    """A result that reads like its JSON file, by key or by attribute."""
+
+    def __init__(self, contents: Mapping[str, Any], folder: Path | None = None) -> None:
+        super().__init__(contents)
+        self._folder = folder
+
+    def value(self, name: str) -> float:
+        """The estimated value of a parameter, or of an effect's: `laser_roll.laser.angle`.
+
+        Raises:
+            UsageError: There is no parameter of that name.
+        """
+        numbers = numbers_of(self)
+        if name not in numbers:
+            raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
+        return float(numbers[name]["value"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """What its JSON file holds."""
+        plain: dict[str, Any] = json.loads(json.dumps(self))
+        return plain
+
+    def _saved(self, names: Sequence[str]) -> Files:
+        """The files of a result that was read back."""
+        folder = self._folder or Path()
+        return {name: read_text(folder / name) for name in names if (folder / name).is_file()}
+
+
+def read_back(path: Path, name: str, expected: str) -> tuple[dict[str, Any], Path]:
+    """The contents of a JSON file of a format, given itself or its folder; and that folder."""
+    file = path / name if path.is_dir() else path
+    contents = read_json(file)
+    contents = contents if isinstance(contents, dict) else {}
+    check_format(contents, expected, file.name)
+    return contents, file.parent
+
+
+def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
+    """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
+    of_effects = {
+        f"{one['effect']}.{one['where']}.{name}": number
+        for one in contents["effects"]
+        for name, number in one["parameters"].items()
+    }
+    return {**contents.get("parameters", {}), **of_effects}
+
+
+def _recorded(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return Record(value)
+    is_list = isinstance(value, Sequence) and not isinstance(value, str)
+    return [_recorded(one) for one in value] if is_list else value
+
+
+def printed(show: Callable[[Console], None]) -> str:
+    """What is shown on a console, as plain text."""
+    text = io.StringIO()
+    show(Console(file=text, force_terminal=False, force_jupyter=False))
+    return text.getvalue()

@@ -1,0 +1,102 @@
+"""Calibrations that were just made or read back."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.calibration.result import FORMAT, Calibration, as_json, json_text
+from robolaser.export.files import EXPORTED, exported
+from robolaser.report import calibration as of_calibration
+from robolaser.report.document import Document
+from robolaser.results import PAGE, Files, FittedResult, numbers_of, printed, read_back
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CALIBRATION_FILES: Final = ("calibration.json", PAGE, *EXPORTED)
+
+
+@final
+class CalibrationResult(FittedResult):
+    """A calibration: the entries of calibration.json, as a dictionary and as attributes.
+
+    Attributes:
+        calibration: With model and residuals, whose attributes are this result's, too; None if it was read back.
+
+    Examples:
+        >>> found = robolaser.calibrate(dataset)
+        >>> found.value("f")
+        0.008
+        >>> found.parameters["f"].unit
+        'm'
+        >>> found.to_frame().loc["b", "unit"]
+        'm'
+    """
+
+    command = "calibrate"
+
+    def __init__(
+        self, contents: Mapping[str, Any], made: Calibration | None = None, folder: Path | None = None
+    ) -> None:
+        super().__init__(contents, folder)
+        self.calibration = made
+
+    @classmethod
+    def of(cls, made: Calibration) -> Self:
+        """A calibration that was just made."""
+        return cls(as_json(made), made)
+
+    def __getattr__(self, name: str) -> Any:
+        made = self.__dict__.get("calibration")
+        return getattr(made, name) if made is not None and name not in self else super().__getattr__(name)
+
+    @property
+    def x(self) -> Array:
+        """The values of all parameters, those of effects last, (d,)."""
+        return np.array([number["value"] for number in numbers_of(self).values()])
+
+    @property
+    def std(self) -> Array:
+        """One standard deviation of each, (d,); NaN where it is fixed or not identifiable."""
+        return np.array([number["std"] for number in numbers_of(self).values()], np.float64)
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each parameter."""
+        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+        return pd.DataFrame.from_dict(numbers_of(self), orient="index").rename_axis("parameter")
+
+    def files(self, *, command: str = "") -> Files:
+        """calibration.json, the report, and the files for other programs."""
+        if self.calibration is None:
+            return self._saved(CALIBRATION_FILES)
+        page = of_calibration.page(self.calibration, command=command)
+        return {**exported(self.calibration), PAGE: page, "calibration.json": json_text(self.calibration)}
+
+    def _document(self, *, brief: bool) -> Document | None:
+        return None if self.calibration is None else of_calibration.document(self.calibration, brief=brief)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        made = self.calibration
+        if made is None:
+            return f"{self.dataset}: rms {1e3 * self.rms_m:.3g} mm on fitted poses\n{self.to_frame().to_string()}\n"
+        return printed(lambda out: of_calibration.print_summary(made, console=out))
+
+
+def load_calibration(path: str | Path) -> CalibrationResult:
+    """A calibration read back from calibration.json or its folder.
+
+    Raises:
+        DataError: It cannot be read, or is of another format.
+
+    Examples:
+        >>> robolaser.calibrate(dataset).save("result")
+        >>> robolaser.load_calibration("result").value("f")
+        0.008
+    """
+    contents, folder = read_back(Path(path), "calibration.json", FORMAT)
+    return CalibrationResult(contents, folder=folder)

@@ -1,0 +1,75 @@
+"""Comparisons of algorithms."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from robolaser.benchmark.export import comparison_json, runs_csv
+from robolaser.benchmark.journal import NAME as JOURNAL
+from robolaser.benchmark.result import BenchmarkResult
+from robolaser.benchmark.standings import Standings, standings
+from robolaser.report import comparison as of_comparison
+from robolaser.report.document import Document
+from robolaser.results import PAGE, Files, Result, printed
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@final
+class ComparisonResult(Result):
+    """A comparison of algorithms, whose attributes are those of its `BenchmarkResult`.
+
+    Attributes:
+        benchmark: All runs.
+
+    Examples:
+        >>> robolaser.compare(["pymoo:sphere-2"], ["de"], seeds=1, budget=100).to_frame()["state"].tolist()
+        ['done']
+    """
+
+    command = "compare"
+
+    def __init__(self, benchmark: BenchmarkResult) -> None:
+        self.benchmark = benchmark
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "benchmark":  # of an object that is being unpickled
+            raise AttributeError(name)
+        return getattr(self.benchmark, name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What comparison.json holds."""
+        read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self._ranked))
+        return read
+
+    def to_frame(self, of: Any = "runs") -> "pd.DataFrame":
+        """The runs, or their "trajectory" or "targets", as `BenchmarkResult.to_frame` has them."""
+        return self.benchmark.to_frame(of)
+
+    def files(self, *, command: str = "") -> Files:
+        """The runs, runs.csv, comparison.json and the report."""
+        page = of_comparison.page(self.benchmark, self._ranked, command=command)
+        text = comparison_json(self.benchmark, self._ranked)
+        return {
+            JOURNAL: self.benchmark.journal,
+            "runs.csv": runs_csv(self.benchmark),
+            PAGE: page,
+            "comparison.json": text,
+        }
+
+    def _document(self, *, brief: bool) -> Document:
+        return of_comparison.document(self.benchmark, self._ranked, brief=brief)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        return printed(lambda out: of_comparison.print_comparison(self.benchmark, self._ranked, console=out))
+
+    @property
+    def _ranked(self) -> tuple[Standings, ...]:
+        return tuple(standings(self.benchmark, family) for family in self.benchmark.families)
+
+
+def write_comparison(benchmark: BenchmarkResult, folder: Path) -> None:
+    """Write the files of a comparison to its folder."""
+    ComparisonResult(benchmark).save(folder)

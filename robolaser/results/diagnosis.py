@@ -1,0 +1,100 @@
+"""Diagnoses that were just made or read back."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Self, final
+
+from robolaser.calibration.result import Calibration
+from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.diagnosis.result import Diagnosis
+from robolaser.diagnosis.result_json import FORMAT, diagnosis_json, diagnosis_text
+from robolaser.export.files import exported
+from robolaser.report import diagnosis as of_diagnosis
+from robolaser.report.document import Document
+from robolaser.results import PAGE, Files, FittedResult, printed, read_back
+from robolaser.results.calibration import CALIBRATION_FILES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
+FINDING: Final = [
+    "effect", "where", "probability", "parameters", "gap_mm_before", "gap_mm_after", "gap_mm_without",
+    "indistinguishable_from",
+]  # fmt: skip
+
+
+@final
+class DiagnosisResult(FittedResult):
+    """A diagnosis: the entries of diagnosis.json, as a dictionary and as attributes.
+
+    Attributes:
+        diagnosis: With all that a report shows; None if it was read back.
+
+    Examples:
+        >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
+        >>> why.verdict, why["effects"]
+        ('no_gap', [])
+    """
+
+    command = "diagnose"
+
+    def __init__(
+        self, contents: Mapping[str, Any], made: Diagnosis | None = None, seed: int = 0, folder: Path | None = None
+    ) -> None:
+        super().__init__(contents, folder)
+        self.diagnosis, self._seed = made, seed
+
+    @classmethod
+    def of(cls, made: Diagnosis, seed: int) -> Self:
+        """A diagnosis that was just made with this seed."""
+        return cls(diagnosis_json(made), made, seed)
+
+    @cached_property
+    def model(self) -> Calibration | None:
+        """The corrected model, as a calibration; None if the result was read back."""
+        return None if self.diagnosis is None else corrected(self.diagnosis, self._seed)
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each effect."""
+        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+        return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
+
+    def files(self, *, command: str = "") -> Files:
+        """diagnosis.json, and the files of the corrected model as a calibration."""
+        if self.diagnosis is None:
+            return self._saved(DIAGNOSIS_FILES)
+        assert self.model is not None
+        return {
+            **exported(self.model),
+            "calibration.json": corrected_json(self.model),
+            PAGE: of_diagnosis.page(self.diagnosis, command=command),
+            "diagnosis.json": diagnosis_text(self.diagnosis),
+        }
+
+    def _document(self, *, brief: bool) -> Document | None:
+        return None if self.diagnosis is None else of_diagnosis.document(self.diagnosis, brief=brief)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        made = self.diagnosis
+        if made is None:
+            return f"{self.dataset}: {self.sentence}\n{self.to_frame().to_string()}\n"
+        return printed(lambda out: of_diagnosis.print_diagnosis(made, console=out))
+
+
+def load_diagnosis(path: str | Path) -> DiagnosisResult:
+    """A diagnosis read back from diagnosis.json or its folder.
+
+    Raises:
+        DataError: It cannot be read, or is of another format.
+
+    Examples:
+        >>> robolaser.diagnose(dataset, effects=[]).save("why")
+        >>> robolaser.load_diagnosis("why").effects
+        []
+    """
+    contents, folder = read_back(Path(path), "diagnosis.json", FORMAT)
+    return DiagnosisResult(contents, folder=folder)
