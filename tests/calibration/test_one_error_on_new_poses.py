@@ -44,4 +44,5 @@ def test_the_calibrated_gap_is_the_error_on_new_poses_of_a_calibration_by_noise(
 def test_where_nothing_is_found_what_is_left_is_the_same_error(kind: str) -> None:
     diagnosis = examine(data(kind), [], seed=3)
     assert not diagnosis.findings
-    assert diagnosis.gap.after_m == diagnosis.gap.calibrated_m
+    later = 1e-3  # a row that only the diagnosis judges to be a gross error
+    assert diagnosis.gap.after_m == pytest.approx(diagnosis.gap.calibrated_m, rel=later)
