@@ -98,7 +98,7 @@ def bound(name: str) -> Bound:
     fitted, unseen, truth = world(name)
     model = Model(fitted)
     x = model.fix_gauge(np.array([truth[key] for key in model.parameters.names]))
-    free = ~np.isin(model.parameters.names, model.sensor.fixed)
+    free = ~np.isin(model.parameters.names, model.blocks.fixed)
     J, G = (jacobian_matrix(each, x)[:, free] for each in (model, Model(unseen)))
     pixel_px, target_m = WORLDS[name]
     of_pixel = pixel_effect(model, x)

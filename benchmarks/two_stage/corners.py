@@ -21,7 +21,7 @@ DRAWS = 4000
 def squares(dataset, weights, seed):
     """Squared held-out errors of the stripe's rows, summed over each pose, and how many rows there are."""
     found = calibrate(dataset, Plan(weights=weights, effects=("laser_roll",), seed=seed))
-    rows, *_ = next(iter(found.model.sensor.kinds_of_rows.values()))
+    rows, *_ = next(iter(found.model.blocks.kinds_of_rows.values()))
     return np.bincount(dataset.points.pose[rows], (found.held_out[rows] ** 2).sum(axis=1)), len(rows)
 
 

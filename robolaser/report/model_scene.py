@@ -11,6 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import rms
 from robolaser.diagnosis.cause_words import place
 from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.model.blocks import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.sensor_sites import kind_of_site
@@ -115,23 +116,35 @@ class CellPoses:
 
     @cached_property
     def light(self) -> Array:
-        """The projector and points where the stripe falls, (n, 1 + k, 3); empty without a laser."""
-        perturb = self.model.perturb(self.values)
-        seen = self.model.blocks.in_base(self.values, self.model.flange(self.values, perturb), perturb)
-        if seen is None or self.camera is None or not self.model.blocks.has_laser_plane:
+        """The first scanner's projector and points where its stripe falls, (n, 1 + k, 3); empty without a laser."""
+        scanners = [block for block in self.model.blocks if block.sensor.has_laser_plane()]
+        if not scanners:
             return np.empty((len(self.frames), 0, 3))
-        baseline = np.array([[float(self.values["b"][0]), 0.0, 0.0]])
         light = np.full((len(self.frames), 1 + LIGHT_POINTS, 3), np.nan)
-        of_pose = self.model.dataset.points.pose
+        for block in scanners:
+            if block.name == scanners[0].name:
+                self._add_light(light, block)
+        return light
+
+    def _add_light(self, light: Array, block: Block) -> None:
+        """Where the light of one session falls."""
+        perturb = self.model.perturb(self.values)
+        values, flange, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
+        seen, mount = block.sensor.in_base(values, flange, effects), block.sensor.mount(values, effects)
+        if seen is None or mount is None:
+            return
+        cameras = (self.flanges @ mount[0])[self.frames]
+        baseline = np.array([[float(values["b"][0]), 0.0, 0.0]])
+        of_pose = block.sensor.dataset.points.pose
         for i, pose in enumerate(self.frames):
-            light[i, 0] = apply(self.camera[i], baseline)[0]
             stripe = seen[0, of_pose == pose]
             stripe = stripe[np.isfinite(stripe).all(axis=1)]
+            if len(stripe) or np.isnan(light[i, 0]).any():
+                light[i, 0] = apply(cameras[i], baseline)[0]
             if len(stripe):
                 along = np.linalg.svd(stripe - stripe.mean(axis=0), full_matrices=False)[2][0]
                 order = np.argsort(stripe @ along)
                 light[i, 1:] = stripe[order[np.linspace(0, len(order) - 1, LIGHT_POINTS).round().astype(int)]]
-        return light
 
     @cached_property
     def known(self) -> Array:

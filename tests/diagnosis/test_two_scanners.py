@@ -58,6 +58,7 @@ def test_the_right_ones_laser_roll_is_named(cell: Dataset) -> None:
     angle = found.findings[0].parameters["angle"]
     assert abs(angle.value) == pytest.approx(ROLL, abs=5 * angle.std)
     assert found.where[0].site == "right.laser"
+    assert "the laser plane is rolled against the image (right)" in found.sentence
 
 
 @pytest.mark.parametrize("effect", ["laser_roll", "stripe_bias", "laser_curvature", "radial_distortion"])

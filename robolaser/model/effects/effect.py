@@ -227,8 +227,9 @@ class CandidateEffect:
 
     @property
     def clause(self) -> str:
-        """It as a clause of a sentence."""
-        return (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
+        """It as a clause of a sentence; where it is at one of several sensors, with the sensor's name."""
+        said = (self.effect.clause or "{where}: {title}").format(where=self.where, title=self.effect.title)
+        return f"{said} ({self.where.rpartition('.')[0]})" if of_sensor(self.where) else said
 
     @property
     def remedy(self) -> str:
