@@ -26,7 +26,7 @@ def test_a_stripe_on_the_target_leaves_no_residual_from_wherever_it_is_seen(plac
     points, good = Model(made.dataset).blocks.sensor.seen_from(values, ROBOT.forward(q[None])[0])
     assert good.any()
     there = Model(replace(made.dataset, poses=Poses(made.dataset.poses.names, q=q), points=points))
-    left = np.abs(there.sensor.residuals({**values, "k": np.zeros(1)}, there.flange(values), there.perturb(values)))
+    left = np.abs(there.blocks.sensor.residuals({**values, "k": np.zeros(1)}, there.flange(values), there.perturb(values)))
     assert left.reshape(12, -1)[good].max() < 1e-9
 
 
