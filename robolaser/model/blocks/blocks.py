@@ -13,7 +13,7 @@ from robolaser.duals import is_dual
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.building import blocks_of
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.stages import Perturbation, Stage
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
 
 T = TypeVar("T")
@@ -97,11 +97,6 @@ class Blocks:
     def put_anew(self) -> tuple[str, ...]:
         """Parameters that say where things were put or mounted for a campaign: another one has others."""
         return self.names(lambda sensor: sensor.put_anew)
-
-    @property
-    def stages(self) -> frozenset[Stage]:
-        """Stages that rows of one of the sensors pass."""
-        return frozenset(stage for block in self for stage in block.sensor.stages)
 
     @property
     def has_laser_plane(self) -> bool:
