@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from robolaser.model.effects import EFFECTS
     from robolaser.report.progress_bar import progress_bar
     from robolaser.results.calibration import CalibrationResult, load_calibration
-    from robolaser.results.comparison import ComparisonResult
+    from robolaser.results.comparison import ComparisonResult, load_comparison
     from robolaser.results.diagnosis import DiagnosisResult, load_diagnosis
     from robolaser.simulation.simulate import simulate
 
@@ -49,6 +49,7 @@ _HOME = {
     "import_files": "api",
     "load": "data.loading",
     "load_calibration": "results.calibration",
+    "load_comparison": "results.comparison",
     "load_diagnosis": "results.diagnosis",
     "plan": "api",
     "progress_bar": "report.progress_bar",
@@ -74,6 +75,7 @@ __all__ = [
     "import_files",
     "load",
     "load_calibration",
+    "load_comparison",
     "load_diagnosis",
     "plan",
     "progress_bar",

@@ -77,7 +77,7 @@ def test_an_installed_wheel_calibrates_and_writes_pages_far_from_the_sources(
 def test_the_licence_of_every_script_that_pages_carry_is_in_the_wheel(built: tuple[Path, Path]) -> None:
     notice = (ROOT / "NOTICE").read_text(encoding="utf-8")
     of_others = [path.name for path in (ROOT / "robolaser/report/assets").glob("vega*.js")]
-    assert len(of_others) == 3
+    assert len(of_others) == 2
     assert [name for name in of_others if name not in notice] == []
     licences = [path.relative_to(ROOT) for path in (ROOT / "robolaser/report/assets").glob("*.LICENSE.txt")]
     assert {"dist-info/licenses/NOTICE", *(f"dist-info/licenses/{path}" for path in licences)} <= names_in(built[0])

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs" / "reference" / "api").glob("*.md"))
-PUBLIC = ("", "operators", "algorithms", "problems", "simulation", "diagnosis", "benchmark", "scan")
+PUBLIC = ("", "operators", "algorithms", "problems", "simulation", "diagnosis", "scan")
 EXAMPLES_BEGIN = "examples of this page begin with"
 
 

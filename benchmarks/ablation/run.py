@@ -15,7 +15,7 @@ from typing import Any
 
 import vl_convert
 
-from robolaser.benchmark import load
+from robolaser import load_comparison
 from robolaser.benchmark.problem import CALIBRATION
 from robolaser.benchmark.standings import standings
 from robolaser.report.chart import CONFIG
@@ -99,7 +99,7 @@ def main() -> None:
 
 def picture(part: str) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
-    comparison = load(FOLDER / part)
+    comparison = load_comparison(FOLDER / part)
     drawn = solved(Lines(comparison, standings(comparison, CALIBRATION)), "Targets reached by evaluations")
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()

@@ -175,39 +175,11 @@ class Journal:
                 raise unwritable(self._path, str(error)) from None
 
 
-def load(path: str | Path) -> BenchmarkResult:
-    """Read the runs of a comparison, finished or not, from its folder or the file `runs.jsonl` in it.
-
-    `load(path).to_frame()` has a row for each run.
-
-    Raises:
-        BenchmarkError: There is no such file.
-
-    Examples:
-        >>> from robolaser.benchmark import load
-        >>> from robolaser.cli import main
-        >>> typed = "compare pymoo:sphere-2 --algorithms de --seeds 1 --budget 100 --output race --quiet"
-        >>> main(typed.split())
-        0
-        >>> load("race").to_frame()["state"].tolist()
-        ['done']
-    """
-    return merge([path])
-
-
 def merge(paths: Sequence[str | Path]) -> BenchmarkResult:
     """Put the runs of several folders together, as those of an array job; of runs with one seed the last counts.
 
     Raises:
         BenchmarkError: There are no runs in one of them, or they were made under other conditions.
-
-    Examples:
-        >>> from robolaser.benchmark import merge
-        >>> for seed in (1, 2):
-        ...     task = {"seeds": 1, "first_seed": seed, "budget": 100, "output": f"node-{seed}"}
-        ...     _ = robolaser.compare(["pymoo:sphere-2"], ["de"], **task)
-        >>> len(merge(["node-1", "node-2"]).runs)
-        2
     """
     return Journal.read(dict(_texts(paths))).result()
 

@@ -110,7 +110,7 @@ def compare(
                         write=write_comparison,
                     )
             except Interrupted:
-                so_far = journal.load(output)
+                so_far = journal.merge([output])
                 if so_far.runs:
                     _show(so_far, output, label, table, terminal, iohprofiler=iohprofiler, typed=typed)
                 raise

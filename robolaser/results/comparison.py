@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, final
 
 from robolaser.benchmark.export import comparison_json, runs_csv
 from robolaser.benchmark.journal import NAME as JOURNAL
+from robolaser.benchmark.journal import merge
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings, standings
 from robolaser.report import comparison as of_comparison
@@ -73,3 +74,24 @@ class ComparisonResult(Result):
 def write_comparison(benchmark: BenchmarkResult, folder: Path) -> None:
     """Write the files of a comparison to its folder."""
     ComparisonResult(benchmark).save(folder)
+
+
+def load_comparison(*folders: str | Path) -> ComparisonResult:
+    """Read comparisons back, finished or not, and put their runs together, as those of an array job.
+
+    Of runs of one problem, algorithm and seed the last counts.
+
+    Args:
+        folders: Of the comparisons.
+
+    Raises:
+        BenchmarkError: There are no runs in one of them, or they were made under other conditions.
+
+    Examples:
+        >>> for seed in (1, 2):
+        ...     task = {"seeds": 1, "first_seed": seed, "budget": 100, "output": f"node-{seed}"}
+        ...     _ = robolaser.compare(["pymoo:sphere-2"], ["de"], **task)
+        >>> len(robolaser.load_comparison("node-1", "node-2").runs)
+        2
+    """
+    return ComparisonResult(merge(folders))

@@ -13,7 +13,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from robolaser.benchmark import load
+from robolaser import load_comparison
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, OutputError
 
@@ -46,7 +46,7 @@ def outcomes(folder: Path) -> dict:
             run.trace.evaluations.tolist(),
             run.trace.costs.tolist(),
         )
-        for run in load(folder).runs
+        for run in load_comparison(folder).runs
     }
 
 
@@ -62,7 +62,7 @@ def test_the_result_is_what_its_schema_says(result):
 
 def test_every_run_and_target_has_a_row(result):
     rows = list(csv.DictReader((result / "runs.csv").read_text().splitlines()))
-    runs = load(result).runs
+    runs = load_comparison(result).runs
     assert len(rows) == sum(21 if run.problem == "paper" else 51 for run in runs)
     assert len(runs) == said(result)["runs"]["made"]
     for row in rows:
@@ -73,7 +73,7 @@ def test_every_run_and_target_has_a_row(result):
 
 def test_the_best_known_cost_is_nobodys_surpassed(result):
     best = {problem["name"]: problem["best"] for problem in said(result)["problems"]}
-    for run in load(result).runs:
+    for run in load_comparison(result).runs:
         assert run.trace.final >= best[run.problem] * (1 - 1e-8)
 
 
@@ -114,7 +114,7 @@ def test_a_result_is_not_overwritten_unasked(result, at_home, capsys):
 
 def _has_runs(folder: Path) -> bool:
     try:
-        return bool(load(folder).runs)
+        return bool(load_comparison(folder).runs)
     except (BenchmarkError, OutputError):  # not there yet
         return False
 
@@ -147,7 +147,7 @@ def test_a_finished_comparison_is_only_shown_again(result, at_home):
     good = ["compare", "paper", "--algorithms", "rcga,random", "--seeds", "2", "--budget", "1000"]
     assert main([*good, "--output", str(result), "--resume"]) == 0
     assert outcomes(result) == before
-    assert len(load(result).runs) == 22
+    assert len(load_comparison(result).runs) == 22
     assert said(result)["runs"] == {"wanted": 4, "made": 4, "failed": 0}
 
 

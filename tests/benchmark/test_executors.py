@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import robolaser
-from robolaser.benchmark import load
+from robolaser import load_comparison
 from robolaser.errors import BenchmarkError
 
 HERE = Path(__file__).parent
@@ -50,10 +50,10 @@ def test_a_killed_comparison_leaves_no_process_and_is_resumed(tmp_path):
     workers = [int(pid) for pid in children.read_text().split()] if children.exists() else []
     process.send_signal(signal.SIGKILL)
     process.wait()
-    before = outcomes(load(tmp_path))
+    before = outcomes(load_comparison(tmp_path))
     assert 0 < len(before) < 6
     subprocess.run([*command, "--resume"], cwd=HERE, stdout=subprocess.DEVNULL, check=True)
-    after = outcomes(load(tmp_path))
+    after = outcomes(load_comparison(tmp_path))
     assert len(after) == 6
     assert before.items() <= after.items()
     assert not [pid for pid in workers if _runs(pid)]

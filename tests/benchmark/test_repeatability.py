@@ -7,7 +7,7 @@ from mine import Noisy, Sphere
 from pymoo.algorithms.soo.nonconvex.ga import GA
 
 import robolaser
-from robolaser.benchmark import load, merge
+from robolaser import load_comparison
 from robolaser.cli import main
 from robolaser.errors import BenchmarkError, OutputError, UsageError
 
@@ -66,7 +66,7 @@ def test_a_line_that_was_cut_off_is_made_again(tmp_path):
     whole = robolaser.compare(["mine:Sphere"], ["de"], output=tmp_path, **ASKED)
     journal = tmp_path / "runs.jsonl"
     journal.write_text(journal.read_text()[:-40])
-    assert len(load(tmp_path).runs) == 2
+    assert len(load_comparison(tmp_path).runs) == 2
     assert outcomes(robolaser.compare(["mine:Sphere"], ["de"], output=tmp_path, resume=True, **ASKED)) == outcomes(
         whole
     )
@@ -75,9 +75,9 @@ def test_a_line_that_was_cut_off_is_made_again(tmp_path):
 def test_what_is_saved_is_loaded_and_saved_again(tmp_path):
     result = robolaser.compare(["mine:Sphere", "pymoo:zdt1"], ["random"], seeds=2, budget=50)
     result.save(tmp_path / "one")
-    again = load(tmp_path / "one")
+    again = load_comparison(tmp_path / "one")
     again.save(tmp_path / "two")
-    third = load(tmp_path / "two")
+    third = load_comparison(tmp_path / "two")
     assert outcomes(third) == outcomes(result)
     assert third.to_dict() == again.to_dict()
     assert {file.name for file in (tmp_path / "two").iterdir()} >= {
@@ -94,14 +94,16 @@ def test_folders_of_an_array_job_merge(tmp_path, capsys):
             ["mine:Sphere"], ["de", "random"], seeds=1, first_seed=seed, budget=100, output=tmp_path / f"{seed}"
         )
     folders = [str(tmp_path / f"{seed}") for seed in (1, 2, 3)]
-    assert outcomes(merge(folders)) == outcomes(robolaser.compare(["mine:Sphere"], ["de", "random"], **ASKED))
+    assert outcomes(load_comparison(*folders)) == outcomes(
+        robolaser.compare(["mine:Sphere"], ["de", "random"], **ASKED)
+    )
     assert main(["compare", "--merge", *folders, "--output", str(tmp_path / "all")]) == 0
     assert json.loads((tmp_path / "all" / "comparison.json").read_text())["runs"] == {
         "wanted": 6,
         "made": 6,
         "failed": 0,
     }
-    assert outcomes(load(tmp_path / "all")) == outcomes(merge(folders))
+    assert outcomes(load_comparison(tmp_path / "all")) == outcomes(load_comparison(*folders))
 
 
 def test_instances_are_repetitions_of_one_problem():
