@@ -113,7 +113,7 @@ class Blocks:
         """Numbers of a row of residuals: those of the widest sensor's."""
         return max(block.numbers for block in self)
 
-    @property
+    @cached_property
     def row_numbers(self) -> Ints:
         """How many numbers each row has, (m,)."""
         return self.together([np.full(len(block.rows), block.numbers) for block in self], axis=0)
@@ -123,7 +123,7 @@ class Blocks:
         """Of residuals."""
         return self.dataset.format.unit
 
-    @property
+    @cached_property
     def kinds_of_rows(self) -> dict[str, tuple[Ints, str, int]]:
         """Rows (m,) of each sensor by what results call it, their unit, and how many of their numbers are angles."""
         kinds = {}
