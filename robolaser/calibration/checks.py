@@ -6,9 +6,9 @@ from robolaser.arrays import Bools
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
+from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
-from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 
 RANK_TOLERANCE = 1e-6  # of a pose's Jacobian, relative to its largest singular value
 SAMPLE = 20  # poses whose Jacobians are compared

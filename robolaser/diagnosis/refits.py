@@ -84,7 +84,7 @@ class Refits:
         self, near: Fit, added: Sequence[ScoreTest], values: Mapping[str, float], problem: Problem
     ) -> Array | None:
         """Derivatives (d, K) by a problem's parameters from those of a fit with other effects, where all are known."""
-        if len(problem.blocks) > 1:
+        if len(problem.batches) > 1:
             return None
         slopes = dict(zip(near.problem.parameters.names, near.at.slopes.T, strict=True))
         for one in [test.candidate_effect for test in added]:

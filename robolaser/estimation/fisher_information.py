@@ -1,4 +1,4 @@
-"""The Fisher information of a fit's rows about its parameters, one block of rows at a time."""
+"""The Fisher information of a fit's rows about its parameters, one batch of rows at a time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -135,12 +135,12 @@ def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: 
         shots: Over how many each row was averaged, (m,); 1 when absent.
     """
     distances = Information.of_known_distances(problem.model, x, problem.number_scale)
-    blocks = (_of_block(block, x, sigmas, None if shots is None else shots[rows]) for rows, block in problem.blocks)
-    known = reduce(add, blocks, distances)
+    batches = (_of_batch(batch, x, sigmas, None if shots is None else shots[rows]) for rows, batch in problem.batches)
+    known = reduce(add, batches, distances)
     return known.without(known.reach * problem.parameters.width <= UNMOVED)
 
 
-def _of_block(block: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None) -> Information:
-    noise = NoiseModel(error_sources(block.model, x, shots), sigmas)
-    weights = None if block.loss.is_square else block.loss.weights(block.residuals(x[None]), block.starts)[0]
-    return Information.of(jacobian(block.model, x[None])[0], noise, weights=block.noise, row_weights=weights)
+def _of_batch(batch: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None) -> Information:
+    noise = NoiseModel(error_sources(batch.model, x, shots), sigmas)
+    weights = None if batch.loss.is_square else batch.loss.weights(batch.residuals(x[None]), batch.starts)[0]
+    return Information.of(jacobian(batch.model, x[None])[0], noise, weights=batch.noise, row_weights=weights)

@@ -13,8 +13,8 @@ from robolaser.estimation.bounded_step import bounded_steps
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import LEAST_DAMPING, solve
+from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model
-from robolaser.model.pose_blocks import with_rows
 
 FOLDS = 10
 FEWEST = 3  # groups of poses; fewer cannot be held out, since what is left fits anything
@@ -169,7 +169,7 @@ def _many_steps(cost: Array, converged: Bools, steps: Ints) -> Bools:
 
 def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
     """Residuals of each row by the fit (f, d) without its fold, (m, k)."""
-    if len(problem.blocks) == 1:
+    if len(problem.batches) == 1:
         return problem.plain(fits)[folds.of_row, np.arange(problem.rows)]
     errors = np.empty((problem.rows, problem.model.blocks.numbers))
     for fold in range(folds.count):
@@ -199,14 +199,14 @@ def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, 
 
 
 def _slopes(problem: Problem, x: Array, known: Array | None) -> Callable[[int], Array]:
-    """Derivatives of each block's numbers at x, (d, K); kept where they are few, else worked out when they are used."""
-    if known is not None and len(problem.blocks) == 1:
+    """Derivatives of each batch's numbers at x, (d, K); kept where they are few, else worked out when they are used."""
+    if known is not None and len(problem.batches) == 1:
         return lambda _: known.T
 
-    def of_block(i: int) -> Array:
-        return np.asarray(problem.blocks[i][1].jacobian(x[None])[0])
+    def of_batch(i: int) -> Array:
+        return np.asarray(problem.batches[i][1].jacobian(x[None])[0])
 
-    return cache(of_block) if len(problem.blocks) == 1 or problem.rows <= SAMPLE else of_block
+    return cache(of_batch) if len(problem.batches) == 1 or problem.rows <= SAMPLE else of_batch
 
 
 def _by_chords(
@@ -263,9 +263,9 @@ def _by_chords(
 def _normals(problem: Problem, x: Array, of_row: Ints, count: int, slopes_of: Callable[[int], Array]) -> Array:
     """JᵀJ of each fold's rows at x, (f, d, d)."""
     A = np.zeros((count, len(x), len(x)))
-    for i, (rows, block) in enumerate(problem.blocks):
-        _, J = block.loss.linearized(block.residuals(x[None]), slopes_of(i)[None], block.starts)
-        of_number = of_row[rows][block.row_of_number]
+    for i, (rows, batch) in enumerate(problem.batches):
+        _, J = batch.loss.linearized(batch.residuals(x[None]), slopes_of(i)[None], batch.starts)
+        of_number = of_row[rows][batch.row_of_number]
         for fold in np.unique(of_number):
             part = J[0][:, of_number == fold]
             A[fold] += part @ part.T
@@ -279,12 +279,12 @@ def _at(
     extra = problem.extra_residuals(fits)
     costs = np.square(extra).sum(axis=1)
     gradients = (problem.extra_jacobian(fits) @ extra[..., None])[..., 0]
-    for i, (rows, block) in enumerate(problem.blocks):
-        of_number = of_row[rows][block.row_of_number]
-        r = block.residuals(fits) * (of_number != folds[:, None])
-        costs = costs + block.loss.costs(r, block.starts)
-        if not block.loss.is_square:
-            weights = block.loss.weights(r, block.starts)
-            r = r * np.repeat(weights, np.diff(block.starts, append=r.shape[1]), axis=1)
+    for i, (rows, batch) in enumerate(problem.batches):
+        of_number = of_row[rows][batch.row_of_number]
+        r = batch.residuals(fits) * (of_number != folds[:, None])
+        costs = costs + batch.loss.costs(r, batch.starts)
+        if not batch.loss.is_square:
+            weights = batch.loss.weights(r, batch.starts)
+            r = r * np.repeat(weights, np.diff(batch.starts, append=r.shape[1]), axis=1)
         gradients = gradients + r @ slopes_of(i).T
     return costs, gradients

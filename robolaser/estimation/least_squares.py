@@ -1,4 +1,4 @@
-"""What the solver minimises: any sum of squares, or of robust losses, within bounds, in blocks of rows."""
+"""What the solver minimises: any sum of squares, or of robust losses, within bounds, in batches of rows."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -49,8 +49,8 @@ class LeastSquares(Protocol):
         """M."""
 
     @property
-    def blocks(self) -> Sequence[tuple[Ints, Rows]]:
-        """The rows in blocks: their numbers (m',), and what they are."""
+    def batches(self) -> Sequence[tuple[Ints, Rows]]:
+        """The rows in batches: their numbers (m',), and what they are."""
 
     def extra_residuals(self, x: Array) -> Array:
         """Further residuals, whose squares count whichever rows are left out, (c, d) -> (c, e)."""

@@ -10,6 +10,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_limits import noise_limits
+from robolaser.model.batches import of_data
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
@@ -17,7 +18,6 @@ from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
 from robolaser.model.noise.likelihood import Known, NoiseLikelihood
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.pose_blocks import of_data
 
 NOISE_CONTRADICTED: Final = 1.25
 """Factor by which repeats or residuals must differ from stated noise to contradict it. A judgement."""

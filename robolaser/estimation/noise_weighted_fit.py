@@ -11,10 +11,10 @@ from robolaser.estimation.outliers import outliers_within_poses, robust_fit
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_reweighting import reweighted
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
+from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.pose_blocks import of_data
 
 FOLD_ENOUGH, FOLD_SHARE = 0.1, 1e-4
 """Chi-squared that a fit without one fold may be above its optimum: noise alone moves it by more than 1. Or the share

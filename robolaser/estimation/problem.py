@@ -8,10 +8,10 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.robust_loss import HALF, SQUARE, Loss
+from robolaser.model.batches import batches_of
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
-from robolaser.model.pose_blocks import blocks_of
 from robolaser.parameters import Parameters
 
 
@@ -167,23 +167,23 @@ class Problem:
 
     def costs(self, x: Array) -> Array:
         """Cost of candidates, (c, d) -> (c,); infinite at the model's poles."""
-        rows = sum(block.loss.costs(block.residuals(x), block.starts) for _, block in self.blocks)
+        rows = sum(batch.loss.costs(batch.residuals(x), batch.starts) for _, batch in self.batches)
         return np.asarray(rows + np.square(self.extra_residuals(x)).sum(axis=1))
 
     def inliers(self, x: Array) -> Bools:
         """Rows to which the loss gives half their weight or more at x (d,), (m,)."""
         inliers = np.ones(self.rows, dtype=bool)
-        for rows, block in () if self.loss.is_square else self.blocks:
-            inliers[rows] = block.loss.weights(block.residuals(x[None]), block.starts)[0] >= HALF
+        for rows, batch in () if self.loss.is_square else self.batches:
+            inliers[rows] = batch.loss.weights(batch.residuals(x[None]), batch.starts)[0] >= HALF
         return inliers
 
     @cached_property
-    def blocks(self) -> tuple[tuple[Ints, "Problem"], ...]:
-        """The rows in blocks of whole poses, so that little is kept of large data: row numbers (m,), and their problem.
+    def batches(self) -> tuple[tuple[Ints, "Problem"], ...]:
+        """The rows in batches of whole poses, so that large data need little memory: row numbers (m,), and their problem.
 
-        Extra rows belong to the whole alone; shifted rows are one block.
+        Extra rows belong to the whole alone; shifted rows are one batch.
         """
-        parts = blocks_of(self.model) if self.shift is None else ()
+        parts = batches_of(self.model) if self.shift is None else ()
         if len(parts) <= 1:
             return ((np.arange(self.rows, dtype=np.int64), self),)
         return tuple(

@@ -8,9 +8,9 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import TOLERANCE, solve
+from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import comparable
-from robolaser.model.pose_blocks import with_rows
 
 ROUNDS = 3  # the loss's scale depends on the estimate; a fourth round changes nothing any more
 

@@ -15,7 +15,7 @@ from robolaser.estimation.linearization import RANK
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.estimation.solver import TOLERANCE, Solution, solve
-from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
+from robolaser.model.batches import depends_on_trajectory, with_rows
 
 
 def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
@@ -62,9 +62,9 @@ def gradients(problem: Problem, x: Array, groups: Ints | None = None, count: int
     if count is None:
         count = 1 if groups is None else int(groups.max()) + 1
     total = np.zeros((count, len(x)))
-    for rows, block in problem.blocks:
-        r = block.residuals(x[None])
+    for rows, batch in problem.batches:
+        r = batch.residuals(x[None])
         if groups is not None:
-            r = r * (groups[rows][block.row_of_number] == np.arange(count)[:, None])
-        total += r @ block.jacobian(x[None])[0].T
+            r = r * (groups[rows][batch.row_of_number] == np.arange(count)[:, None])
+        total += r @ batch.jacobian(x[None])[0].T
     return total

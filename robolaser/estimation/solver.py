@@ -127,8 +127,8 @@ class _Descents:
         self._iterations = np.zeros(c, dtype=np.int64)
         self._promised, self._bent, self._chord = np.full(c, np.inf), np.zeros(c), np.zeros(c, dtype=bool)
         self._evaluations = c
-        blocks = problem.blocks
-        self._r = [self._of_block(i, x, np.arange(c)) for i in range(len(blocks))]
+        batches = problem.batches
+        self._r = [self._of_batch(i, x, np.arange(c)) for i in range(len(batches))]
         self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if self._keeps else []
         self._cost = self._costs(x, self._r)
 
@@ -154,16 +154,16 @@ class _Descents:
         slopes = self._J[0] if len(self._J) == 1 and self._kept is None and not self._chord.any() else None
         return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations, slopes)
 
-    def _of_block(self, block: int, x: Array, which: Ints) -> Array:
-        """Residuals of a block that count, (c, d) -> (c, K)."""
-        rows, part = self._problem.blocks[block]
+    def _of_batch(self, batch: int, x: Array, which: Ints) -> Array:
+        """Residuals of a batch that count, (c, d) -> (c, K)."""
+        rows, part = self._problem.batches[batch]
         r = part.residuals(x)
         return r if self._kept is None else np.asarray(r * self._kept[which][:, rows][:, part.row_of_number])
 
     def _costs(self, x: Array, residuals: list[Array]) -> Array:
         """Cost of candidates (c, d) with their residuals, (c,)."""
         costs: Array = np.square(self._problem.extra_residuals(x)).sum(axis=1)
-        for (_, part), r in zip(self._problem.blocks, residuals, strict=True):
+        for (_, part), r in zip(self._problem.batches, residuals, strict=True):
             costs = costs + part.loss.costs(r, part.starts)
         return costs
 
@@ -172,7 +172,7 @@ class _Descents:
         J = self._problem.extra_jacobian(self._x[which])
         A = J @ np.swapaxes(J, 1, 2)
         g = (J @ self._problem.extra_residuals(self._x[which])[..., None])[..., 0]
-        for i, (rows, part) in enumerate(self._problem.blocks):
+        for i, (rows, part) in enumerate(self._problem.batches):
             J = self._J[i][which] if chord else part.jacobian(self._x[which])
             if self._kept is not None and not chord:
                 J *= self._kept[which][:, rows][:, None, part.row_of_number]
@@ -233,7 +233,7 @@ class _Descents:
             step[new[near]] = accelerated[near]
         trial = np.clip(x + problem.scale * (step / unit), problem.lower, problem.upper)
         trial = np.where(step >= room[1], problem.upper, np.where(step <= room[0], problem.lower, trial))
-        residuals = [self._of_block(i, trial, active) for i in range(len(problem.blocks))]
+        residuals = [self._of_batch(i, trial, active) for i in range(len(problem.batches))]
         self._take(active, trial, residuals, predicted)
         return np.union1d(active, again)
 
@@ -266,9 +266,9 @@ class _Descents:
         problem = self._problem
         probe = np.clip(x + PROBE * problem.scale * step, problem.lower, problem.upper)
         curvature = np.zeros_like(step)
-        for i, (_, part) in enumerate(problem.blocks):
+        for i, (_, part) in enumerate(problem.batches):
             r, J = self._r[i][active], self._J[i][active]
-            second = self._of_block(i, probe, active) - r - PROBE * (step[:, None] @ J)[:, 0]
+            second = self._of_batch(i, probe, active) - r - PROBE * (step[:, None] @ J)[:, 0]
             second *= 2.0 / PROBE**2
             if not part.loss.is_square:
                 counts = np.diff(part.starts, append=r.shape[1])

@@ -11,11 +11,11 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly, rows_of_each
+from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.pose_blocks import depends_on_trajectory, with_rows
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 from robolaser.report.chart import Spec, records

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Noise
+from robolaser.model.batches import with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.pose_blocks import with_rows
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

@@ -19,11 +19,11 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EffectError
+from robolaser.model.batches import batches_of
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
-from robolaser.model.pose_blocks import blocks_of
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -203,7 +203,7 @@ def test_part_of_a_data_set_keeps_the_parameters_of_the_whole():
     made = cell("stripe", sessions=3, poses=6, points=600, placed=False)
     model = Model(made.dataset)
     x = near(model, made.truth)
-    parts = blocks_of(model)
+    parts = batches_of(model)
     assert len(parts) > 1
     whole, J = model.residuals(x), jacobian(model, x)
     for part in parts:

@@ -1,4 +1,4 @@
-"""A data set in blocks is the data set: the same residuals, optimum, held-out errors and standard errors."""
+"""A data set in batches is the data set: the same residuals, optimum, held-out errors and standard errors."""
 
 import numpy as np
 import pytest
@@ -11,9 +11,9 @@ from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve
+from robolaser.model.batches import batches_of
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.pose_blocks import blocks_of
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -37,8 +37,8 @@ def dataset(request):
 
 
 @pytest.fixture
-def small_blocks(monkeypatch):
-    monkeypatch.setattr("robolaser.model.pose_blocks.ROWS", SMALL)
+def small_batches(monkeypatch):
+    monkeypatch.setattr("robolaser.model.batches.ROWS", SMALL)
 
 
 def near(model, count):
@@ -46,42 +46,42 @@ def near(model, count):
     return parameters.nominal + 1e-3 * parameters.width * np.random.default_rng(0).normal(size=(count, len(parameters)))
 
 
-def test_blocks_are_whole_poses_and_hold_each_row_once(dataset, small_blocks):
-    blocks = blocks_of(Model(dataset))
-    assert len(blocks) > 1
-    assert sorted(np.concatenate([block.rows for block in blocks])) == list(range(len(dataset.points)))
-    poses = [set(dataset.points.pose[block.rows]) for block in blocks]
+def test_batches_are_whole_poses_and_hold_each_row_once(dataset, small_batches):
+    batches = batches_of(Model(dataset))
+    assert len(batches) > 1
+    assert sorted(np.concatenate([batch.rows for batch in batches])) == list(range(len(dataset.points)))
+    poses = [set(dataset.points.pose[batch.rows]) for batch in batches]
     assert sum(map(len, poses)) == len(set.union(*poses))
 
 
-def test_a_row_in_a_block_is_as_far_off_as_among_all(dataset, small_blocks):
+def test_a_row_in_a_batch_is_as_far_off_as_among_all(dataset, small_batches):
     model = Model(dataset)
     x = near(model, 3)
     E = model.residuals(x)
-    for block in blocks_of(model):
-        np.testing.assert_allclose(block.model.residuals(x), E[:, block.rows], atol=1e-12)
+    for batch in batches_of(model):
+        np.testing.assert_allclose(batch.model.residuals(x), E[:, batch.rows], atol=1e-12)
 
 
-def test_whitened_rows_are_the_same_in_blocks(dataset, small_blocks):
+def test_whitened_rows_are_the_same_in_batches(dataset, small_batches):
     model = Model(dataset)
     x = near(model, 2)
     problem = Problem.of(model, noise_of(model, model.parameters.nominal))
     whole = problem.residuals(x).reshape(2, problem.rows, -1)
-    for rows, block in problem.blocks:
-        np.testing.assert_allclose(block.residuals(x).reshape(2, len(rows), -1), whole[:, rows], rtol=1e-6, atol=1e-6)
+    for rows, batch in problem.batches:
+        np.testing.assert_allclose(batch.residuals(x).reshape(2, len(rows), -1), whole[:, rows], rtol=1e-6, atol=1e-6)
 
 
-def test_effects_that_look_around_keep_all_rows_together(small_blocks):
+def test_effects_that_look_around_keep_all_rows_together(small_batches):
     dataset = simulate(find_robot("scorbot_er7"), noise=NOISE, poses=20, seed=3).dataset
-    assert len(blocks_of(Model(dataset, candidate_effects(("hand_eye_drift",), dataset)))) == 1
-    assert len(blocks_of(Model(dataset, candidate_effects(("laser_roll",), dataset)))) > 1
+    assert len(batches_of(Model(dataset, candidate_effects(("hand_eye_drift",), dataset)))) == 1
+    assert len(batches_of(Model(dataset, candidate_effects(("laser_roll",), dataset)))) > 1
 
 
 @pytest.mark.parametrize("weights", ["plain", "noise"])
-def test_a_calibration_in_blocks_is_that_of_the_whole(dataset, monkeypatch, weights):
+def test_a_calibration_in_batches_is_that_of_the_whole(dataset, monkeypatch, weights):
     plan = Plan(algorithm="gauss-newton", weights=weights)
     whole = calibrate(dataset, plan)
-    monkeypatch.setattr("robolaser.model.pose_blocks.ROWS", SMALL)
+    monkeypatch.setattr("robolaser.model.batches.ROWS", SMALL)
     monkeypatch.setattr("robolaser.estimation.robust_reweighting.FEWER", 50)
     parts = calibrate(dataset, plan)
     width = whole.model.parameters.width
@@ -91,11 +91,11 @@ def test_a_calibration_in_blocks_is_that_of_the_whole(dataset, monkeypatch, weig
     assert [one.parameters for one in parts.unidentifiable] == [one.parameters for one in whole.unidentifiable]
 
 
-def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_blocks):
+def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_batches):
     check_held_out(dataset, "square")
 
 
-def test_so_they_are_with_another_loss(small_blocks):
+def test_so_they_are_with_another_loss(small_batches):
     check_held_out(simulate(find_robot("scorbot_er7"), noise=NOISE, seed=3, poses=20, points=12).dataset, "huber")
 
 

@@ -1,4 +1,4 @@
-"""Large data in blocks of whole poses: what is known of each does not depend on the others, and little is kept."""
+"""Large data in batches of whole poses: what is known of each does not depend on the others, and little is kept."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -12,23 +12,23 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.forward_model import Model
 
 ROWS = 6_000
-"""Rows of a block at which the next one begins: their derivatives by some ten parameters fit a processor's cache."""
+"""Rows of a batch at which the next one begins: their derivatives by some ten parameters fit a processor's cache."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Block:
+class Batch:
     """A part of a model's rows."""
 
     model: Model  # sees no more than these rows and their poses; its parameters are those of the whole
     rows: Ints  # which of the whole model's rows they are, (m,)
 
 
-def blocks_of(model: Model) -> tuple[Block, ...]:
-    """A model in blocks; a single one where it is small, or where an effect looks at more than the pose it bends."""
+def batches_of(model: Model) -> tuple[Batch, ...]:
+    """A model in batches; a single one where it is small, or where an effect looks at more than the pose it bends."""
     whole = np.arange(len(model.dataset.points))
     if len(whole) <= ROWS or depends_on_trajectory(model):
-        return (Block(model, whole),)
+        return (Batch(model, whole),)
     return tuple(_cut(model))
 
 
@@ -47,7 +47,7 @@ def of_data(model: Model, dataset: Dataset) -> Model:
     return Model(dataset, model.effects, model.course).sharing(model.sensor_parameters)
 
 
-def _cut(model: Model) -> Iterator[Block]:
+def _cut(model: Model) -> Iterator[Batch]:
     dataset = model.dataset
     order = np.argsort(dataset.points.pose, kind="stable")
     counts = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
@@ -63,4 +63,4 @@ def _cut(model: Model) -> Iterator[Block]:
                 poses=dataset.poses.take(np.arange(first, last)),
                 points=replace(points, pose=points.pose - first),
             )
-            yield Block(Model(part, model.effects).sharing(model.sensor_parameters), rows)
+            yield Batch(Model(part, model.effects).sharing(model.sensor_parameters), rows)
