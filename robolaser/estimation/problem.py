@@ -179,7 +179,7 @@ class Problem:
 
     @cached_property
     def batches(self) -> tuple[tuple[Ints, "Problem"], ...]:
-        """The rows in batches of whole poses, so that large data need little memory: row numbers (m,), and their problem.
+        """The rows in batches of whole poses, as memory allows: row numbers (m,), and their problem.
 
         Extra rows belong to the whole alone; shifted rows are one batch.
         """

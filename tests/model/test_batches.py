@@ -14,6 +14,8 @@ from robolaser.estimation.solver import solve
 from robolaser.model.batches import batches_of
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.sources import error_sources
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -65,7 +67,8 @@ def test_a_row_in_a_batch_is_as_far_off_as_among_all(dataset, small_batches):
 def test_whitened_rows_are_the_same_in_batches(dataset, small_batches):
     model = Model(dataset)
     x = near(model, 2)
-    problem = Problem.of(model, noise_of(model, model.parameters.nominal))
+    start = model.parameters.nominal
+    problem = Problem.of(model, NoiseModel(error_sources(model, start), noise_of(model, start).sigmas))
     whole = problem.residuals(x).reshape(2, problem.rows, -1)
     for rows, batch in problem.batches:
         np.testing.assert_allclose(batch.residuals(x).reshape(2, len(rows), -1), whole[:, rows], rtol=1e-6, atol=1e-6)
