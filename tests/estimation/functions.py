@@ -42,7 +42,7 @@ class FunctionProblem:
         return np.arange(self._numbers) // self.axes
 
     @property
-    def blocks(self):
+    def batches(self):
         return ((np.arange(self.rows), self),)
 
     def extra_residuals(self, x):
