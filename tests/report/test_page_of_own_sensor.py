@@ -13,6 +13,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
+from robolaser.model.sensors.words import Words
 from robolaser.report.calibration import page
 from robolaser.report.diagnosis import page as diagnosis_page
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -27,7 +28,7 @@ def calibration():
                               unit="px", units={"tool.x": "m", "tool.y": "m", "tool.z": "m"})  # fmt: skip
         free = ()
         derived = ("tool.x", "tool.y", "tool.z")
-        task = "the camera sees the mark"
+        words = Words(task="the camera sees the mark")
 
         def initialize(self, values, T_base_flange, perturb):
             return dict.fromkeys(self.derived, np.zeros(1))

@@ -90,7 +90,8 @@ def _around(blocks: Sequence[Block], values: Mapping[str, float]) -> dict[str, P
         for name, span in sensor.spans(own).items():
             if name in own:
                 at, unit, whole = own[name], sensor.format.unit_of(name), block.named[name]
-                found[whole] = Parameter(whole, unit, at, at - span, at + span, given=False, origin=sensor.closed_form)
+                origin = sensor.words.closed_form
+                found[whole] = Parameter(whole, unit, at, at - span, at + span, given=False, origin=origin)
     return found
 
 

@@ -25,6 +25,7 @@ from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -63,8 +64,7 @@ class CameraSensor(Sensor):
         positive=("fx", "fy"),
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    task: ClassVar[str] = "the model predicts points of the target"
-    row_point: ClassVar[str] = "target point"
+    words: ClassVar[Words] = Words(task="the model predicts points of the target")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

@@ -15,6 +15,7 @@ from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.tracker_fit import base_and_tools
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -30,8 +31,7 @@ class Point(Sensor):
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
     whole_pose_errors: ClassVar[bool] = True
-    task: ClassVar[str] = "the model predicts tracked points"
-    row_point: ClassVar[str] = "measured point"
+    words: ClassVar[Words] = Words(task="the model predicts tracked points")
     frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:

@@ -22,6 +22,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -47,8 +48,7 @@ class Pose(Sensor):
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
     whole_pose_errors: ClassVar[bool] = True
-    task: ClassVar[str] = "the model predicts tracked bodies"
-    row_point: ClassVar[str] = "measured place"
+    words: ClassVar[Words] = Words(task="the model predicts tracked bodies")
     frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:

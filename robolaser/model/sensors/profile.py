@@ -16,6 +16,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -56,8 +57,7 @@ class Profile(Sensor):
         named_points=True,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
-    task: ClassVar[str] = "the model puts profiles on balls"
-    row_point: ClassVar[str] = "middle of the ball"
+    words: ClassVar[Words] = Words(task="the model puts profiles on balls")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

@@ -17,6 +17,7 @@ from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -56,9 +57,7 @@ class ScannerCorners(Sensor, registered=False):
         named_points=False,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    task: ClassVar[str] = "the camera places corners"
-    row_point: ClassVar[str] = "corner"
-    closed_form: ClassVar[str] = "the board's corners"
+    words: ClassVar[Words] = Words(task="the camera places corners", closed_form="the board's corners")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

@@ -19,6 +19,7 @@ from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
@@ -40,21 +41,15 @@ class Sensor(ABC):
         stages: Those that its values pass: effects at others have no meaning for it.
         whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
             joint readings explain: a tracker that measures six dimensions at a time does.
-        task: What it does, as "the scanner places points": reports say how far off that is.
-        row_point: What reports call the point that a row compares the model with: "known point".
+        words: What reports and errors call what it does.
         frame: The frame of `known`: "base frame".
-        closed_form: What start values of parameters that nobody gives come from.
-        no_start: A sentence on what would make them superfluous, where they must be given.
     """
 
     format: ClassVar[SensorFormat]
     stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
     whole_pose_errors: ClassVar[bool] = False
-    task: ClassVar[str] = "the model predicts measurements"
-    row_point: ClassVar[str] = "point"
+    words: ClassVar[Words] = Words()
     frame: ClassVar[str] = "base frame"
-    closed_form: ClassVar[str] = "the measurements"
-    no_start: ClassVar[str] = ""
 
     def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
@@ -304,7 +299,7 @@ class Sensor(ABC):
         """The error of free parameters that the data set must give."""
         return DataError(
             f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
-            f"{{ nominal, lower, upper }} for each.{self.no_start}",
+            f"{{ nominal, lower, upper }} for each.{self.words.no_start}",
             file="dataset.toml",
             column="[parameters]",
         )

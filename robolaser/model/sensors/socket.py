@@ -13,6 +13,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -31,8 +32,7 @@ class Socket(Sensor):
         absent={"x_m": 'a socket\'s place is not measured (kind "point" is)'},
         named_points=True,
     )
-    task: ClassVar[str] = "the model puts the ball"
-    row_point: ClassVar[str] = "socket"
+    words: ClassVar[Words] = Words(task="the model puts the ball")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

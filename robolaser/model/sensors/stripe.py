@@ -20,6 +20,7 @@ from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe_cost import StripeCost
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
@@ -49,12 +50,11 @@ class Stripe(Sensor):
         positive=("f", "s_u", "s_v"),
     )  # fmt: skip
     stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
-    task: ClassVar[str] = "the scanner places points"
-    row_point: ClassVar[str] = "known point"
-    closed_form: ClassVar[str] = "the stripe on the target"
-    no_start: ClassVar[str] = (
-        " Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them, all"
-        " start from closed forms."
+    words: ClassVar[Words] = Words(
+        task="the scanner places points",
+        closed_form="the stripe on the target",
+        no_start=" Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them,"
+        " all start from closed forms.",
     )
 
     def __init__(self, dataset: Dataset) -> None:

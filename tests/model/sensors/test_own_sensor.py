@@ -26,6 +26,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -54,8 +55,7 @@ class BoardCamera(Sensor):
         units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
         positive=("fx", "fy"),
     )
-    task: ClassVar[str] = "the camera sees corners"
-    row_point: ClassVar[str] = "corner"
+    words: ClassVar[Words] = Words(task="the camera sees corners")
 
     @property
     def free(self) -> tuple[str, ...]:
