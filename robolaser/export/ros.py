@@ -7,13 +7,16 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames, published_frames
 from robolaser.model.sensors.camera import OPTICAL
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Values
 
 
 def static_transform(calibration: Calibration) -> str | None:
     """Command lines that publish where the sensor sits, and what it tracks; None where it has no frames for that."""
-    published = published_frames(calibration.model.blocks)
+    published = published_frames(*_at(calibration))
     every = ((link, name, T) for link, frames in _frames(calibration) for name, T in frames.items())
     commands = [_command(link, name, T) for link, name, T in every if name in published]
     return " &\n".join(commands) + "\n" if commands else None
@@ -57,11 +60,14 @@ def _placed(calibration: Calibration) -> tuple[str, Array] | None:
 
 def _frames(calibration: Calibration) -> Sequence[tuple[str, Mapping[str, Array]]]:
     """The sensor's frames on the flange and on the base, each with the link's name."""
-    model = calibration.model
-    values = model.parameters.values(calibration.x[None])
-    perturb = model.perturb(values)
-    base, flange = _links(calibration)
-    return [(flange, flange_frames(model.blocks, values, perturb)), (base, base_frames(model.blocks, values, perturb))]
+    at, (base, flange) = _at(calibration), _links(calibration)
+    return [(flange, flange_frames(*at)), (base, base_frames(*at))]
+
+
+def _at(calibration: Calibration) -> tuple[Blocks, Values, Perturbation]:
+    """The sensors with what was found."""
+    values = calibration.model.parameters.values(calibration.x[None])
+    return calibration.model.blocks, values, calibration.model.perturb(values)
 
 
 def _links(calibration: Calibration) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from robolaser.arrays import Array
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -26,15 +27,19 @@ def flange_frames(blocks: Blocks, values: Values, perturb: Perturbation) -> Fram
     Where sensors or sessions have different frames of one name, a later one's name begins with the sensor's or ends in
     the session's.
     """
-    return _frames(blocks, lambda block: block.sensor.flange_frames(block.values(values), block.perturbed(perturb)))
+    return _frames(blocks, lambda block: _of_block(block, values, perturb).flange)
 
 
 def base_frames(blocks: Blocks, values: Values, perturb: Perturbation) -> Frames:
     """T_base_frame of what stands in the cell and belongs into a URDF, named alike, one candidate."""
-    return _frames(blocks, lambda block: block.sensor.base_frames(block.values(values), block.perturbed(perturb)))
+    return _frames(blocks, lambda block: _of_block(block, values, perturb).base)
 
 
-def _frames(blocks: Blocks, of: Callable[[Block], Frames]) -> Frames:
+def _of_block(block: Block, values: Values, perturb: Perturbation) -> CellFrames:
+    return block.sensor.cell_frames(block.values(values), block.perturbed(perturb))
+
+
+def _frames(blocks: Blocks, of: Callable[[Block], Mapping[str, Array]]) -> Frames:
     frames: Frames = {}
     for of_sensor in blocks.by_sensor:
         own: Frames = {}
@@ -50,9 +55,9 @@ def _add(frames: Frames, more: Mapping[str, Array], other_name: str) -> None:
             frames[other_name.format(name)] = T
 
 
-def published_frames(blocks: Blocks) -> tuple[str, ...]:
+def published_frames(blocks: Blocks, values: Values, perturb: Perturbation) -> tuple[str, ...]:
     """Frames of flange and base, by name, that ROS is told of by commands of their own; as in the first session."""
-    return tuple(name for of_sensor in blocks.by_sensor for name in of_sensor[0].sensor.published_frames)
+    return tuple(name for of_sensor in blocks.by_sensor for name in _of_block(of_sensor[0], values, perturb).published)
 
 
 def mount_of(blocks: Blocks, values: Values, perturb: Perturbation) -> Array | None:

@@ -23,6 +23,7 @@ from robolaser.model.sensors.camera_projection import (
 )
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.words import Words
@@ -218,17 +219,12 @@ class CameraSensor(Sensor):
         exact = None if perturb.touches(Stage.IMAGE) else distortion(numbers)
         return CameraView(camera_matrix(numbers), slopes, exact)
 
-    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
         """`camera_optical`, z along the view, x along image u; of a camera in the cell the `target` on the flange."""
-        return (
-            {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
-            if self._rides
-            else {"target": self._target(values, perturb)[0, 0]}
-        )
-
-    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """`camera_optical` of a camera in the cell."""
-        return {} if self._rides else {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
+        camera = {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
+        if self._rides:
+            return CellFrames(camera, published=camera)
+        return CellFrames({"target": self._target(values, perturb)[0, 0]}, camera, published=camera)
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """Every point of the target once at each pose; poses that show most of them are good."""

@@ -19,6 +19,7 @@ from robolaser.geometry.rigid_motion import (
     skew,
 )
 from robolaser.model.error_source import ErrorSource
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
@@ -135,18 +136,11 @@ class Pose(Sensor):
         turns[:, :3] = -skew(arms)
         return shifts, turns
 
-    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """Each body as `tool_NAME`."""
-        return {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
-
-    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """Where the tracker stands, as `tracker`."""
-        return {"tracker": inverse(motion(values, "base"))[0]}
-
-    @property
-    def published_frames(self) -> tuple[str, ...]:
-        """The tracker and the bodies."""
-        return ("tracker", *(f"tool_{name}" for name in self._bodies))
+    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+        """Each body as `tool_NAME`; where the tracker stands, as `tracker`."""
+        bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
+        tracker = {"tracker": inverse(motion(values, "base"))[0]}
+        return CellFrames(bodies, tracker, published=(*tracker, *bodies))
 
     def prefix_of(self, name: str) -> str | None:
         """A body's place on the flange."""

@@ -13,6 +13,7 @@ from robolaser.data.subsampling import evenly
 from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
@@ -178,20 +179,14 @@ class Profile(Sensor):
         points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
         return points, np.asarray(beside[poses, nearest] < MOST_CUT)
 
-    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """The sensor as `profile_sensor`, as it is at the first pose; or the balls as `ball_NAME`."""
-        if self._stands:
-            return {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
-        return {"profile_sensor": self._mount(values, perturb)[0, 0]}
-
-    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """A standing sensor as `profile_sensor`."""
-        return {"profile_sensor": motion(values, "hand_eye")[0]} if self._stands else {}
-
-    @property
-    def published_frames(self) -> tuple[str, ...]:
-        """The sensor."""
-        return ("profile_sensor",)
+    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+        """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""
+        if not self._stands:
+            sensor = {"profile_sensor": self._mount(values, perturb)[0, 0]}
+            return CellFrames(sensor, published=sensor)
+        sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
+        balls = {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
+        return CellFrames(balls, sensor, published=sensor)
 
     def prefix_of(self, name: str) -> str | None:
         """A ball's place."""

@@ -13,6 +13,7 @@ from robolaser.geometry.rigid_motion import apply, carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
 from robolaser.model.sensors.sensor import Sensor
@@ -159,9 +160,9 @@ class ScannerCorners(Sensor, registered=False):
         """T_flange_camera, (c, n or 1, 4, 4)."""
         return scanner_geometry.mount(self.dataset, values, perturb)
 
-    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
         """None: the scanner has them."""
-        return {}
+        return CellFrames()
 
     @property
     def description(self) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from robolaser.geometry.rigid_motion import pose
 from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
@@ -182,22 +183,10 @@ class Sensor(ABC):
         """The camera as programs that know pinholes see it, one candidate; None where there is none."""
         return None
 
-    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """T_flange_frame of what sits on the flange, by name, one candidate: an exported URDF has these frames.
-
-        The points `tool.NAME` are called `tool_NAME` here.
-        """
+    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+        """The frames that an exported URDF has of it, one candidate: by default points `tool.NAME` as `tool_NAME`."""
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
-        return {tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools}
-
-    @property
-    def published_frames(self) -> tuple[str, ...]:
-        """Frames of flange and base, by name, that ROS is told of by commands of their own."""
-        return ("camera_optical",)
-
-    def base_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
-        """T_base_frame of what stands in the cell and belongs into a URDF, by name, one candidate."""
-        return {}
+        return CellFrames({tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools})
 
     def mount(self, values: Values, perturb: Perturbation) -> Array | None:
         """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""

@@ -13,6 +13,7 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
@@ -53,8 +54,8 @@ class Stripe(Sensor):
     words: ClassVar[Words] = Words(
         task="the scanner places points",
         closed_form="the stripe on the target",
-        no_start=" Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them,"
-        " all start from closed forms.",
+        no_start=" Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes"
+        " them, all start from closed forms.",
     )
 
     def __init__(self, dataset: Dataset) -> None:
@@ -120,9 +121,9 @@ class Stripe(Sensor):
         """The scanner's camera."""
         return scanner_geometry.camera_view(values, perturb)
 
-    def flange_frames(self, values: Values, perturb: Perturbation) -> dict[str, Array]:
+    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
         """Camera and laser."""
-        return scanner_geometry.frames(self.dataset, values, perturb)
+        return CellFrames(scanner_geometry.frames(self.dataset, values, perturb), published=("camera_optical",))
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """Some points along the stripe on the middle level of the target."""
