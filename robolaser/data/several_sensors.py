@@ -57,7 +57,7 @@ def described_members(
         for number, value in enumerate(values):
             if value in values[:number]:
                 raise wrong(FILE, ("sensors", number, key), value, "different ones for all sensors")
-    return tuple(members)
+    return _with_cameras(members)
 
 
 def _member(
@@ -72,8 +72,19 @@ def _member(
         one = described({**shared, **tables, "sensor": {"kind": read.kind, **kind}})
     except DataError as error:
         raise DataError(f"{error} (sensor {read.name})", file=FILE, column=f"[[sensors]] {read.name}") from None
-    camera = read.camera or (read.name if one.kind == "camera" else "camera")
-    return Member(read.name, one, read.points, camera, read.target or "target")
+    return Member(read.name, one, read.points, read.camera or "", read.target or "target")
+
+
+def _with_cameras(members: Sequence[Member]) -> tuple[Member, ...]:
+    """Unnamed cameras have their sensor's name, that of an only scanner "camera": none is shared unless it is named."""
+    scanners = [
+        one.name for one in members if one.described.kind != "camera" and "pixel" in one.described.format.columns
+    ]
+
+    def named(one: Member) -> str:
+        return one.name if one.described.kind == "camera" or (one.name in scanners and len(scanners) > 1) else "camera"
+
+    return tuple(replace(one, camera=one.camera or named(one)) for one in members)
 
 
 def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:

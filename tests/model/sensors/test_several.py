@@ -166,6 +166,20 @@ def test_an_arm_is_diagnosed_with_two_stripe_scanners(two_scanners: tuple[Datase
     assert [str(one.candidate_effect) for one in found.findings] == ["backlash at elbow_joint"]
 
 
+def test_two_stripe_scanners_share_a_camera_only_where_both_name_it(
+    two_scanners: tuple[Dataset, Dataset], tmp_path: Path
+) -> None:
+    save(two_scanners[1], tmp_path)
+    file = tmp_path / "dataset.toml"
+    text, _, _ = file.read_text().partition("[parameters]")
+    unnamed = text.replace('camera = "left"\n', "").replace('camera = "right"\n', "")
+    assert "camera =" not in unnamed
+    file.write_text(unnamed)
+    assert [one.camera for one in load(tmp_path).members] == ["left", "right"]
+    file.write_text(unnamed.replace('kind = "stripe"', 'kind = "stripe"\ncamera = "camera"'))
+    assert [one.camera for one in load(tmp_path).members] == ["camera", "camera"]
+
+
 def test_robust_loss_and_known_distances_count_for_all(trackers: Dataset) -> None:
     wrong = trackers.points["xyz"].copy()
     wrong[-1] += 0.05
