@@ -35,9 +35,10 @@ class Sources:
         if isinstance(thing, ModuleType):
             self.imports[name] = f"import {thing.__name__} as {name}"
         elif not (inspect.isfunction(thing) or inspect.isclass(thing)):
-            self.texts[name] = f"{name} = {thing!r}\n"
+            self.texts[name] = f"\n\n{name} = {thing!r}\n"
         elif thing.__module__.partition(".")[0] in BESIDE:
-            self.imports[name] = f"from {thing.__module__} import {thing.__name__} as {name}"
+            renamed = "" if name == thing.__name__ else f" as {name}"
+            self.imports[name] = f"from {thing.__module__} import {thing.__name__}{renamed}"
         else:
             text = inspect.getsource(thing)
             self.use(text, thing.__module__)

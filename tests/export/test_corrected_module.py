@@ -33,6 +33,18 @@ poses["nominal"] = corrected.nominal(q)
 np.savez("poses.npz", **poses)
 """
 
+TYPED = """
+from dataclasses import dataclass
+from robolaser.model.effects.effect import Effect, parameter
+from robolaser.model.stages import Stage
+@dataclass(frozen=True)
+class Stuck(Effect):
+    name, title, reference, stage = "stuck", "stuck", "nowhere", Stage.JOINTS
+    share: object = parameter(unit="", bound=1.0, prior_scale=1e-3)
+    def apply(self, q, run, /):
+        return q * (1 + self.share[:, None, None])
+"""
+
 
 @cache
 def made(warm=False):
@@ -104,6 +116,14 @@ def test_what_is_left_out_of_a_pose_is_said():
     assert needs == {"backlash": "before", "settling": "before", "latency": "velocity", "base_shift": "time_s",
                      "thermal_drift": "temperature_c"}  # fmt: skip
     assert "Left out of a pose without temperature_c: thermal_drift" in module["__doc__"]
+
+
+def test_an_effect_whose_source_nobody_has_is_said_to_be_missing():
+    names = {}
+    exec(TYPED, names)
+    text = corrected_module(found([names["Stuck"]], made()))
+    assert "Not contained: " in text
+    assert "Stuck" not in text
 
 
 def test_corrected_py_has_the_sensor():
