@@ -72,6 +72,8 @@ def corrected_module(calibration: Calibration) -> str | None:
         if not read <= KNOWN:
             absent.append(arm.said(one))
             continue
+        if "reference" in read:
+            numbers["CALIBRATED"] = run.q
         needs = _needs(read, run)
         if needs:
             leaves_out[str(one)] = ", ".join(needs)
@@ -110,7 +112,7 @@ def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
         "DURATION": float(duration) or 1.0,
         "COLDEST_C": float(temperature.min()) if temperature is not None and run.rise is not None else None,
         "WARMING_C": 0.0 if temperature is None else float(np.ptp(temperature)),
-        "CALIBRATED": run.q,
+        "CALIBRATED": np.zeros((0, len(robot.joints))),  # unless an effect is relative to them
     }
 
 

@@ -31,7 +31,7 @@ class Sources:
             return
         if name in self._of and self._of[name] != thing:
             raise ValueError(f"'{name}' means {self._of[name]!r} here and {thing!r} there.")
-        self._of[name] = thing
+        self._of[name] = thing  # before what it is made of, which may call it in turn
         if isinstance(thing, ModuleType):
             self.imports[name] = f"import {thing.__name__} as {name}"
         elif not (inspect.isfunction(thing) or inspect.isclass(thing)):
