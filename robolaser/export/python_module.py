@@ -1,88 +1,132 @@
-"""`corrected.py`: the calibrated arm as one file of Python without dependencies."""
+"""`corrected.py`: the calibrated arm as one file of Python that needs NumPy alone."""
 
-from pathlib import Path
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
+from robolaser.export import runtime
 from robolaser.export.corrected_arm import CorrectedArm
+from robolaser.export.sources import Sources
 from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
-from robolaser.model.effects.effect import perturb_with
+from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
 
-LINE = "# " + "-" * 118 + "\n"
+OF_THE_ARM = (Stage.JOINTS, Stage.LINKS, Stage.FLANGE)
+KNOWN = {*dir(runtime.Conditions), *(each.name for each in fields(runtime.Conditions))}
 HEAD = '''"""{name}: the calibrated arm. Joint values in, poses of flange and sensor out.
 
     import corrected
-    T_base_flange = corrected.flange([0.1, -0.5, 0.9])
+    T_base_flange = corrected.forward([0.1, -0.5, 0.9])
 
-Poses are 4 x 4 lists in metres, in the frame of the URDF's root link. Written by robolaser.
+Poses are in metres, in the frame of the URDF's root link. Written by robolaser.
 {notes}"""
 
-import math
-from collections.abc import Iterator, Sequence
+from __future__ import annotations
 
-Matrix = list[list[float]]
+'''
+EFFECT = '''
+
+class Effect:
+    """A departure from the nominal arm; `apply` changes what passes its stage."""
+
+    def __init__(self, where, **values):
+        self.where = where
+        vars(self).update((name, np.array([value])) for name, value in values.items())
 '''
 
 
 def corrected_module(calibration: Calibration) -> str | None:
-    """Joint values in, flange and sensor poses out, by the standard library alone; None without a robot.
+    """Joint values in, flange and sensor poses out, by NumPy alone; None without a robot.
 
-    It does what the model does, with every effect of joints, links and base that has a `code`; a note names the others.
-    The stated payload is its mean over the poses, and a mount that moves stands as at the first pose.
+    It does what the model does, with the source of each effect of joints, links and flange. The stated payload is its
+    mean over the poses, and a mount that moves stands as at the first pose.
     """
     if calibration.model.dataset.robot is None:
         return None
     arm, model = CorrectedArm(calibration), calibration.model
-    robot, run = arm.robot, model.run
+    run = model.run
     values = model.parameters.values(calibration.x[None])
     perturb = model.perturb(values)
-    geometry = perturb_with(
-        tuple(effect for one, effect in arm.effects if one.effect.in_urdf and one.effect.stage is Stage.LINKS), run
-    )
-    bends, moves, left_out = [], [], []
-    for one, effect in arm.effects:
-        code = effect.code(run)
-        if code.startswith("lag("):
-            bends.append(f"    {code}")
-        elif code and one.effect.stage is Stage.JOINTS:
-            bends += ["    for q, before, read in steps(path, readings):", f"        {code}"]
-        elif code:
-            moves.append(f"    {code}")
-        elif not one.effect.in_urdf:
-            left_out.append(arm.said(one))
-    numbers: dict[str, Any] = {
-        "JOINTS": list(robot.joints),
-        "PLACEMENTS": geometry(Stage.LINKS, robot.placements[None, None])[0, 0].tolist(),
-        "NOMINAL": robot.placements.tolist(),
-        "AXES": robot.axes.tolist(),
-        "SLIDES": robot.prismatic.tolist(),
-        "CHAIN": list(robot.chain),
-        "END": robot.end.tolist(),
-        "MASSES": masses(robot, arm.stated_payload_kg),
-        "GRAVITY": list(robot.gravity),
-        "FRAMES": _listed(flange_frames(model.blocks, values, perturb)),
-        "CELL": _listed(base_frames(model.blocks, values, perturb)),
+    numbers = _numbers(arm, run) | {
+        "FRAMES": flange_frames(model.blocks, values, perturb),
+        "CELL": base_frames(model.blocks, values, perturb),
     }
-    source = Path(__file__).with_name("runtime.py").read_text(encoding="utf-8").partition(LINE)[2]
-    notes = "".join(f"Not contained: {note}.\n" for note in left_out).replace("\\", "/").replace('"', "'")
+    sources = Sources((*numbers, "EFFECTS"))
+    for function in (runtime.corrected_targets, runtime.sensor):
+        sources.add(function.__name__, function)
+    sources.texts = {"Effect": EFFECT} | sources.texts
+    made, leaves_out, absent = [], {}, []
+    for one, effect in arm.effects:
+        if one.effect.stage not in OF_THE_ARM:
+            absent.append(arm.said(one))
+            continue
+        try:
+            read = sources.add_methods(one.effect, "apply")
+        except (OSError, TypeError, ValueError):  # an effect of one's own, typed into an interpreter
+            read = {"source"}
+        if not read <= KNOWN:
+            absent.append(arm.said(one))
+            continue
+        if "reference" in read:
+            numbers["CALIBRATED"] = run.q
+        needs = _needs(read, run)
+        if needs:
+            leaves_out[str(one)] = ", ".join(needs)
+        sizes = "".join(f", {name}={float(getattr(effect, name)[0])!r}" for name in one.effect.units())
+        made.append(f"    ({type(effect).__name__}({one.where!r}{sizes}), {one.effect.stage.name!r}, {needs!r}),\n")
+    notes = [f"Not contained: {each}." for each in absent]
+    notes += [f"Left out of a pose without {needs}: {each}." for each, needs in leaves_out.items()]
     return "".join(
         [
-            HEAD.format(name=_plain(model.dataset.name), notes=notes),
-            "".join(f"{name} = {value!r}\n" for name, value in numbers.items()),
-            "\n\ndef bend(path: list[list[float]], readings: list[list[float]]) -> None:\n",
-            "\n".join(['    """Joint values as they are, in place of those read, along a path."""', *bends]),
-            "\n\n\ndef move(T: Matrix, read: list[float]) -> Matrix:\n",
-            "\n".join(['    """Where the flange is on what gives way under the arm."""', *moves, "    return T"]),
-            source,
+            HEAD.format(name=_plain(model.dataset.name), notes="".join(f"{_plain(note)}\n" for note in notes)),
+            "".join(f"{line}\n" for line in sorted(sources.imports.values())),
+            "\n",
+            "".join(f"{name} = {_written(value)}\n" for name, value in numbers.items()),
+            f"LEAVES_OUT = {leaves_out!r}  # an effect, and what `forward` must be given to contain it\n",
+            *sources.texts.values(),
+            f"\n\nEFFECTS = [\n{''.join(made)}]\n",
         ]
     )
+
+
+def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
+    """What `runtime` computes with."""
+    robot, temperature = arm.robot, run.poses.temperature_c
+    spans = [run.poses.time_s[path] for path in run.paths] if run.poses.time_s is not None else []
+    duration = len(run.poses) - 1.0 if run.dataset.time_is_order else max(map(np.ptp, spans), default=0.0)
+    return {
+        "JOINTS": robot.joints,
+        "PLACEMENTS": robot.placements,
+        "AXES": robot.axes,
+        "SLIDES": robot.prismatic,
+        "CHAIN": robot.chain,
+        "END": robot.end,
+        "MASSES": np.array([(mass, *centre) for mass, centre in masses(robot, 0.0)]),
+        "GRAVITY": robot.gravity,
+        "PAYLOAD_KG": arm.stated_payload_kg,
+        "DURATION": float(duration) or 1.0,
+        "COLDEST_C": float(temperature.min()) if temperature is not None and run.rise is not None else None,
+        "WARMING_C": 0.0 if temperature is None else float(np.ptp(temperature)),
+        "CALIBRATED": np.zeros((0, len(robot.joints))),  # unless an effect is relative to them
+    }
+
+
+def _needs(read: set[str], run: Run) -> tuple[str, ...]:
+    """What a pose must be given with, where an effect reads these of its run."""
+    warms = "temperature_c" if "rise" in read and run.rise is not None else "time_s"
+    by_name = {"before": {"paths", "approach"}, warms: {"rise", "progress"}, "velocity": {"qd"}}
+    return tuple(name for name, parts in by_name.items() if read & parts)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{name!r}: {_written(each)}" for name, each in value.items()) + "}"
+    return f"np.array({value.tolist()!r})" if isinstance(value, np.ndarray) else repr(value)
 
 
 def masses(robot: Robot, payload_kg: float) -> list[tuple[float, list[float]]]:
@@ -102,10 +146,6 @@ def masses(robot: Robot, payload_kg: float) -> list[tuple[float, list[float]]]:
             moment[carrier] += link.mass * apply(T, link.com)
     centres = moment / np.where(mass > 0, mass, 1.0)[:, None]
     return [(m, centre) for m, centre in zip(mass.tolist(), centres.tolist(), strict=True)]
-
-
-def _listed(frames: dict[str, Array]) -> dict[str, Any]:
-    return {name: T.tolist() for name, T in frames.items()}
 
 
 def _plain(text: str) -> str:

@@ -1,7 +1,5 @@
 """What simulators get of a calibration must move as the model does."""
 
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from functools import cache
@@ -12,7 +10,6 @@ from calibrated import finished, stripe
 
 from robolaser import find_robot
 from robolaser.export.mjcf import mjcf
-from robolaser.export.python_module import corrected_module
 from robolaser.export.sdf import sdf
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
 from robolaser.model.effects import candidate_effects
@@ -59,46 +56,14 @@ def wanted(calibration):
     return calibration.model.flange(calibration.model.parameters.values(calibration.x[None]))[0]
 
 
-def loaded(text):
-    names = {}
-    exec(text, names)
-    return names
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_corrected_py_moves_as_the_model(name):
-    calibration = bent(EFFECTS[name])
-    module, q = loaded(corrected_module(calibration)), made().poses.q
-    order = calibration.model.run.order
-    for n, at in enumerate(order):
-        T = module["flange"](q[at], q[order[:n]])
-        np.testing.assert_allclose(T, wanted(calibration)[at], atol=1e-10)
-    assert np.abs(wanted(calibration) - made().flange()).max() > 1e-4
-
-
-def test_corrected_py_needs_the_standard_library_alone_and_has_the_sensor(tmp_path):
-    calibration = bent(GEOMETRY)
-    (tmp_path / "corrected.py").write_text(
-        corrected_module(calibration) + "\nprint(sensor([0.1] * 6)['tool_0'][0][3])\n"
-    )
-    run = subprocess.run(
-        [sys.executable, "-I", "-S", tmp_path / "corrected.py"], capture_output=True, text=True, check=True
-    )
-    T = np.array(loaded(corrected_module(calibration))["flange"]([0.1] * 6))
-    tool = [calibration.value(f"tool.0.{part}") for part in "xyz"]
-    assert float(run.stdout) == pytest.approx((T @ [*tool, 1.0])[0], abs=1e-12)
-
-
 def test_without_a_robot_there_is_nothing_to_simulate():
     assert mjcf(stripe()) is None
     assert sdf(stripe()) is None
-    assert corrected_module(stripe()) is None
 
 
 def test_what_cannot_be_contained_is_said():
     calibration = bent({"thermal_drift:elbow_joint.growth": 1e-3})
     assert "Not contained: the link before elbow_joint grows" in mjcf(calibration)
-    assert "Not contained: the link before elbow_joint grows" in corrected_module(calibration)
 
 
 def test_what_stands_between_joints_has_names_that_the_urdf_does_not_have():

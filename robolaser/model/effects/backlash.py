@@ -61,10 +61,6 @@ class Backlash(Effect):
         width = number(self.lost_motion)
         return (Play(self.where, width, friction),) if width > 0 else ()
 
-    def code(self, run: Run) -> str:
-        """Along the path; where in the play the first pose is, is as in the calibrated run."""
-        return f"lag(path, {joint_column(run, self.where)}, {number(self.lost_motion)!r}, {number(self.start)!r})"
-
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It follows the path of the other run; where in the play its first pose is stays unknown."""
         if reason := self.hindrance(run):

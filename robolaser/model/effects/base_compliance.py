@@ -63,13 +63,6 @@ class BaseCompliance(Effect):
         soft = compliance > 0
         return (Footing(axes[soft], 1.0 / compliance[soft]),) if soft.any() else ()
 
-    def code(self, run: Run) -> str:
-        """Of the flange."""
-        axes = horizontal_axes(np.array(run.robot.gravity)).tolist()
-        stiffer = (1.0 + number(self.anisotropy), 1.0 - number(self.anisotropy))
-        pairs = [(axis, number(self.compliance) * share) for axis, share in zip(axes, stiffer, strict=True)]
-        return f"T = tipped(T, read, {pairs!r})"
-
 
 def horizontal_axes(gravity: Array) -> Array:
     """Two unit vectors across gravity, (2, 3): x and y of a base that stands upright."""

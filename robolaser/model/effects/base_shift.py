@@ -65,7 +65,7 @@ class BaseShift(Effect):
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         shift = np.stack([self.x, self.y, self.z], axis=-1)
         turned = later[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
-        middle = run.flange[:, :3, 3].mean(axis=0)
+        middle = run.reference.flange[:, :3, 3].mean(axis=0)
         moved = np.broadcast_to(T_base_flange, (len(shift), *T_base_flange.shape[1:])).copy()
         moved[..., :3, :3] += turned @ T_base_flange[..., :3, :3]
         arm = T_base_flange[..., :3, 3] - middle

@@ -177,13 +177,6 @@ class Effect(ABC):
         """What stands for it in a simulator, of one candidate; empty: nothing does, and a note says so."""
         return ()
 
-    def code(self, run: Run) -> str:
-        """A statement of `corrected.py` that does the same at its stage, of one candidate, see `corrected_code`.
-
-        Empty: there is none, and a note says so.
-        """
-        return ""
-
     @classmethod
     def amplitudes(cls) -> tuple[Amplitude, ...]:
         """Its parameters that are zero when nominal, the principal one first."""

@@ -8,7 +8,6 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
-from robolaser.model.effects.mechanism import number
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
@@ -45,8 +44,3 @@ class EncoderEccentricity(Effect):
         angle = q[:, :, joint_column(run, self.where)]
         wave = self.sine[:, None] * np.sin(angle) + self.cosine[:, None] * np.cos(angle)
         return add_to_joint(q, run, self.where, wave)
-
-    def code(self, run: Run) -> str:
-        """Of its joint."""
-        i = joint_column(run, self.where)
-        return f"q[{i}] += {number(self.sine)!r} * math.sin(q[{i}]) + {number(self.cosine)!r} * math.cos(q[{i}])"

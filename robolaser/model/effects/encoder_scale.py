@@ -34,8 +34,3 @@ class EncoderScale(Effect):
     def parts(self, run: Run) -> tuple[Part, ...]:
         """A joint that follows itself."""
         return (Follower(self.where, self.where, number(self.scale)),)
-
-    def code(self, run: Run) -> str:
-        """Of its joint."""
-        i = joint_column(run, self.where)
-        return f"q[{i}] *= {1.0 + number(self.scale)!r}"

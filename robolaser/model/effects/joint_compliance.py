@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import Part, Spring, number
+from robolaser.model.effects.mechanism import Part, Spring
 from robolaser.model.effects.requirements import masses
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
@@ -45,12 +45,15 @@ class JointCompliance(Effect):
 
     def apply(self, q: Array, run: Run, /) -> Array:
         """Let the joint sink."""
-        column = joint_column(run, self.where)
-        g, of_one_kg = run.gravity_torques[:, column], run.torques_of_one_kg[:, column]
-        wound = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
-        most = np.abs(wound).max(axis=1, keepdims=True)
+        wound = self._wound(run)
+        most = np.abs(self._wound(run.reference)).max(axis=1, keepdims=True)
         share = np.abs(wound) / np.where(most > 0, most, 1.0)
         return add_to_joint(q, run, self.where, -wound * (1.0 - self.hardening[:, None] * share))
+
+    def _wound(self, run: Run) -> Array:
+        column = joint_column(run, self.where)
+        g, of_one_kg = run.gravity_torques[:, column], run.torques_of_one_kg[:, column]
+        return np.asarray(self.compliance[:, None] * g + self.payload[:, None] * of_one_kg)
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """A spring."""
@@ -59,13 +62,6 @@ class JointCompliance(Effect):
         sunk = -self.apply(q, run)[0, :, column]
         spring = Spring(self.where, sunk, run.gravity_torques[:, column], run.torques_of_one_kg[:, column])
         return (spring,) if sunk.any() else ()
-
-    def code(self, run: Run) -> str:
-        """Of its joint."""
-        i, compliance, payload = joint_column(run, self.where), number(self.compliance), number(self.payload)
-        most = float(np.abs(compliance * run.gravity_torques[:, i] + payload * run.torques_of_one_kg[:, i]).max())
-        hardening = number(self.hardening) / most if most > 0 else 0.0
-        return f"q[{i}] -= sunk(read, {i}, {compliance!r}, {payload!r}, {hardening!r})"
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It acts as it was found, but the largest load of other poses is another one."""

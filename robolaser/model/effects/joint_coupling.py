@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.urdf import MOST_JOINTS
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.joints import add_to_joint, joint_column, moving_joints
+from robolaser.model.effects.joints import add_to_joint, moving_joints
 from robolaser.model.effects.mechanism import Follower, Part, number
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
@@ -70,11 +70,6 @@ class JointCoupling(Effect):
         """A joint that follows the other one."""
         other = run.robot.joints[self._other(run)]
         return (Follower(self.where, other, number(self.ratio), number(self.offset)),)
-
-    def code(self, run: Run) -> str:
-        """Of its joint."""
-        own = joint_column(run, self.where)
-        return f"q[{own}] += {number(self.ratio)!r} * q[{self._other(run)}] + {number(self.offset)!r}"
 
     def _other(self, run: Run) -> int:
         chain = run.robot.chain

@@ -5,8 +5,7 @@ from typing import final
 
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import number
+from robolaser.model.effects.joints import add_to_joint
 from robolaser.model.stages import Stage
 
 
@@ -30,7 +29,3 @@ class JointOffset(Effect):
     def apply(self, q: Array, run: Run, /) -> Array:
         """Add the offset to the joint's column."""
         return add_to_joint(q, run, self.where, self.offset[:, None])
-
-    def code(self, run: Run) -> str:
-        """Of its joint."""
-        return f"q[{joint_column(run, self.where)}] += {number(self.offset)!r}"

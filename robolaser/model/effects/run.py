@@ -128,6 +128,11 @@ class Run:
         """Temperature above the lowest over the largest such rise, (n,); None where it is unknown or constant."""
         return self.course.rise if self.course is not None else temperature_rise(self.poses)
 
+    @property
+    def reference(self) -> "Run":
+        """The run whose loads and poses effects are relative to: this one."""
+        return self
+
     @cached_property
     def approach(self) -> Array:
         """The direction in which each joint last moved before each pose, (n, j): +1, -1, or 0 before its first move."""

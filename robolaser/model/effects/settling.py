@@ -9,7 +9,6 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import number
 from robolaser.model.effects.requirements import path
 from robolaser.model.stages import Stage
 
@@ -71,11 +70,6 @@ class Settling(Effect):
         column = joint_column(run, self.where)
         missing = self.share[:, None] * moves(q[:, :, [column]], run)[:, :, 0]
         return add_to_joint(q, run, self.where, -missing)
-
-    def code(self, run: Run) -> str:
-        """Of the last move along the path."""
-        i = joint_column(run, self.where)
-        return f"q[{i}] -= {number(self.share)!r} * (q[{i}] - before[{i}])"
 
     @classmethod
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column, turning_joints
-from robolaser.model.effects.mechanism import number
 from robolaser.model.effects.requirements import turning_joint
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
@@ -63,10 +62,3 @@ class TransmissionError(Effect):
         once = self.sine[:, None] * sin + self.cosine[:, None] * cos
         twice = self.sine_2[:, None] * 2 * sin * cos + self.cosine_2[:, None] * (1 - 2 * sin**2)
         return add_to_joint(q, run, self.where, once + twice)
-
-    def code(self, run: Run) -> str:
-        """Of its joint."""
-        i, cycles = joint_column(run, self.where), number(self.cycles)
-        waves = (("sin", 1, self.sine), ("cos", 1, self.cosine), ("sin", 2, self.sine_2), ("cos", 2, self.cosine_2))
-        terms = (f"{number(size)!r} * math.{wave}({n * cycles!r} * q[{i}])" for wave, n, size in waves)
-        return f"q[{i}] += " + " + ".join(terms)
