@@ -204,18 +204,21 @@ class Blocks:
         """
         groups, before = [], 0
         for block in self.one_sensor:
-            own = block.sensor.held_out_groups
-            if own is None:
+            held_out = block.sensor.held_out
+            if held_out is None:
                 return None
-            groups.append(own + before)
-            before += int(own.max()) + 1
+            groups.append(held_out.groups + before)
+            before += int(held_out.groups.max()) + 1
         return self.together(groups, axis=0) if groups else None
 
     def located_apart(self, errors: Array) -> Array:
         """Errors of held-out rows (m, k) once what only they can locate is located from them."""
-        if not self.one_sensor:
-            return errors
-        return self.together([block.sensor.located_apart(errors[block.rows]) for block in self], axis=0)
+        parts = [
+            held_out.located_apart(errors[block.rows])
+            for block in self.one_sensor
+            if (held_out := block.sensor.held_out) is not None
+        ]
+        return self.together(parts, axis=0) if parts else errors
 
     def prefix_of(self, name: str) -> str | None:
         """The parameters `prefix.x .y .z` that hold the place of a named point of the only sensor; None: none do."""

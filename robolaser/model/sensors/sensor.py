@@ -7,7 +7,7 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
@@ -17,6 +17,7 @@ from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.held_out import HeldOut
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
@@ -263,13 +264,9 @@ class Sensor(ABC):
         return tuple(name for name in self.free + self.derived if matches(name, patterns))
 
     @property
-    def held_out_groups(self) -> Ints | None:
-        """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses."""
+    def held_out(self) -> HeldOut | None:
+        """What cross-validation leaves out together, where that is more than poses; None: whole poses."""
         return None
-
-    def located_apart(self, errors: Array) -> Array:
-        """Errors of held-out rows (m, k) once what only they can locate is located from them."""
-        return errors
 
     def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
         """Free parameters, and derived ones that are found on the way, in closed form from the data alone.

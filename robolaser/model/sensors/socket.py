@@ -5,11 +5,13 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
+from robolaser.model.sensors.held_out import HeldOut
+from robolaser.model.sensors.held_out_sockets import HeldOutSockets
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
@@ -17,7 +19,6 @@ from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
-MOST_APART = 4  # connected sockets that are each held out alone: two pairs would leave each fit half of the data
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
 
 
@@ -85,36 +86,6 @@ class Socket(Sensor):
         return f"socket.{name}" if name in self._sockets else None
 
     @property
-    def held_out_groups(self) -> Ints:
-        """Whole sockets, with those at known distances from them, (m,).
-
-        Where distances connect all sockets, each is held out with its nearest neighbour only, or alone. Distances to it
-        stay in the fit, which they cannot help: they say where a socket is that no pose of the fit touches.
-        """
-        whole = self._connected()
-        if len(set(whole.values())) == 1:
-            whole = self._in_pairs()
-        order = {group: i for i, group in enumerate(dict.fromkeys(whole.values()))}
-        return np.array([order[whole[name]] for name in self.dataset.points.names], dtype=np.int64)
-
-    def _connected(self) -> dict[str, str]:
-        """A socket for each, the same for all that known distances connect."""
-        whole = {name: name for name in self._sockets}
-        for one, other, _ in self.dataset.distances_m:
-            old, new = whole.get(other, other), whole.get(one, one)
-            whole = {name: new if group == old else group for name, group in whole.items()}
-        return whole
-
-    def _in_pairs(self) -> dict[str, str]:
-        """A socket for each, the same for two that are nearest to each other; only itself where there are few."""
-        whole: dict[str, str] = {}
-        for one, other, _ in sorted(self.dataset.distances_m, key=lambda pair: pair[2]):
-            if len(self._sockets) > MOST_APART and {one, other} <= set(self._sockets) - set(whole):
-                whole |= {one: one, other: one}
-        return {name: whole.get(name, name) for name in self._sockets}
-
-    def located_apart(self, errors: Array) -> Array:
-        """From the mean of each socket's rows: one that was held out is located from its own poses."""
-        counts = np.bincount(self._socket)[:, None]
-        sums = np.stack([np.bincount(self._socket, errors[:, axis]) for axis in range(3)], axis=-1)
-        return np.asarray(errors - (sums / counts)[self._socket])
+    def held_out(self) -> HeldOut:
+        """Whole sockets."""
+        return HeldOutSockets(self.dataset)
