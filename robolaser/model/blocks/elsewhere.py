@@ -21,7 +21,7 @@ def seen_from(blocks: Blocks, values: Values, T_base_flange: Array) -> tuple[Poi
         Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
     """
     last = [of_sensor[-1] for of_sensor in blocks.by_sensor]
-    seen = [found for one in last if (found := one.sensor.seen_from(one.values(values), T_base_flange)) is not None]
+    seen = [there.seen_from(one.values(values), T_base_flange) for one in last if (there := one.sensor.elsewhere)]
     if len(seen) < len(last):
         return None
     if len(seen) == 1:
@@ -33,4 +33,6 @@ def seen_from(blocks: Blocks, values: Values, T_base_flange: Array) -> tuple[Poi
 
 def aims(blocks: Blocks, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
     """Places on the flange, (a, 3), and where each must come for the only sensor to see something; None: anywhere."""
-    return next((one.sensor.aims(one.values(values), T_base_flange) for one in blocks.one_sensor[-1:]), None)
+    last = blocks.one_sensor[-1:]
+    aimed = (there.aims(one.values(values), T_base_flange) for one in last if (there := one.sensor.elsewhere))
+    return next(aimed, None)

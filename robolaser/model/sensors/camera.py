@@ -24,6 +24,7 @@ from robolaser.model.sensors.camera_projection import (
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.elsewhere import Elsewhere, each_once
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.words import Words
@@ -226,14 +227,25 @@ class CameraSensor(Sensor):
             return CellFrames(camera, published=camera)
         return CellFrames({"target": self._target(values, perturb)[0, 0]}, camera, published=camera)
 
+    @property
+    def elsewhere(self) -> Elsewhere:
+        """Views of the whole target."""
+        return TargetInView(self)
+
+
+@final
+class TargetInView(Elsewhere):
+    """Every point of the target once at each pose; poses that show most of them are good."""
+
+    def __init__(self, sensor: CameraSensor) -> None:
+        self._sensor = sensor
+
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """Every point of the target once at each pose; poses that show most of them are good."""
-        points, poses = self.dataset.points, len(T_base_flange)
-        _, first = np.unique(points.number, return_index=True)
-        rows = points.take(np.tile(np.sort(first), poses))
-        rows = replace(rows, pose=np.repeat(np.arange(poses), len(first)), repeat=None)
-        there = CameraSensor(replace(self.dataset, points=rows))
+        """The target's points where the images would have them."""
+        dataset, image_px, poses = self._sensor.dataset, np.array(self._sensor.image_px), len(T_base_flange)
+        rows = each_once(dataset.points, poses)
+        there = CameraSensor(replace(dataset, points=rows))
         pixel = rows["pixel"] - there.residuals(values, T_base_flange[None], Perturbation())[0]
-        inside = np.abs(pixel - (np.array(self.image_px) - 1.0) / 2.0) <= (0.5 - MARGIN) * np.array(self.image_px)
+        inside = np.abs(pixel - (image_px - 1.0) / 2.0) <= (0.5 - MARGIN) * image_px
         shown = inside.all(axis=1).reshape(poses, -1).mean(axis=1)
         return replace(rows, pixel=pixel), np.asarray(shown >= SHARE_SEEN)

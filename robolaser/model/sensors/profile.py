@@ -6,15 +6,17 @@ from typing import Any, ClassVar, Literal, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset, Points
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
 from robolaser.geometry.hand_eye import undetermined_reason
-from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
+from robolaser.geometry.rigid_motion import carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.elsewhere import Elsewhere
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
+from robolaser.model.sensors.profile_elsewhere import ProfileElsewhere
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.words import Words
@@ -23,10 +25,6 @@ from robolaser.parameters import Values
 
 HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
 ENOUGH_PROFILES = 600  # profiles that start values are found from
-ARC = np.radians(60.0)  # half the arc of a ball that a sensor sees
-MOST_CUT = 0.75
-"""Distance of a ball's middle from the profile's plane, over its radius, up to which the ball is seen well."""
-ROWS = 24  # of a profile that would be seen
 
 
 @final
@@ -152,32 +150,10 @@ class Profile(Sensor):
         effect = normals[:, None] @ axes
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
-    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
-        """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
-        of_pose = self.dataset.points.pose
-        _, first = np.unique(of_pose * len(self._balls) + self._ball, return_index=True)
-        there = self.known(values, T_base_flange[None], Perturbation())[0, first]
-        return apply(inverse(T_base_flange[of_pose[first]]), there), there
-
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """A profile of the ball that is nearest to the sensor's plane, where points lie within the range measured."""
-        balls = np.stack([vector(values, f"ball.{name}")[0] for name in self._balls])
-        radii = np.array([self.dataset.radius_m[name] for name in self._balls])
-        hand_eye = motion(values, "hand_eye")
-        there = apply(T_base_flange[:, None], balls) if self._stands else balls
-        T_base_sensor = hand_eye if self._stands else T_base_flange @ hand_eye
-        there = apply(inverse(T_base_sensor)[:, None], there)
-        low, high = self._measured[0].min(axis=0), self._measured[0].max(axis=0)
-        near = there - radii[:, None] * (0.0, 0.0, 1.0)
-        inside = ((near >= low) & (near <= high))[..., ::2].all(axis=-1)
-        beside = np.where(inside, np.abs(there[..., 1]) / radii, np.inf)
-        nearest, poses = beside.argmin(axis=1), np.arange(len(T_base_flange))
-        x, y, z = there[poses, nearest].T[..., None]
-        radius, angle = np.sqrt(np.maximum(radii[nearest, None] ** 2 - y**2, 0.0)), np.linspace(-ARC, ARC, ROWS)
-        profile = np.stack([x + radius * np.sin(angle), z - radius * np.cos(angle)], axis=-1)
-        names = tuple(self._balls[ball] for ball in nearest.repeat(ROWS).tolist())
-        points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
-        return points, np.asarray(beside[poses, nearest] < MOST_CUT)
+    @property
+    def elsewhere(self) -> Elsewhere:
+        """Profiles of the balls."""
+        return ProfileElsewhere(self)
 
     def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
         """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""

@@ -2,13 +2,12 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.errors import DataError
@@ -17,6 +16,7 @@ from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.elsewhere import Elsewhere, NamedPoints
 from robolaser.model.sensors.held_out import HeldOut
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
@@ -227,25 +227,10 @@ class Sensor(ABC):
         """The same without effects."""
         return self.squares(values, T_base_flange, Perturbation())
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
-        """What would be measured at other poses (default: each named point once); None where the flange cannot go.
-
-        Args:
-            values: All parameters.
-            T_base_flange: (p, 4, 4).
-
-        Returns:
-            Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
-        """
-        points, poses = self.dataset.points, len(T_base_flange)
-        _, first = np.unique(points.number, return_index=True)
-        rows = points.take(np.tile(np.sort(first), poses))
-        numbers = np.repeat(np.arange(poses), len(first))
-        return replace(rows, pose=numbers, repeat=None), np.ones(poses, dtype=bool)
-
-    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
-        """Places on the flange, (a, 3), and where each must come for something to be seen; None where anywhere does."""
-        return None
+    @property
+    def elsewhere(self) -> Elsewhere | None:
+        """What it would measure at other poses; None where the flange cannot go elsewhere."""
+        return NamedPoints(self.dataset)
 
     @property
     def description(self) -> dict[str, Any]:

@@ -78,7 +78,8 @@ class Socket(Sensor):
         """Shifts and turns in the base frame."""
         return rigid_moves(self.known(values, T_base_flange, perturb)[0], self.dataset.points.pose)
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> None:
+    @property
+    def elsewhere(self) -> None:
         """Nothing: an arm that is seated in a socket cannot choose where it stands."""
 
     def prefix_of(self, name: str) -> str | None:

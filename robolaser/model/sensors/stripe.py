@@ -6,7 +6,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
@@ -14,12 +14,14 @@ from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.elsewhere import Elsewhere
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.stripe_cost import StripeCost
+from robolaser.model.sensors.stripe_elsewhere import StripeElsewhere
 from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
 from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
@@ -28,7 +30,6 @@ from robolaser.parameters import Parameter, Values
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """The paper's fourteen, in its order (eq. 15)."""
 
-SEEN_ALONG = 5  # points of the stripe that stand for all of them
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
 are made, would else seem to know everything across them."""
@@ -125,24 +126,10 @@ class Stripe(Sensor):
         """Camera and laser."""
         return CellFrames(scanner_geometry.frames(self.dataset, values, perturb), published=("camera_optical",))
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """Some points along the stripe on the middle level of the target."""
-        view, xyz = scanner_geometry.view_of(self.dataset, values), self.dataset.points["xyz"]
-        T_base_target = np.eye(4) if self.dataset.placed else motion(values, "target")[0]
-        T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
-        level = float(np.median(xyz[:, 2]))
-        lit = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), SEEN_ALONG)[None])
-        pixel, shown = view.pixels(lit), apply(T_target_camera[:, None], lit)
-        low, high = xyz.min(axis=0), xyz.max(axis=0)
-        good = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2)) & view.contains(pixel).all(axis=1)
-        poses = len(T_base_flange)
-        points = Points(
-            np.repeat(np.arange(poses), SEEN_ALONG),
-            tuple(map(str, range(SEEN_ALONG))) * poses,
-            pixel=pixel.reshape(-1, 2),
-            xyz=shown.reshape(-1, 3),
-        )
-        return points, np.asarray(good)
+    @property
+    def elsewhere(self) -> Elsewhere:
+        """The stripe across the target."""
+        return StripeElsewhere(self.dataset)
 
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether target points lie in front of the camera, (m,)."""

@@ -13,7 +13,8 @@ from robolaser.model.blocks.cell_frames import mount_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion, six_of, vector
-from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS, ProfileOptions
+from robolaser.model.sensors.profile import ProfileOptions
+from robolaser.model.sensors.profile_elsewhere import ARC, MOST_CUT, ROWS
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
 from robolaser.robot.postures import limits

@@ -179,7 +179,7 @@ def test_it_sees_the_target_from_elsewhere_as_the_model_says() -> None:
     made = cell()
     values = {name: np.array([value]) for name, value in made.truth.items()}
     q = made.dataset.poses.q + np.random.default_rng(0).normal(0.0, 0.02, made.dataset.poses.q.shape)
-    points, good = Model(made.dataset).blocks.sensor.seen_from(values, ROBOT.forward(q[None])[0])
+    points, good = Model(made.dataset).blocks.sensor.elsewhere.seen_from(values, ROBOT.forward(q[None])[0])
     assert good.any()
     there = Model(replace(made.dataset, poses=Poses(made.dataset.poses.names, q=q), points=points))
     assert np.abs(there.residuals_at(values)).max() < 1e-9
