@@ -153,7 +153,7 @@ class Profile(Sensor):
     @property
     def elsewhere(self) -> Elsewhere:
         """Profiles of the balls."""
-        return ProfileElsewhere(self)
+        return ProfileElsewhere(self, stands=self._stands)
 
     def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
         """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""

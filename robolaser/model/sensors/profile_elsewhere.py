@@ -23,11 +23,10 @@ ROWS = 24  # of a profile that would be seen
 class ProfileElsewhere(Elsewhere):
     """Poses are good where the sensor's plane cuts a ball near its middle, within the range that was measured."""
 
-    def __init__(self, sensor: Sensor) -> None:
+    def __init__(self, sensor: Sensor, *, stands: bool) -> None:
         points = sensor.dataset.points
-        self._sensor = sensor
+        self._sensor, self._stands = sensor, stands
         self._balls, self._ball = tuple(dict.fromkeys(points.names)), points.number
-        self._stands = getattr(sensor.dataset.options, "mount", "flange") == "base"
 
     def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
         """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
