@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, cast, final
 
 import numpy as np
 
@@ -62,6 +62,7 @@ class Sensor(ABC):
     def __init__(self, dataset: Dataset) -> None:
         self.dataset = dataset
 
+    @final
     @classmethod
     def has_laser_plane(cls) -> bool:
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
@@ -92,6 +93,7 @@ class Sensor(ABC):
         """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
         return ()
 
+    @final
     @property
     def held(self) -> tuple[str, ...]:
         """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
@@ -161,6 +163,7 @@ class Sensor(ABC):
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None where it has none."""
         return None
 
+    @final
     def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
         known = self.known(values, T_base_flange, perturb)
@@ -205,6 +208,7 @@ class Sensor(ABC):
         """The parameters `prefix.x .y .z` that hold the place of a named point; None where none do."""
         return None
 
+    @final
     @property
     def known_distances(self) -> KnownDistances | None:
         """Rows of their own that state distances between named points."""
@@ -215,6 +219,7 @@ class Sensor(ABC):
         ]
         return KnownDistances.of(pairs, self.dataset.noise) if pairs else None
 
+    @final
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """J of eq. 18, the sum of squared residuals, (c,) [unit²]; infinite at the model's poles."""
         residuals = self.residuals(values, T_base_flange, perturb)
@@ -241,6 +246,7 @@ class Sensor(ABC):
         """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
         return ""
 
+    @final
     @property
     def put_anew(self) -> tuple[str, ...]:
         """Its parameters that say where things were put or mounted for a campaign: another one has others."""
@@ -266,6 +272,7 @@ class Sensor(ABC):
         """
         raise self.lacks([name for name in self.free if name not in known])
 
+    @final
     def lacks(self, missing: Sequence[str]) -> DataError:
         """The error of free parameters that the data set must give."""
         return DataError(
