@@ -78,7 +78,6 @@ def compare(
     from robolaser.benchmark import compare as comparing
     from robolaser.benchmark import journal
     from robolaser.benchmark.solvers import DEFAULT
-    from robolaser.results.comparison import write_comparison
 
     if not datasets:
         raise UsageError("Name a problem, DATASET: see `robolaser compare --help`.")
@@ -88,7 +87,6 @@ def compare(
         if merge:
             result = journal.merge(datasets)
             comparing.refuse_to_mix(output, resume=resume, force=force)
-            write_comparison(result, output)
         else:
             try:
                 with terminal.progress() as progress:
@@ -107,7 +105,6 @@ def compare(
                         resume=resume,
                         force=force,
                         progress=progress,
-                        write=write_comparison,
                     )
             except Interrupted:
                 so_far = journal.merge([output])
@@ -131,8 +128,9 @@ def _show(
     iohprofiler: bool,
     typed: str,
 ) -> None:
-    """Write what was asked for besides, with the names that readers know, and print the result."""
-    from robolaser.benchmark.export import comparison_json, iohprofiler_files
+    """Write all files, the page with the names that readers know, and print the result."""
+    from robolaser.benchmark import journal
+    from robolaser.benchmark.export import comparison_json, iohprofiler_files, runs_csv
     from robolaser.benchmark.standings import standings
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.comparison import page, print_comparison
@@ -140,14 +138,19 @@ def _show(
 
     shown = result.labelled(labels_of(label, list(result.solvers)))
     judged = [standings(shown, family) for family in shown.families]
-    files: dict[str, str | bytes | None] = {"report.html": page(shown, judged, command=typed)}
+    text = comparison_json(result, [standings(result, family) for family in result.families])
+    files: dict[str, str | bytes | None] = {
+        journal.NAME: result.journal,
+        "runs.csv": runs_csv(result),
+        "report.html": page(shown, judged, command=typed),
+        "comparison.json": text,
+    }
     if iohprofiler:
         files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}
     if table is not None:
         files[FILES[table]] = paper_tables(shown, judged, table)
     with results_in(output, command="compare", files=list(files), force=True):
         write_results(output, files)
-    text = comparison_json(result, [standings(result, family) for family in result.families])
     terminal.show(text, lambda: print_comparison(shown, judged, output))
 
 

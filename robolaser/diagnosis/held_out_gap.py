@@ -68,11 +68,6 @@ class HeldOut:
         own = known is not None and not fit.effects and known.fitted_model.dataset is fit.model.dataset
         return known.held_out_rows if known is not None and own else None
 
-    def calibrated_gap(self, start: Fit) -> float:
-        """That of the calibration, also where a search left out other rows; of the start where there is none [m]."""
-        known = self._calibration
-        return known.held_out_rms_m if known and known.held_out_rms_m is not None else self.gap(start)
-
     def turn(self, fit: Fit) -> float:
         """Root mean square of those numbers of the rows that are angles [rad]."""
         self.errors(fit)
@@ -80,8 +75,9 @@ class HeldOut:
         return rms(self._known[id(fit)][2][:, row_format.numbers - row_format.angles :])
 
     def gap(self, fit: Fit) -> float:
-        """Their root mean square [m]."""
-        return rms(self.errors(fit))
+        """Their root mean square [m]; without effects the calibration's, also where a search left out other rows."""
+        known = None if fit.effects or self._calibration is None else self._calibration.held_out_rms_m
+        return rms(self.errors(fit)) if known is None else known
 
 
 def is_lower(before: Array, after: Array, pose: Ints) -> bool:

@@ -52,6 +52,16 @@ class NominalArm:
         """T_base_flange, (c or 1, n, j) -> (c, n, 4, 4)."""
         return np.asarray(self.joint_frames(q, placements)[:, :, -1] @ self.end)
 
+    def jacobian(self, q: Array) -> Array:
+        """Velocity of the flange's origin per unit speed of each joint, (c, n, j) -> (c, n, 3, j)."""
+        frames, chain = self.joint_frames(q), list(self.chain)
+        axes = np.einsum("cnkab,kb->cnka", frames[..., :3, :3], self.axes[chain])
+        flange = (frames[:, :, -1] @ self.end)[:, :, None, :3, 3]
+        turns = np.cross(axes, flange - frames[..., :3, 3])
+        moves = np.zeros((*q.shape[:2], 3, q.shape[2]))
+        moves[..., chain] = np.swapaxes(np.where(self.prismatic[chain][:, None], axes, turns), 2, 3)
+        return moves
+
     def carried(self, q: Array) -> tuple[Array, Array]:
         """The mass that each joint carries, (j,) [kg], and where its centre is, (n, j) -> (n, j, 3) [m]."""
         frames = self.joint_frames(q[None])[0]

@@ -13,9 +13,7 @@ from robolaser.data.atomic_write import STAGED, finish_writing
 from robolaser.trials.sealed_truth import key_beside, unseal
 
 STATE = (
-    "runs.sqlite",
-    "runs.sqlite-wal",
-    "runs.sqlite-shm",
+    "runs.jsonl",
     "search.npz",
     "trial.key",
 )  # of what is stopped, to be gone on with; a key opens both trials
@@ -71,7 +69,7 @@ def typed(inputs, command, out):
         "calibrate": (f"{stripe} --output {out}", "--weights noise"),
         "plan": (f"{stripe} --output {out}", "--points 3"),
         "diagnose": (f"{stripe} --output {out}", "--without backlash"),
-        "extract": (f"{recording} --output {out}", "--centre gravity"),
+        "extract": (f"{recording} --output {out}", "--centre steger"),
         "scan": (f"{calibration} {stripe} --output {out}/c.ply --report", "--nominal"),
         "scan las": (f"{calibration} {stripe} --output {out}/c.las", "--nominal"),
         "compare": (

@@ -86,7 +86,7 @@ def test_the_second_of_two_comparisons_on_one_folder_is_refused_and_the_first_lo
     typed = ["compare", "pymoo:sphere-3", "--output", str(tmp_path / "cmp"), "--algorithms", "ga", "--jobs", "1"]
     start = [sys.executable, "-m", "robolaser", *typed, "--seeds", "2", "--budget", "200000", "--quiet"]
     with subprocess.Popen(start) as first:
-        record = tmp_path / "cmp" / "runs.sqlite"
+        record = tmp_path / "cmp" / "runs.jsonl"
         while not record.exists() and first.poll() is None:
             time.sleep(0.05)
         assert first.poll() is None, "the first comparison ended before the second began"

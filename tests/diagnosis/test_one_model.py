@@ -40,9 +40,9 @@ class Faulty:
 
     @cached_property
     def refits(self) -> Refits:
-        preparation, marked = Preparation.of(faulty(), 0)
-        effects = library(FEW, preparation.dataset)
-        return Refits(preparation.fit(marked, effects)[1], effects)
+        preparation = Preparation.of(faulty(), 0)
+        effects = library(FEW, preparation.weighted.problem.model.dataset)
+        return Refits(preparation.fit(effects), effects)
 
     @cached_property
     def both(self) -> Fit:

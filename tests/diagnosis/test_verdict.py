@@ -217,7 +217,6 @@ def test_a_function_is_no_larger_than_is_plausible():
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("MIN_POSES", 5),
         ("REFITS_PER_ADDITION", 4),
         ("REFITS_PER_EXCHANGE", 2),
         ("PAIRED_CANDIDATES", 16),

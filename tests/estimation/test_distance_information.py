@@ -61,7 +61,7 @@ def test_standard_errors_match_the_spread_of_fits_with_known_distances(weights):
             for a, b in ("01", "02", "12")
         )
         stated = replace(made.dataset, distances_m=pairs, noise=replace(made.dataset.noise, distance_m=DISTANCE_M))
-        found = calibrate(stated, Plan(weights=weights))
+        found = calibrate(stated, Plan(weights=weights)).calibration
         misses.append(found.x - [made.truth[name] for name in found.model.parameters.names])
         stds.append(found.std)
         model, x = found.model, found.x

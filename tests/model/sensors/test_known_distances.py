@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser import Calibration, Plan, calibrate
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
