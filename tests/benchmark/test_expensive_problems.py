@@ -22,7 +22,7 @@ def test_the_time_limit_is_looked_at_after_each_candidate_and_keeps_what_was_fou
     result = robolaser.compare([Slow(0.2)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=1.0)
     (run,) = result.runs
     assert (run.state, run.reason) == ("done", "ended by its time limit of 1 s")
-    assert 3 <= run.evaluations <= 6
+    assert 1 <= run.evaluations <= 6  # of a hundred; how many depends on how busy the machine is
     assert run.trace.final < 75
     assert time.monotonic() - began < 60
 
