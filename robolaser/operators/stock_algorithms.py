@@ -27,7 +27,10 @@ def _several(module: str, name: str, **settings: Any) -> StockAlgorithm:
 
 def _maker(module: str, name: str, **settings: Any) -> Callable[..., Any]:
     def make(**operators: Any) -> Any:
-        kind = getattr(import_module(f"pymoo.algorithms.{module}"), name)
+        try:
+            kind = getattr(import_module(f"pymoo.algorithms.{module}"), name)
+        except Exception as error:  # pymoo asks for some libraries with a plain Exception
+            raise ImportError(str(error)) from error
         made = {key: value() if callable(value) else value for key, value in settings.items()}
         return kind(**made, **operators)
 
