@@ -45,6 +45,8 @@ CODE: dict[str, tuple[Callable[..., Any], tuple[int, ...], tuple[int, ...]]] = {
     "norm along another axis": (lambda a, b: np.linalg.norm(a + b, axis=0, keepdims=True), (2, 3), (2, 3)),
     "inv": (lambda a, b: np.linalg.inv(a + 3.0 * np.eye(3)) @ b, (2, 3, 3), (2, 3, 3)),
     "sinc": (lambda a, b: np.sinc(a) + b, (2, 3), (2, 3)),
+    "clip": (lambda a, b: np.clip(a, b - 0.3, b + 0.3), (2, 3), (2, 3)),
+    "max": (lambda a, b: (a * b).max(axis=1, keepdims=True) + np.max(a, axis=0), (2, 3), (2, 3)),
     "cross": (np.cross, (2, 3), (4, 1, 3)),
     "zeros_like": (lambda a, b: filled(a) * filled(b), (2, 3), (2, 3)),
     "in place": (lambda a, b: accumulated(a * b), (2, 3), (2, 3)),

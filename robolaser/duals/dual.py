@@ -24,7 +24,7 @@ LINEAR = frozenset(
 )  # functions that act on each derivative as on the value
 VALUES_ONLY = frozenset(
     {np.equal, np.not_equal, np.less, np.less_equal, np.greater, np.greater_equal, np.isfinite, np.isnan, np.sign}
-    | {np.floor, np.rint, np.signbit, np.shape, np.ndim, np.size, np.argmax, np.argmin, np.all, np.any}
+    | {np.floor, np.rint, np.signbit, np.ones_like, np.shape, np.ndim, np.size, np.argmax, np.argmin, np.all, np.any}
 )  # what has no derivative, or none but zero
 
 
@@ -47,6 +47,11 @@ class Dual(NDArrayOperatorsMixin):
     def parameter(cls, value: Array, number: int) -> "Dual":
         """A parameter of this number."""
         return cls(value, np.ones((1, *value.shape)), (number,))
+
+    @classmethod
+    def constant(cls, value: Array) -> "Dual":
+        """What no parameter moves, but may be filled with what some do."""
+        return cls(value, np.zeros((0, *value.shape)), ())
 
     def __repr__(self) -> str:
         return f"Dual({self.value!r}, by parameters {self.of})"
@@ -144,9 +149,14 @@ class Dual(NDArrayOperatorsMixin):
         """As of arrays."""
         return Dual(self.value.swapaxes(one, other), self.slopes.swapaxes(after(one), after(other)), self.of)
 
-    def take(self, which: Ints, axis: int) -> "Dual":
+    def repeat(self, count: int, axis: int) -> "Dual":
+        """As of arrays, along one axis."""
+        return Dual(self.value.repeat(count, axis=axis), self.slopes.repeat(count, axis=after(axis)), self.of)
+
+    def take(self, which: Ints, axis: int, mode: Any = "raise") -> "Dual":
         """As of arrays."""
-        return Dual(self.value.take(which, axis=axis), self.slopes.take(which, axis=after(axis)), self.of)
+        value = self.value.take(which, axis=axis, mode=mode)
+        return Dual(value, self.slopes.take(which, axis=after(axis), mode=mode), self.of)
 
     def reshape(self, *shape: Any) -> "Dual":
         """As of arrays."""
@@ -162,6 +172,12 @@ class Dual(NDArrayOperatorsMixin):
         """As of arrays, along one axis."""
         value = self.value.mean(axis=axis, keepdims=keepdims)
         return Dual(value, self.slopes.mean(axis=after(axis), keepdims=keepdims), self.of)
+
+    def max(self, axis: int, *, keepdims: bool = False) -> "Dual":
+        """As of arrays, along one axis."""
+        at = np.expand_dims(self.value.argmax(axis=axis), axis)
+        most = np.take_along_axis(self, at, axis=axis)
+        return most if keepdims else np.squeeze(most, axis)
 
     def copy(self) -> "Dual":
         """A copy that shares no memory."""

@@ -79,7 +79,7 @@ def _sinc(array: Dual) -> Dual:
 
 def _zeros_like(array: Any, dtype: Any = float, shape: Any = None) -> Dual:
     shape = array.shape if shape is None else shape
-    return Dual(np.zeros(shape, dtype), np.zeros((0, *shape)), ())
+    return Dual.constant(np.zeros(shape, dtype))
 
 
 def _take_along_axis(array: Dual, indices: Ints, axis: int = -1) -> Dual:
@@ -90,6 +90,10 @@ def _take_along_axis(array: Dual, indices: Ints, axis: int = -1) -> Dual:
 def _broadcast_to(array: Dual, shape: tuple[int, ...]) -> Dual:
     value = np.broadcast_to(array.value, shape)
     return joined(value, [(array.of, padded(array.slopes, value.ndim))])
+
+
+def _clip(array: Any, low: Any, high: Any) -> Any:
+    return np.minimum(np.maximum(array, low), high)
 
 
 RULES: dict[Any, Callable[..., Any]] = {
@@ -108,6 +112,8 @@ RULES: dict[Any, Callable[..., Any]] = {
     np.take: Dual.take,
     np.take_along_axis: _take_along_axis,
     np.reshape: Dual.reshape,
+    np.clip: _clip,
+    np.max: Dual.max,
     np.sum: Dual.sum,
     np.mean: Dual.mean,
     np.copy: Dual.copy,

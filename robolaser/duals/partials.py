@@ -25,6 +25,7 @@ PARTIALS: dict[np.ufunc, tuple[Callable[..., Any], ...]] = {
     np.sqrt: (lambda v, _: 0.5 / v,),
     np.power: (lambda _, a, b: b * a ** (b - 1.0), lambda v, a, b: v * np.log(a)),
     np.exp: (lambda v, _: v,),
+    np.expm1: (lambda v, _: v + 1.0,),
     np.log: (lambda _, a: 1.0 / a,),
     np.sin: (lambda _, a: np.cos(a),),
     np.cos: (lambda _, a: -np.sin(a),),

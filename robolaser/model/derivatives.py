@@ -1,4 +1,4 @@
-"""Derivatives of the forward model's residuals: its sensor's residuals run on duals."""
+"""Derivatives of the forward model's residuals: its effects and its sensors run on duals."""
 
 from typing import Any, cast
 
@@ -7,15 +7,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.model.chain_rule import ChainRule
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.pose_motions import in_six_ways
-from robolaser.model.sensors.sensor import TWIST_STEP
-from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
-STEP = 1e-5
-"""Of a central difference, in units of a parameter's range: truncation and rounding are both near 1e-10 there."""
 WAYS = 6  # in which a flange can move
 
 
@@ -30,12 +25,12 @@ def jacobian(model: Model, x: Array) -> Array:
         (c, d, m, k), in the residuals' unit per unit of each parameter.
     """
     count = x.shape[1]
-    chain = model.chain_rule(x, np.append(STEP * model.parameters.width, np.full(WAYS, TWIST_STEP)))
-    flange = model.moving_flange(chain)
+    values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
+    flange: Any = model.flange(cast("Values", values))
     if not isinstance(flange, Dual) or len(flange.of) <= WAYS:
-        return _by_numbers(model, x, flange, chain, count)
+        return _by_numbers(model, values, flange, count)
     # however many parameters move joints and links, they move the flange in six ways, and each row by that of its pose
-    J = _by_numbers(model, x, in_six_ways(flange.value, np.zeros(3), count), chain, count + WAYS)
+    J = _by_numbers(model, values, in_six_ways(flange.value, np.zeros(3), count), count + WAYS)
     moves = np.moveaxis(_twists(flange), 0, -1)[:, model.dataset.points.pose]
     by_way = np.moveaxis(J[:, count:], 1, -1)
     J = J[:, :count].copy()
@@ -43,11 +38,12 @@ def jacobian(model: Model, x: Array) -> Array:
     return J
 
 
-def _by_numbers(model: Model, x: Array, flange: Array | Dual, chain: ChainRule, count: int) -> Array:
+def _by_numbers(model: Model, values: dict[str, Dual], flange: Array | Dual, count: int) -> Array:
     """Derivatives of the residuals by all numbers below a count, (c, count, m, k)."""
-    values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
-    residuals: Any = model.blocks.residuals(cast("Values", values), cast("Array", flange), cast("Perturbation", chain))
-    J = np.zeros((len(x), count, *residuals.shape[1:]))
+    at = cast("Values", values)
+    residuals: Any = model.blocks.residuals(at, cast("Array", flange), model.perturb(at))
+    first = next(iter(values.values()))
+    J = np.zeros((len(first), count, *residuals.shape[1:]))
     if isinstance(residuals, Dual):
         J[:, list(residuals.of)] = np.swapaxes(residuals.slopes, 0, 1)
     return J

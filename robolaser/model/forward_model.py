@@ -1,6 +1,6 @@
 """The model of a cell: the chain from encoder and image to points, with effects at its stages."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
@@ -9,18 +9,16 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.duals import Dual, bare
 from robolaser.errors import DataError
 from robolaser.model.blocks import Blocks
 from robolaser.model.blocks.distances import known_distances
 from robolaser.model.blocks.start import initialize, parameters_of
-from robolaser.model.chain_rule import Acting, ChainRule
-from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
+from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
-from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
+from robolaser.robot.flange_motion import moving_flange
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -107,19 +105,6 @@ class Model:
         """The sensor's parameters; effects at their nominal values change none of them."""
         return parameters_of(self.blocks, self._nominal_flange)
 
-    def chain_rule(self, x: Array, steps: Array) -> ChainRule:
-        """How what passes the stages moves with all parameters.
-
-        Args:
-            x: Candidates, (c, d).
-            steps: Of the numerical derivatives by each parameter, (d,).
-        """
-        acting = tuple(Acting(one.effect.stage, one.parameters.names, self._act(one)) for one in self.effects)
-        return ChainRule(acting, self.parameters.values(x), steps)
-
-    def _act(self, one: CandidateEffect) -> Callable[[Array, Values], Array]:
-        return lambda value, values: acted(one.at(values), value, self.run)
-
     def perturb(self, values: Values) -> Perturbation:
         """The effects with the numbers of each candidate."""
         return perturb_with(tuple(candidate_effect.at(values) for candidate_effect in self.effects), self.run)
@@ -132,33 +117,20 @@ class Model:
     def _robot_bends(self) -> bool:
         return any(candidate_effect.effect.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
 
-    def flange(self, values: Values, perturb: Perturbation | None = None) -> Array:
-        """T_base_flange at every pose, (c or 1, n, 4, 4)."""
+    def flange(self, values: Values, perturb: Perturbation | None = None, q: Array | None = None) -> Array:
+        """T_base_flange at every pose, (c or 1, n, 4, 4); with its derivatives where values carry some.
+
+        Args:
+            values: By name, (c,) each.
+            perturb: The effects with these values.
+            q: Joint values in the place of those read, (c or 1, n, j).
+        """
         perturb = perturb or self.perturb(values)
         poses, robot = self.dataset.poses, self.dataset.robot
-        if not self._robot_bends or robot is None or poses.q is None:
+        if robot is None or poses.q is None or (q is None and not self._robot_bends):
             return perturb(Stage.FLANGE, self._nominal_flange)
-        q = perturb(Stage.JOINTS, poses.q[None])
-        return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, robot.placements[None, None])))
-
-    def moving_flange(self, chain: ChainRule) -> Array | Dual:
-        """T_base_flange, (c or 1, n, 4, 4), and how it moves where effects move it."""
-        poses, robot = self.dataset.poses, self.dataset.robot
-        if not self._robot_bends or robot is None or poses.q is None:
-            still: Array | Dual = chain(Stage.FLANGE, self._nominal_flange)
-            return still
-        q, placements = chain(Stage.JOINTS, poses.q[None]), chain(Stage.LINKS, robot.placements[None, None])
-        frames, by_joints = robot.joint_frames_and_twists(bare(q), bare(placements))
-        T, moved = frames[:, :, -1] @ robot.end, []
-        if isinstance(q, Dual):
-            moved.append((q.of, twists_by_joints(by_joints, q.slopes.swapaxes(0, 1))))
-        if isinstance(placements, Dual):
-            by_links = twists_by_placements(robot, frames, placements.value, placements.slopes.swapaxes(0, 1))
-            moved.append((placements.of, by_links))
-        slopes = moved_by_twists(T, np.concatenate([twists for _, twists in moved], axis=1))
-        of = tuple(number for numbers, _ in moved for number in numbers)
-        out: Array | Dual = chain(Stage.FLANGE, Dual(T, slopes.swapaxes(0, 1), of))
-        return out
+        q, placements = perturb(Stage.JOINTS, poses.q[None] if q is None else q), robot.placements[None, None]
+        return perturb(Stage.FLANGE, moving_flange(robot, q, perturb(Stage.LINKS, placements)))
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))

@@ -3,11 +3,35 @@
 Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 2.8.
 """
 
+from typing import Any, cast
+
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.duals import Dual, bare, joined
 from robolaser.geometry.rigid_motion import inverse, skew
 from robolaser.robot.kinematics import Robot
+
+
+def moving_flange(robot: Robot, q: Array, placements: Array) -> Array:
+    """T_base_flange, (c, n, 4, 4), with derivatives where joint values or placements carry some.
+
+    Args:
+        robot: The arm.
+        q: Joint values, (c or 1, n, j) [rad or m].
+        placements: Of the joints, (c or 1, n or 1, j, 4, 4).
+    """
+    if not (isinstance(q, Dual) or isinstance(placements, Dual)):
+        return robot.forward(q, placements)
+    frames, by_joints = robot.joint_frames_and_twists(bare(q), bare(placements))
+    T, twists = frames[:, :, -1] @ robot.end, []
+    if isinstance(q, Dual):
+        twists.append((q.of, twists_by_joints(by_joints, q.slopes.swapaxes(0, 1))))
+    if isinstance(placements, Dual):
+        by_links = twists_by_placements(robot, frames, placements.value, placements.slopes.swapaxes(0, 1))
+        twists.append((placements.of, by_links))
+    moved: Any = joined(T, [(of, moved_by_twists(T, each).swapaxes(0, 1)) for of, each in twists])
+    return cast("Array", moved)
 
 
 def twists_by_joints(twists: Array, moves: Array) -> Array:

@@ -87,7 +87,7 @@ class LaggingArm(Effect):
 
     def apply(self, value: Array, run: Run, /) -> Array:
         beyond = value[:, :, -1:] > self.begin[:, None, None]
-        return np.asarray(value + self.lag[:, None, None] * value * beyond)
+        return value + self.lag[:, None, None] * value * beyond
 
 
 def test_an_effect_of_all_joints_with_many_nonlinear_values_is_tried() -> None:

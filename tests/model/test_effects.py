@@ -4,17 +4,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.duals import Dual
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation, Stage
+from robolaser.parameters import Values
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -104,6 +107,42 @@ def test_at_zero_nothing_changes_whatever_the_nonlinear_parameters(effect: type[
         x = nonlinear_only(model)
         plain = Model(model.dataset).residuals(x[:, : -len(model.effect_parameters)])
         np.testing.assert_allclose(model.residuals(x), plain, rtol=0, atol=rounding(model, ROUNDING_M))
+
+
+def passing(model: Model, x: Array) -> Array:
+    """What passes the stage of the model's only effect, before it."""
+    seen: list[Array] = []
+
+    def note(value: Array) -> Array:
+        seen.append(value)
+        return value
+
+    values = model.parameters.values(x)
+    perturb = Perturbation(((model.effects[0].effect.stage, note), *model.perturb(values).steps))
+    model.blocks.residuals(values, model.flange(values, perturb), perturb)
+    return seen[-1]
+
+
+def test_its_derivatives_by_its_parameters_and_by_what_passes_are_those_of_differences(effect: type[Effect]) -> None:
+    for model in homes(effect):
+        parameters, stage = model.effect_parameters, effect.stage
+        x = candidates(model)[:, -len(parameters) :]
+        value = passing(model, candidates(model))
+        way = np.random.default_rng(5).normal(size=value.shape) * (1e-5 if stage is Stage.IMAGE else 1e-2)
+
+        def acts(numbers: Array, value: Any, model: Model = model) -> Any:
+            values = dict(zip(model.effect_parameters.names, numbers.T, strict=True))
+            return model.perturb(values)(model.effects[0].effect.stage, value)
+
+        count = len(parameters)
+        duals = {name: Dual(x[:, i], np.ones((1, len(x))), (i,)) for i, name in enumerate(parameters.names)}
+        found: Any = model.perturb(cast("Values", duals))(stage, cast("Array", Dual(value, way[None], (count,))))
+        steps = np.vstack([1e-6 * np.diag(parameters.width), np.zeros(count)])
+        for number, (step, along) in enumerate(zip(steps, [*np.zeros(count), 1e-4], strict=True)):
+            size = along or step.max()
+            expected = (acts(x + step, value + along * way) - acts(x - step, value - along * way)) / (2 * size)
+            slope = found.slopes[found.of.index(number)] if number in found.of else np.zeros(expected.shape)
+            np.testing.assert_allclose(slope, expected, rtol=1e-4, atol=1e-5 * np.abs(expected).max(initial=1e-9))
 
 
 def test_the_grid_of_its_nonlinear_parameters_lies_within_their_bounds(effect: type[Effect]) -> None:

@@ -9,10 +9,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
-from robolaser.model.sensors.sensor import TWIST_STEP, Sensor
+from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -67,8 +66,7 @@ def moved_with_pose(blocks: Blocks, values: Values, T_base_flange: Array, pertur
         shifts, turns = zip(*parts, strict=True)
         return blocks.together(shifts, axis=0), blocks.together(turns, axis=0)
     flange = in_six_ways(T_base_flange, _pivots(blocks, *at))
-    chain: Any = ChainRule.of(perturb, np.full(6, TWIST_STEP))
-    moved: Any = blocks.residuals(values, cast("Array", flange), chain)
+    moved: Any = blocks.residuals(values, cast("Array", flange), perturb)
     slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
     return slopes[..., :3], slopes[..., 3:]
 

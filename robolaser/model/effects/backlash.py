@@ -15,6 +15,8 @@ from robolaser.model.effects.requirements import path
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
+NARROWEST_RAD = 1e-7  # half the play in which a vanishing one is looked at: far above rounding, far below any reading
+
 
 @final
 @dataclass(frozen=True)
@@ -47,12 +49,10 @@ class Backlash(Effect):
 
     def apply(self, q: Array, run: Run, /) -> Array:
         """Drive the joint through the play; a negative width makes the link lead instead of lag."""
-        half, sign = np.abs(self.lost_motion) / 2, np.sign(self.lost_motion)
-        ahead = np.empty((len(half), q.shape[1]))
-        for poses in run.paths:
-            moves = np.diff(q[:, poses, joint_column(run, self.where)], axis=1)
-            ahead[:, poses] = sign[:, None] * play(half * self.start, moves, half)
-        return add_to_joint(q, run, self.where, ahead)
+        driver, half = q[:, :, joint_column(run, self.where)], np.maximum(np.abs(self.lost_motion) / 2, NARROWEST_RAD)
+        ahead = np.concatenate([play(driver[:, poses], half * self.start, half) for poses in run.paths], axis=1)
+        share = ahead[:, np.argsort(np.concatenate(run.paths))] / half[:, None]
+        return add_to_joint(q, run, self.where, self.lost_motion[:, None] / 2 * share)
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """Play behind the joint, held by twice the friction that its weight needs; none where the link leads."""
@@ -74,12 +74,15 @@ class Backlash(Effect):
         )
 
 
-def play(ahead: Array, moves: Array, half: Array) -> Array:
+def play(driver: Array, ahead: Array, half: Array) -> Array:
     """A play operator: what is driven lags by half the play, and follows only when pushed.
 
+    Each pose clips where the link is to the play around its driver, and clips after one another are one clip: so all
+    poses are found in as many rounds as their number has binary digits.
+
     Args:
+        driver: Where the driving side is at every pose, (c or 1, n).
         ahead: Of the driven side at the first pose, (c,), within the play.
-        moves: Of the driving side from pose to pose, (c or 1, n - 1).
         half: Half the play, (c,), not negative.
 
     Returns:
@@ -87,8 +90,12 @@ def play(ahead: Array, moves: Array, half: Array) -> Array:
 
     Source: Krasnoselskii, Pokrovskii 1989, Systems with Hysteresis.
     """
-    out = np.empty((len(half), moves.shape[1] + 1))
-    out[:, 0] = ahead
-    for i in range(moves.shape[1]):
-        out[:, i + 1] = np.clip(out[:, i] - moves[:, i], -half, half)
-    return out
+    first = driver[:, :1] + ahead[:, None]
+    low, high = (np.concatenate([first, driver[:, 1:] + side[:, None]], axis=1) for side in (-half, half))
+    reach = 1
+    while reach < driver.shape[1]:
+        before, after = slice(None, -reach), slice(reach, None)
+        ends = [np.clip(end[:, before], low[:, after], high[:, after]) for end in (low, high)]
+        low, high = (np.concatenate([end[:, :reach], on], axis=1) for end, on in zip((low, high), ends, strict=True))
+        reach *= 2
+    return low - driver

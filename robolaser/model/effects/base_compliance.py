@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.mechanism import Footing, Part, number
 from robolaser.model.effects.requirements import masses
@@ -52,9 +52,7 @@ class BaseCompliance(Effect):
         moment = run.overturning_moment @ axes.T
         stiffer = np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
         turn = (self.compliance[:, None] * stiffer)[:, None] * moment @ axes
-        moved = np.broadcast_to(T_base_flange, (len(turn), *T_base_flange.shape[1:])).copy()
-        moved[..., :3, :] = exp_so3(turn) @ moved[..., :3, :]
-        return moved
+        return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """Springs about the horizontal axes that give way."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.requirements import pose_order
 from robolaser.model.effects.run_summary import RunSummary
@@ -66,12 +66,9 @@ class BaseShift(Effect):
         shift = np.stack([self.x, self.y, self.z], axis=-1)
         turned = later[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]
         middle = run.reference.flange[:, :3, 3].mean(axis=0)
-        moved = np.broadcast_to(T_base_flange, (len(shift), *T_base_flange.shape[1:])).copy()
-        moved[..., :3, :3] += turned @ T_base_flange[..., :3, :3]
-        arm = T_base_flange[..., :3, 3] - middle
-        moved[..., :3, 3] += np.einsum("cnij,cnj->cni", turned, np.broadcast_to(arm, (len(shift), *arm.shape[1:])))
-        moved[..., :3, 3] += later[..., None] * shift[:, None]
-        return moved
+        R, t = T_base_flange[..., :3, :3], T_base_flange[..., :3, 3]
+        moved = (turned @ (t - middle)[..., None])[..., 0] + later[..., None] * shift[:, None]
+        return pose(R + turned @ R, t + moved)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """Everything counts as after the shift; it turned about the middle of the run that it was found in."""

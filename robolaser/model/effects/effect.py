@@ -4,12 +4,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, final
+from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
+from robolaser.duals import Dual
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.mechanism import Part
 from robolaser.model.effects.requirements import passes
@@ -265,7 +266,10 @@ def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
 
 def acted(effect: Effect, value: Array, run: Run) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
-    out = effect.apply(value, run)
+    if any(isinstance(getattr(effect, name), Dual) for name in effect.units()) and not isinstance(value, Dual):
+        out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
+    else:
+        out = effect.apply(value, run)
     if len(run.dataset.parts) == 1 or effect.stage not in OF_ROWS:
         return out
     if value.shape[1] == 1 and not of_sensor(effect.where):

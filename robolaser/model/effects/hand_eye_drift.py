@@ -13,6 +13,7 @@ from robolaser.model.effects.requirements import pose_order
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
 
+EVEN = 1e-6  # below, the creep is as good as even
 SHARPEST = 8.0  # by then the bracket has settled in the first third of the run
 
 
@@ -64,7 +65,8 @@ class HandEyeDrift(Effect):
 
 def crept(progress: Array, settling: Array) -> Array:
     """Share of the creep that has happened, (n,) and (c,) -> (c, n): 0 at the start of the run and 1 at its end."""
-    rate = np.where(settling == 0, 1.0, settling)[:, None]
+    even = settling[:, None] < EVEN
+    rate = np.where(even, 1.0, settling[:, None])
     with np.errstate(over="ignore"):
         curved = np.expm1(-rate * progress) / np.expm1(-rate)
-    return np.where(settling[:, None] == 0, progress, curved)
+    return np.where(even, progress * (1.0 + settling[:, None] * (1.0 - progress) / 2.0), curved)

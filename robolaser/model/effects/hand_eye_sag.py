@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.rigid_motion import exp_so3
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.requirements import weight
 from robolaser.model.stages import Stage
@@ -50,7 +50,5 @@ class HandEyeSag(Effect):
         x, y, z = (each[:, None] for each in (self.uneven_x, self.uneven_y, self.uneven_z))
         g = np.moveaxis(down, -1, 0)
         turn = turn + np.stack([z * g[1] + y * g[2], z * g[0] + x * g[2], y * g[0] + x * g[1]], axis=-1)
-        moved = np.broadcast_to(T_flange_camera, (*turn.shape[:2], 4, 4)).copy()
-        moved[..., :3, :3] = exp_so3(turn) @ moved[..., :3, :3]
-        moved[..., :3, 3] += self.sag[:, None, None] * down
-        return moved
+        R, t = T_flange_camera[..., :3, :3], T_flange_camera[..., :3, 3]
+        return pose(exp_so3(turn) @ R, t + self.sag[:, None, None] * down)

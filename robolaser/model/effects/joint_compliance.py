@@ -53,7 +53,8 @@ class JointCompliance(Effect):
     def _wound(self, run: Run) -> Array:
         column = joint_column(run, self.where)
         g, of_one_kg = run.gravity_torques[:, column], run.torques_of_one_kg[:, column]
-        return np.asarray(self.compliance[:, None] * g + self.payload[:, None] * of_one_kg)
+        wound: Array = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
+        return wound
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """A spring."""

@@ -1,4 +1,6 @@
-"""The joints of an arm at which effects can sit, and joint values with one joint moved."""
+"""The joints of an arm at which effects can sit, and joint values or placements with one joint moved."""
+
+import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.model.effects.run import Run
@@ -22,11 +24,10 @@ def joint_column(run: Run, joint: str) -> int:
 
 def add_to_joint(q: Array, run: Run, joint: str, move: Array) -> Array:
     """Joint values (c or 1, n, j) with one joint moved by (c, n or 1) [rad or m], (c, n, j)."""
-    moved = copy_per_candidate(q, len(move))
-    moved[:, :, joint_column(run, joint)] += move
-    return moved
+    return q + move[:, :, None] * (np.arange(q.shape[2]) == joint_column(run, joint))
 
 
-def copy_per_candidate(value: Array, candidates: int) -> Array:
-    """A copy that may be written into, with an entry for each candidate, (c or 1, ...) -> (c, ...)."""
-    return value.repeat(candidates, axis=0) if len(value) == 1 else value.copy()
+def placed_anew(placements: Array, run: Run, joint: str, placement: Array) -> Array:
+    """Placements of the joints (c or 1, n or 1, j, 4, 4) with another one (c, n or 1, 4, 4) of one joint."""
+    here = np.arange(placements.shape[2]) == joint_column(run, joint)
+    return np.where(here[:, None, None], placement[:, :, None], placements)

@@ -31,4 +31,5 @@ class LaserRoll(Effect):
         cos, sin = np.cos(self.angle)[:, None], np.sin(self.angle)[:, None]
         x, y, z, d = np.moveaxis(plane, -1, 0)
         turned = x * cos - y * sin, x * sin + y * cos
-        return np.stack(np.broadcast_arrays(*turned, z, d), axis=-1)
+        unturned = np.broadcast_to(z, turned[0].shape), np.broadcast_to(d, turned[0].shape)
+        return np.stack([*turned, *unturned], axis=-1)

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.joints import joint_column, moving_joints
+from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
 from robolaser.model.effects.requirements import masses
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
@@ -69,10 +69,8 @@ class LinkCompliance(Effect):
         )
         compliance = across + self.twist[:, None, None] * np.outer(along, along)
         turn = exp_so3(load.moment(beyond, self.payload[:, None, None]) @ compliance)
-        moved = np.broadcast_to(placements, (*turn.shape[:2], *placements.shape[2:])).copy()
         motion = pose(turn, beyond * ((turn - np.eye(3)) @ load.link))
-        moved[:, :, column] = moved[:, :, column] @ motion
-        return moved
+        return placed_anew(placements, run, self.where, placements[:, :, column] @ motion)
 
 
 def unit(vector: Array) -> Array:

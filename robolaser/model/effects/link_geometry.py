@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, parameter
-from robolaser.model.effects.joints import copy_per_candidate, joint_column
+from robolaser.model.effects.joints import joint_column, placed_anew
 from robolaser.model.stages import Stage
 
 
@@ -40,9 +40,7 @@ class LinkGeometry(Effect):
 
     def apply(self, placements: Array, run: Run, /) -> Array:
         """Append the small motion to the joint's placement."""
-        column = joint_column(run, self.where)
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         motion = pose(exp_so3(turn), np.stack([self.x, self.y, self.z], axis=-1))
-        moved = copy_per_candidate(placements, len(self.x))
-        moved[:, :, column] = moved[:, :, column] @ motion[:, None]
-        return moved
+        placement = placements[:, :, joint_column(run, self.where)]
+        return placed_anew(placements, run, self.where, placement @ motion[:, None])

@@ -18,10 +18,9 @@ ALIKE = 0.2
 
 def moves(q: Array, run: Run) -> Array:
     """Each joint's last move before each pose, (..., n, j) like the readings q; none before the first of a session."""
-    made = np.zeros(q.shape)
+    made = np.zeros_like(q)
     for poses in run.paths:
-        readings = q[..., poses, :]
-        made[..., poses, :] = np.diff(readings, axis=-2, prepend=readings[..., :1, :])
+        made[..., poses[1:], :] = q[..., poses[1:], :] - q[..., poses[:-1], :]
     return made
 
 

@@ -42,7 +42,7 @@ class StripeBias(Effect):
         """Shift the coordinate across the stripe."""
         tilt = run.tilt if self.tilt is None else np.full(pixel.shape[1], self.tilt)
         shift = self.slope[:, None] * tilt
-        return np.asarray(pixel + shift[..., None] * run.across_stripe)
+        return pixel + shift[..., None] * run.across_stripe
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It needs the tilt of the surface, which only the target points of a data set tell."""

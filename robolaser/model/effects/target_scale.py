@@ -48,4 +48,4 @@ class TargetScale(Effect):
         flat = plane.axes[:, :2]
         centre = np.stack([self.centre_x, self.centre_y], axis=-1) @ flat.T
         across = (points - plane.centre) @ (flat @ flat.T)
-        return np.asarray(points + self.scale[:, None, None] * (across - centre[:, None]))
+        return points + self.scale[:, None, None] * (across - centre[:, None])

@@ -71,8 +71,8 @@ class TargetWarp(Effect):
         orders = [tuple(map(int, name.split("_")[1:])) for name in waves]
         shapes = np.stack([along[i] * across[j] for i, j in orders], axis=1)
         sizes = np.stack([getattr(self, name) for name in waves], axis=1)
-        lift += (sizes[:, None] @ shapes)[:, 0]
-        return np.asarray(points + lift[..., None] * plane.axes[:, 2])
+        lift = lift + (sizes[:, None] @ shapes)[:, 0]
+        return points + lift[..., None] * plane.axes[:, 2]
 
 
 def _cosines(phase: Array) -> list[Array]:

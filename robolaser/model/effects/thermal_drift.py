@@ -7,8 +7,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import pose
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
-from robolaser.model.effects.joints import joint_column, moving_joints
+from robolaser.model.effects.joints import joint_column, moving_joints, placed_anew
 from robolaser.model.effects.requirements import warm_up
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.effects.thermal_state import (
@@ -65,9 +66,9 @@ class ThermalDrift(Effect):
         """Stretch the joint's placement in each pose."""
         column = joint_column(run, self.where)
         strain = self.growth[:, None] * warmed(run, self.tau)
-        moved = np.broadcast_to(placements, (*strain.shape, *placements.shape[2:])).copy()
-        moved[:, :, column, :3, 3] *= 1.0 + strain[..., None]
-        return moved
+        placement = placements[:, :, column]
+        longer = pose(placement[..., :3, :3], placement[..., :3, 3] * (1.0 + strain[..., None]))
+        return placed_anew(placements, run, self.where, longer)
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:
         """It follows the thermometer."""

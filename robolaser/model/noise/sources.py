@@ -4,17 +4,17 @@ Poses are independent of each other; what shakes a pose as a whole shakes all it
 """
 
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.finite_differences import central_differences
+from robolaser.duals import Dual
 from robolaser.model.blocks.errors import moved_with_pose, row_errors
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
-
-JOINT_STEP = 1e-5  # [rad or m]
 
 ROUNDING = 1e-9
 """[row's unit per rad] Turns that move no row by more than this move none: what is left is rounding. Their size would
@@ -43,7 +43,7 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
     of_pose = dataset.points.pose
     has_joints = dataset.robot is not None and dataset.poses.q is not None
     if has_joints:
-        effect = _joint_effect(model, values)
+        effect = _joint_effect(model, values, perturb)
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.joint_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
     if blocks.whole_pose_errors and has_joints:
@@ -67,18 +67,12 @@ def _averaged(source: ErrorSource, shots: Ints) -> ErrorSource:
     return replace(source, effect=source.effect / np.sqrt(shots)[:, None, None])
 
 
-def _joint_effect(model: Model, values: Values) -> Array:
-    """Move of each row with each joint of the chain, (m, k, j)."""
-    (robot, q), poses, perturb = model.dataset.arm, model.dataset.poses, model.perturb(values)
-
-    def residuals(shift: Array) -> Array:
-        moved = q.copy()
-        moved[:, list(robot.chain)] += shift
-        shaken = Model(replace(model.dataset, poses=replace(poses, q=moved)), model.effects)
-        e: Array = model.blocks.residuals(values, shaken.flange(values), perturb)[0]
-        return e
-
-    def at_each(shifts: Array) -> Array:
-        return np.stack([residuals(shift) for shift in shifts])
-
-    return central_differences(at_each, np.full(len(robot.chain), JOINT_STEP))
+def _joint_effect(model: Model, values: Values, perturb: Perturbation) -> Array:
+    """Move of each row with each joint of the chain, (m, k, j); loads stay those at the angles read."""
+    robot, q = model.dataset.arm
+    slopes = np.zeros((len(robot.chain), 1, *q.shape))
+    for number, joint in enumerate(robot.chain):
+        slopes[number, ..., joint] = 1.0
+    moving = cast("Array", Dual(q[None], slopes, tuple(range(len(robot.chain)))))
+    moved: Any = model.blocks.residuals(values, model.flange(values, perturb, moving), perturb)
+    return np.moveaxis(moved.slopes[:, 0], 0, -1)

@@ -1,18 +1,15 @@
 """How a stripe's residuals move with their pixels."""
 
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.duals import Dual, bare
-from robolaser.model.chain_rule import ChainRule
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
-
-PIXEL_STEP_PX = 0.25  # of what effects do with pixels: far above rounding, far below the lens's curvature
 
 
 def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -27,9 +24,8 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
     dataset = sensor.dataset
     pixel = dataset.points["pixel"]
 
-    chain = cast("Perturbation", ChainRule.of(perturb, np.full(2, PIXEL_STEP_PX)))
     at: Any = Dual(pixel[None], np.broadcast_to(np.eye(2)[:, None, None], (2, 1, *pixel.shape)), (0, 1))
-    seen: Any = sensor.in_base(values, T_base_flange, chain, pixel=at)[0]
+    seen: Any = sensor.in_base(values, T_base_flange, perturb, pixel=at)[0]
     if dataset.board is None:
         return np.asarray(-np.moveaxis(seen.slopes, 0, -1))
 

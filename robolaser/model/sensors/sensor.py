@@ -12,7 +12,6 @@ from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import pose
-from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
@@ -27,7 +26,6 @@ from robolaser.parameters import Parameter, Values
 
 LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
 ANGLE_SPAN_RAD = np.pi
-TWIST_STEP = 1e-5  # [m or rad], of what effects do with small motions of the flange
 
 REGISTERED: dict[str, "type[Sensor]"] = {}  # by kind; a subclass enters itself, in place of an earlier one of its name
 
@@ -176,10 +174,8 @@ class Sensor(ABC):
         Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
         and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
         """
-        pivot = self.pivots(values, T_base_flange, perturb)
-
-        flange, chain = in_six_ways(T_base_flange, pivot), ChainRule.of(perturb, np.full(6, TWIST_STEP))
-        moved: Any = self.residuals(values, cast("Array", flange), cast("Perturbation", chain))
+        flange = in_six_ways(T_base_flange, self.pivots(values, T_base_flange, perturb))
+        moved: Any = self.residuals(values, cast("Array", flange), perturb)
         slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
         return slopes[..., :3], slopes[..., 3:]
 

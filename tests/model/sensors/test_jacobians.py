@@ -7,7 +7,7 @@ import pytest
 
 from robolaser.data.dataset import Noise
 from robolaser.finite_differences import differences
-from robolaser.model.derivatives import STEP, jacobian, jacobian_matrix
+from robolaser.model.derivatives import jacobian, jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
@@ -36,7 +36,7 @@ def numeric(model, x):
         return model.residuals(candidates).reshape(len(candidates), -1)
 
     small = 0.02 if model.dataset.kind == "profile" else 1.0  # as balls are beside boards
-    step = STEP * small * model.parameters.width
+    step = 1e-5 * small * model.parameters.width
     return differences(flat, x[None], step, np.arange(len(x)), -everywhere, everywhere)[0].T
 
 
