@@ -11,10 +11,9 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
-from robolaser.diagnosis.stage_derivatives import TURN_RAD, StageDerivatives, stage_derivatives
+from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
 from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD
 from robolaser.estimation.noise_limits import LEVER_M
-from robolaser.finite_differences import central_differences
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry
@@ -131,10 +130,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     ((_, posture),) = OfPoses(dataset, fit.model.run).posture()
     place = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
 
-    def flange(shifts: Array) -> Array:
-        return robot.forward(q + shifts[:, None])[..., :3, 3]
-
-    levers = central_differences(flange, np.full(q.shape[1], TURN_RAD))[poses][:, :, last]
+    levers = robot.jacobian(q[None])[0, :, :3][poses][:, :, last]
     for several in range(SEVERAL, len(last) + 1):
         middle, turns = joints[several // 2], by_joint[:, :several]
         yield Site(middle, "posture", turns, posture, poses)

@@ -1,21 +1,20 @@
 """What effects would do to the residuals: by the chain rule, from what they do to the value that passes their stage."""
 
-from typing import final
+from typing import Any, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
-from robolaser.finite_differences import central_differences
+from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import OF_ROWS, Stage
+from robolaser.parameters import Values
 
 NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
-STEP, SLOPE = 1e-3, 1e-5
-"""Of a derivative by an effect's amplitude, in units of its prior scale; by any of its parameters, of its range."""
 
 
 def prior_scales(candidate_effect: CandidateEffect) -> Array:
@@ -73,16 +72,12 @@ class Columns:
 
     def by_parameters(self, fit: Fit, candidate_effect: CandidateEffect, x: Array) -> Array | None:
         """By all parameters of an effect that are x (p,), per unit of each, (K, p); None where that is not known."""
-        stage, items = candidate_effect.effect.stage, candidate_effect.parameters
+        stage = candidate_effect.effect.stage
         value = fit.model.dataset.arm[1] if stage is Stage.JOINTS else self._passed(fit, stage)
         if value is None:
             return None
 
-        def moved(shifts: Array) -> Array:
-            effect = candidate_effect.at(dict(zip(items.names, (x + shifts).T, strict=True)))
-            return np.asarray(perturb_with((effect,), fit.model.run)(stage, value[None]))
-
-        moves = np.moveaxis(central_differences(moved, SLOPE * items.width), -1, 0)
+        moves = _slopes(fit.model, candidate_effect, x[None], np.eye(len(x)), value)
         return self._by_joints(fit, moves) if stage is Stage.JOINTS else self._through(fit, stage, value, moves)
 
     def _passed(self, fit: Fit, stage: Stage) -> Array | None:
@@ -147,13 +142,19 @@ def _stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, v
         grid: Values of its nonlinear parameters, (g, s).
         value: What passes it.
     """
-    steps = STEP * np.diag(prior_scales(candidate_effect))
-    amplitudes = np.tile(steps, (len(grid), 1))
-    inner = np.repeat(grid, len(steps), axis=0)
-    ends = np.hstack([np.concatenate([amplitudes, -amplitudes]), np.concatenate([inner, inner])])
-    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, ends.T, strict=True)))
-    ahead, behind = np.split(perturb_with((effect,), model.run)(candidate_effect.effect.stage, value[None]), 2)
-    return np.asarray((ahead - behind) / (2.0 * STEP))
+    scales = prior_scales(candidate_effect)
+    x = np.hstack([np.zeros((len(grid), len(scales))), grid])
+    return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value)
+
+
+def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, ways: Array, value: Array) -> Array:
+    """Derivatives of what comes out of an effect's stage with parameters x (c, p), along ways (q, p), (c q, ...)."""
+    every = tuple(range(len(ways)))
+    numbers = [Dual(at, np.repeat(way[:, None], len(x), axis=1), every) for at, way in zip(x.T, ways.T, strict=True)]
+    effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
+    moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage, value[None])
+    slopes = np.swapaxes(moved.slopes, 0, 1)
+    return np.asarray(slopes.reshape(-1, *slopes.shape[2:]))
 
 
 def _twists(T: Array, slopes: Array) -> Array:

@@ -2,30 +2,23 @@
 
 from collections.abc import Callable
 from functools import cached_property, lru_cache
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.fit import Fit
-from robolaser.finite_differences import central_differences
-from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.duals import Dual
+from robolaser.geometry.rigid_motion import pose
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
 
-SHIFT_M, TURN_RAD, PIXEL_PX, IMAGE_M = 1e-5, 1e-5, 1e-2, 1e-7
-"""Steps of the derivatives."""
 REMEMBERED = 3
 """Fits whose derivatives are kept."""
-TWIST = np.repeat([SHIFT_M, TURN_RAD], 3)
-SHIFTS = {
-    Stage.PIXELS: (2, PIXEL_PX),
-    Stage.IMAGE: (2, IMAGE_M),
-    Stage.LASER_PLANE: (4, SHIFT_M),
-    Stage.POINTS: (3, SHIFT_M),
-    Stage.TARGET: (3, SHIFT_M),
-}
-"""How many numbers of a row pass these stages, and the step of each."""
+NUMBERS = {Stage.PIXELS: 2, Stage.IMAGE: 2, Stage.LASER_PLANE: 4, Stage.POINTS: 3, Stage.TARGET: 3}
+"""How many numbers of a row pass these stages."""
+TWISTS = moved_by_twists(np.eye(4)[None, None], np.eye(6)[None, :, None])[0, :, 0]
+"""What is added to a motion that is none by shifts along the axes and turns about them, (6, 4, 4)."""
 
 
 @final
@@ -48,7 +41,7 @@ class StageDerivatives:
             seen.append(value)
             return value
 
-        self._residuals(1, stage, note)
+        self._residuals(stage, note)
         if stage not in OF_ROWS or len(seen) < 2 or seen[0].shape[1] == 1:
             return seen[-1][0] if seen and all(np.array_equal(value, seen[0]) for value in seen) else None
         passed: Array = np.zeros_like(seen[0][0])
@@ -57,42 +50,22 @@ class StageDerivatives:
             passed[block.rows] = value[0, block.rows]
         return passed
 
-    def _by(
-        self, stage: Stage, moves: Callable[[Array], Array], steps: Array, *, left: bool = False, first: bool = False
-    ) -> Array:
-        """Derivatives by moves, (K, q), which shifts (n, q) make, given their steps (q,); before a stage's effects?"""
+    def _by(self, stage: Stage, act: Callable[[Any], Any], *, first: bool = False) -> Array:
+        """Derivatives by what moves the value in an act after a stage's effects, or before them, (K, q)."""
+        moved = self._residuals(stage, act, first=first)
+        return self._fit.noise.whiten(moved.slopes[:, 0]).T
 
-        def residuals(shifts: Array) -> Array:
-            made = moves(shifts)
-
-            def nudge(value: Array) -> Array:
-                move = made.reshape(len(made), *(1,) * (value.ndim - made.ndim), *made.shape[1:])
-                if stage in (Stage.FLANGE, Stage.LINKS, Stage.MOUNT):
-                    return move @ value if left else value @ move
-                return value + move
-
-            return self._residuals(len(shifts), stage, nudge, first=first)
-
-        slopes = np.moveaxis(central_differences(residuals, steps), -1, 0)
-        return self._fit.noise.whiten(slopes).T
-
-    def _residuals(self, count: int, stage: Stage, act: Callable[[Array], Array], *, first: bool = False) -> Array:
-        """Residuals of as many candidates, all at the optimum, with something done after a stage's effects or first."""
-        model = self._model
-        values = self._fit.problem.parameters.values(np.repeat(self._fit.x[None], count, axis=0))
+    def _residuals(self, stage: Stage, act: Callable[[Any], Any], *, first: bool = False) -> Any:
+        """Residuals at the optimum, with something done after a stage's effects or before them."""
+        model, values = self._model, self._fit.problem.parameters.values(self._fit.x[None])
         steps, own = model.perturb(values).steps, (stage, act)
         perturb = Perturbation((own, *steps) if first else (*steps, own))
-        robot, q = model.dataset.robot, model.dataset.poses.q
-        if robot is None or q is None:
-            flange = perturb(Stage.FLANGE, model.dataset.flange()[None])
-        else:
-            joints = perturb(Stage.JOINTS, q[None])
-            flange = perturb(Stage.FLANGE, robot.forward(joints, perturb(Stage.LINKS, robot.placements[None, None])))
-        return model.blocks.residuals(values, flange, perturb)
+        return model.blocks.residuals(values, model.flange(values, perturb), perturb)
 
-    def _by_shift(self, stage: Stage, directions: Array, step: float) -> Array:
+    def _by_shift(self, stage: Stage, directions: Array) -> Array:
         """By shifts of the stage's value, one along each of some directions (q, j)."""
-        return self._by(stage, lambda shifts: shifts @ directions, np.full(len(directions), step))
+        shift = Dual(np.zeros(directions.shape[1]), directions, tuple(range(len(directions))))
+        return self._by(stage, lambda value: value + shift)
 
     def by_motion(self, stage: Stage, joint: str = "") -> Array:
         """By small motions of what passes a stage, (K, q): shifts and turns in its own frame [1/m, 1/rad], or shifts.
@@ -109,9 +82,8 @@ class StageDerivatives:
         if stage in (Stage.JOINTS, Stage.LINKS):
             return self._of_arm(stage, joint)
         if stage in (Stage.FLANGE, Stage.MOUNT):
-            return self._by(stage, _motions, TWIST)
-        numbers, step = SHIFTS[stage]
-        return self._by_shift(stage, np.eye(numbers), step)
+            return self._by(stage, lambda value: value @ _motion(TWISTS))
+        return self._by_shift(stage, np.eye(NUMBERS[stage]))
 
     def joint(self, name: str) -> Array:
         """By a joint's value, (K, 1) [1/rad or 1/m]."""
@@ -129,8 +101,8 @@ class StageDerivatives:
         if stage is Stage.JOINTS:
             twists = twists_by_joints(by_joints, np.eye(len(robot.joints))[None, [i], None])
         else:
-            moves = np.zeros((1, len(TWIST), *placements.shape[1:]))
-            moves[:, :, :, i] = moved_by_twists(np.eye(4)[None, None], np.eye(len(TWIST))[None, :, None])
+            moves = np.zeros((1, len(TWISTS), *placements.shape[1:]))
+            moves[:, :, :, i] = TWISTS[:, None]
             twists = twists_by_placements(robot, frames, placements, placements[:, None] @ moves)
         moved: Array = np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange)
         return moved
@@ -146,12 +118,12 @@ class StageDerivatives:
     @cached_property
     def _by_flange(self) -> Array:
         """By twists of the flange in the base frame as the arm carries it, before the effects there, (K, 6)."""
-        return self._by(Stage.FLANGE, _motions, TWIST, left=True, first=True)
+        return self._by(Stage.FLANGE, lambda value: _motion(TWISTS) @ value, first=True)
 
     def base(self, centre: Array) -> Array:
         """By shifts and turns of the flange, in the base frame and about a centre (3,), (K, 6) [1/m, 1/rad]."""
         there, back = pose(np.eye(3), centre), pose(np.eye(3), -centre)
-        return self._by(Stage.FLANGE, lambda twists: there @ _motions(twists) @ back, TWIST, left=True)
+        return self._by(Stage.FLANGE, lambda value: _motion(there @ TWISTS @ back) @ value)
 
     def tool(self) -> Array:
         """By shifts and turns of what the flange carries, in its frame, (K, 6) [1/m, 1/rad]."""
@@ -167,7 +139,7 @@ class StageDerivatives:
 
     def turned_laser_plane(self) -> Array:
         """By its distance from where it should be, in proportion to the depth: it turns, (K, 1)."""
-        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 1.0, 0.0]]), TURN_RAD)
+        return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 1.0, 0.0]]))
 
     def target(self) -> Array:
         """By the point's place on the target, (K, 3) [1/m]."""
@@ -180,6 +152,6 @@ def stage_derivatives(fit: Fit) -> StageDerivatives:
     return StageDerivatives(fit)
 
 
-def _motions(twists: Array) -> Array:
-    """Rigid motions (n, 4, 4) of shifts and turns (n, 6) [m, rad]."""
-    return pose(exp_so3(twists[:, 3:]), twists[:, :3])
+def _motion(slopes: Array) -> Dual:
+    """No motion, with what is added to it in each of q ways (q, 4, 4)."""
+    return Dual(np.eye(4), slopes, tuple(range(len(slopes))))

@@ -176,8 +176,12 @@ class Dual(NDArrayOperatorsMixin):
     def max(self, axis: int, *, keepdims: bool = False) -> "Dual":
         """As of arrays, along one axis."""
         at = np.expand_dims(self.value.argmax(axis=axis), axis)
-        most = np.take_along_axis(self, at, axis=axis)
-        return most if keepdims else np.squeeze(most, axis)
+        value, slopes = (
+            np.take_along_axis(each, where, axis=along)
+            for each, where, along in ((self.value, at, axis), (self.slopes, at[None], after(axis)))
+        )
+        most = Dual(value, slopes, self.of)
+        return most if keepdims else most.sum(axis)
 
     def copy(self) -> "Dual":
         """A copy that shares no memory."""

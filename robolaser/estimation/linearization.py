@@ -2,17 +2,17 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import final
+from typing import Any, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
+from robolaser.duals import Dual
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
-from robolaser.finite_differences import differences
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.parameters import Values
 
-STEP = 1e-3  # of a derivative by an effect's parameter, in units of its prior scale
 TOUCH = 1e-6  # distance from a bound, as a share of the range, up to which a parameter stands on it
 RANK = 1e-12  # singular values below this share of the largest belong to directions that move no row
 
@@ -129,19 +129,15 @@ class Linearization:
         """
         problem, shapes = self.problem, np.atleast_2d(_nominal_shapes(effect) if shapes is None else shapes)
         model = problem.model.with_effects((*problem.model.effects, effect))
-        step = STEP * np.array([amplitude.prior_scale for amplitude in effect.effect.amplitudes()])
-        q, d = len(step), len(self.x)
-        x = np.concatenate([np.tile(self.x, (len(shapes), 1)), np.zeros((len(shapes), q)), shapes], axis=1)
-        everywhere, steps = np.full(x.shape[1], np.inf), np.concatenate([np.zeros(d), step, np.zeros(shapes.shape[1])])
-
-        def residuals(candidates: Array) -> Array:
-            values = dict(zip((*problem.parameters.names, *effect.parameters.names), candidates.T, strict=True))
-            return model.residuals_at(values).reshape(len(candidates), -1)
-
-        middle = np.broadcast_to(self.plain.reshape(1, -1), (len(shapes), self.plain.size))
-        J = differences(residuals, x, steps, np.arange(d, d + q), -everywhere, everywhere, middle=middle)
+        names, q = effect.parameters.names, len(effect.effect.amplitudes())
+        values = problem.parameters.values(np.tile(self.x, (len(shapes), 1)))
+        amplitudes = {name: Dual.parameter(np.zeros(len(shapes)), i) for i, name in enumerate(names[:q])}
+        inner = dict(zip(names[q:], shapes.T, strict=True))
+        moved: Any = model.residuals_at({**values, **cast("Values", amplitudes), **inner})
+        J = np.zeros((q, len(shapes), *self.plain.shape))
+        J[list(moved.of)] = moved.slopes
         white = problem.whitened(J.reshape(-1, *self.plain.shape))
-        return np.swapaxes(white.reshape(len(shapes), q, -1), 1, 2)
+        return np.moveaxis(white.reshape(q, len(shapes), -1), 0, 2)
 
     @cached_property
     def covariance(self) -> Array:

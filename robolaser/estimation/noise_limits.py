@@ -5,9 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.finite_differences import central_differences
 from robolaser.model.error_source import ErrorSource
 
 LARGEST_SCATTER: Final = {"m": 3e-4, "rad": 5e-4}
@@ -19,7 +17,6 @@ LARGEST_ROW_ERROR: Final = {"px": 1.0}
 0.3 px (Naidu, Fisher 1991, A comparative analysis of algorithms for determining the peak position of a stripe)."""
 LEVER_M: Final = 0.3
 """Distance, at which a turn counts as the shift that it makes there. A judgement."""
-STEP_RAD = 1e-5
 
 
 def noise_limits(sources: Collection[ErrorSource], dataset: Dataset, *, alone: bool) -> Mapping[str, float]:
@@ -56,12 +53,5 @@ def noise_limits(sources: Collection[ErrorSource], dataset: Dataset, *, alone: b
 def _reach(dataset: Dataset) -> float:
     """Shift of the flange by a unit error of each joint, root mean square over the poses with points [m/rad]."""
     robot, q = dataset.arm
-    q = q[np.unique(dataset.points.pose)]
-
-    def places(turns: Array) -> Array:
-        moved = np.repeat(q[None], len(turns), axis=0)
-        moved[:, :, list(robot.chain)] += turns[:, None]
-        return np.asarray(robot.forward(moved)[..., :3, 3])
-
-    J = central_differences(places, np.full(len(robot.chain), STEP_RAD))
+    J = robot.jacobian(q[None, np.unique(dataset.points.pose)])[0, :, :3]
     return float(np.sqrt(np.square(J).sum(axis=(1, 2)).mean()))

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.duals import Dual, bare, joined
+from robolaser.duals import bare, is_dual, joined
 from robolaser.geometry.rigid_motion import inverse, skew
 from robolaser.robot.kinematics import Robot
 
@@ -21,15 +21,16 @@ def moving_flange(robot: Robot, q: Array, placements: Array) -> Array:
         q: Joint values, (c or 1, n, j) [rad or m].
         placements: Of the joints, (c or 1, n or 1, j, 4, 4).
     """
-    if not (isinstance(q, Dual) or isinstance(placements, Dual)):
+    angles, placed = cast("Any", q), cast("Any", placements)
+    if not (is_dual(q) or is_dual(placements)):
         return robot.forward(q, placements)
     frames, by_joints = robot.joint_frames_and_twists(bare(q), bare(placements))
     T, twists = frames[:, :, -1] @ robot.end, []
-    if isinstance(q, Dual):
-        twists.append((q.of, twists_by_joints(by_joints, q.slopes.swapaxes(0, 1))))
-    if isinstance(placements, Dual):
-        by_links = twists_by_placements(robot, frames, placements.value, placements.slopes.swapaxes(0, 1))
-        twists.append((placements.of, by_links))
+    if is_dual(q):
+        twists.append((angles.of, twists_by_joints(by_joints, angles.slopes.swapaxes(0, 1))))
+    if is_dual(placements):
+        by_links = twists_by_placements(robot, frames, placed.value, placed.slopes.swapaxes(0, 1))
+        twists.append((placed.of, by_links))
     moved: Any = joined(T, [(of, moved_by_twists(T, each).swapaxes(0, 1)) for of, each in twists])
     return cast("Array", moved)
 

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import final
+from typing import Any, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
-from robolaser.finite_differences import central_differences
+from robolaser.duals import Dual
 from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import Effect, Run, perturb_with
@@ -18,7 +18,6 @@ from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 FARTHEST_M = 10.0  # from the camera: beyond, rays are nearly parallel to the laser plane
-STEP_PX = 0.25  # far above rounding, far below the lens's curvature
 
 
 @final
@@ -80,9 +79,15 @@ class ScannerModel:
 
         NaN where the ray does not meet it in front of the camera, within FARTHEST_M.
         """
-        seen = in_camera(points["pixel"][None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
+        return self._in_front(self._seen(points, points["pixel"]))
+
+    def _seen(self, points: Points, pixel: Array) -> Array:
+        seen: Array = in_camera(pixel[None], self.values, self.perturb(points), self.dataset.stripe_axis)[0]
+        return seen
+
+    def _in_front(self, seen: Array, of: Array | None = None) -> Array:
         in_front = (seen[:, 2] > 0) & (seen[:, 2] < FARTHEST_M)
-        return np.where(in_front[:, None], seen, np.nan)
+        return np.where(in_front[:, None], seen if of is None else of, np.nan)
 
     def in_base(self, points: Points) -> Array:
         """The same in the base frame."""
@@ -91,10 +96,6 @@ class ScannerModel:
     def slope(self, points: Points) -> Array:
         """How far a point moves when its pixel moves across the stripe, (m,) [m/px]."""
         across = np.array([0.0, 1.0] if self.dataset.stripe_axis == "u" else [1.0, 0.0])
-
-        def shown(shifts: Array) -> Array:
-            pixels = points["pixel"] + shifts[:, None] * across
-            return np.stack([self.in_camera(replace(points, pixel=pixel)) for pixel in pixels])
-
-        slopes = central_differences(shown, np.array([STEP_PX]))
-        return np.asarray(np.linalg.norm(slopes[..., 0], axis=-1))
+        pixel = Dual(points["pixel"], np.broadcast_to(across, (1, len(points), 2)), (0,))
+        seen: Any = self._seen(points, cast("Array", pixel))
+        return np.asarray(np.linalg.norm(self._in_front(seen.value, seen.slopes[0]), axis=-1))

@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.duals import Dual
+from robolaser.duals import Dual, is_dual
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.mechanism import Part
 from robolaser.model.effects.requirements import passes
@@ -266,7 +266,7 @@ def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
 
 def acted(effect: Effect, value: Array, run: Run) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
-    if any(isinstance(getattr(effect, name), Dual) for name in effect.units()) and not isinstance(value, Dual):
+    if any(is_dual(getattr(effect, name)) for name in effect.units()) and not is_dual(value):
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
     else:
         out = effect.apply(value, run)

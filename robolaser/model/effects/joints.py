@@ -24,7 +24,8 @@ def joint_column(run: Run, joint: str) -> int:
 
 def add_to_joint(q: Array, run: Run, joint: str, move: Array) -> Array:
     """Joint values (c or 1, n, j) with one joint moved by (c, n or 1) [rad or m], (c, n, j)."""
-    return q + move[:, :, None] * (np.arange(q.shape[2]) == joint_column(run, joint))
+    moved: Array = q + move[:, :, None] * (np.arange(q.shape[2]) == joint_column(run, joint))
+    return moved
 
 
 def placed_anew(placements: Array, run: Run, joint: str, placement: Array) -> Array:

@@ -44,4 +44,5 @@ class LaserCurvature(Effect):
             less = 1.0 - np.tan(self.cone)[:, None] * (np.hypot(ahead, y) - ahead) / away
             bulge = self.curvature[:, None] * y**2 / (2 * away)
             slide = 2.0 / (less + np.sqrt(np.maximum(less**2 - 4.0 * bulge, 0.0)))
-        return point * slide[..., None]
+        slid: Array = point * slide[..., None]
+        return slid

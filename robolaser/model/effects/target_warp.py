@@ -72,7 +72,8 @@ class TargetWarp(Effect):
         shapes = np.stack([along[i] * across[j] for i, j in orders], axis=1)
         sizes = np.stack([getattr(self, name) for name in waves], axis=1)
         lift = lift + (sizes[:, None] @ shapes)[:, 0]
-        return points + lift[..., None] * plane.axes[:, 2]
+        lifted: Array = points + lift[..., None] * plane.axes[:, 2]
+        return lifted
 
 
 def _cosines(phase: Array) -> list[Array]:
