@@ -104,9 +104,9 @@ class Blocks:
         return any(block.sensor.has_laser_plane() for block in self)
 
     @property
-    def whole_pose_errors(self) -> bool:
-        """Whether one of the sensors may err by a motion of a whole pose."""
-        return any(block.sensor.whole_pose_errors for block in self)
+    def has_tracker(self) -> bool:
+        """Whether one of the sensors is one: a measurement may err by a motion of a whole pose."""
+        return any(block.sensor.format.tracker for block in self)
 
     @cached_property
     def numbers(self) -> int:
@@ -176,10 +176,6 @@ class Blocks:
         """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
         return self.or_none([block.sensor.known(*block.at(values, T_base_flange, perturb)) for block in self])
 
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Points that readings place in the base frame by themselves, (c, m, 3) [m]; None where some place none."""
-        return self.or_none([block.sensor.in_base(*block.at(values, T_base_flange, perturb)) for block in self])
-
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None: some have none."""
         at = values, T_base_flange, perturb
@@ -219,11 +215,6 @@ class Blocks:
             if (held_out := block.sensor.held_out) is not None
         ]
         return self.together(parts, axis=0) if parts else errors
-
-    def prefix_of(self, name: str) -> str | None:
-        """The parameters `prefix.x .y .z` that hold the place of a named point of the only sensor; None: none do."""
-        prefixes = (block.sensor.prefix_of(name) for block in self.one_sensor)
-        return next((prefix for prefix in prefixes if prefix is not None), None)
 
     def undetermined(self, T_base_flange: Array) -> str:
         """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""

@@ -27,7 +27,6 @@ from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere, each_once
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -56,6 +55,8 @@ class CameraSensor(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="camera",
         title="camera",
+        task="the model predicts points of the target",
+        lens=("k2", "k3", "p1", "p2"),
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
@@ -66,7 +67,6 @@ class CameraSensor(Sensor):
         positive=("fx", "fy"),
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    words: ClassVar[Words] = Words(task="the model predicts points of the target")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -81,13 +81,6 @@ class CameraSensor(Sensor):
                 column="[target] placed",
             )
         self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
-
-    @classmethod
-    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
-        """Those that the data set does not fix."""
-        fixed = {name for name, item in dataset.parameters.items() if item.fixed}
-        terms = {"k2": {"k2"}, "k3": {"k3"}, "tangential": {"p1", "p2"}}
-        return frozenset(term for term, names in terms.items() if not names <= fixed)
 
     @property
     def image_px(self) -> tuple[int, int]:

@@ -15,7 +15,6 @@ from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.tracker_fit import base_and_tools
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -27,12 +26,14 @@ class Point(Sensor):
     """Measured points P_world = T_world_base T_base_flange tool, a tool point for each reflector."""
 
     format: ClassVar[SensorFormat] = SensorFormat(
-        kind="point", title="laser tracker", columns={"xyz": XYZ}, named_points=True
+        kind="point",
+        title="laser tracker",
+        columns={"xyz": XYZ},
+        task="the model predicts tracked points",
+        named_points="tool",
+        tracker=True,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
-    whole_pose_errors: ClassVar[bool] = True
-    words: ClassVar[Words] = Words(task="the model predicts tracked points")
-    frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -82,7 +83,3 @@ class Point(Sensor):
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Shifts and turns in the tracker's frame."""
         return rigid_moves(self._measured[0], self.dataset.points.pose)
-
-    def prefix_of(self, name: str) -> str | None:
-        """A reflector's place on the flange."""
-        return f"tool.{name}" if name in self._tools else None

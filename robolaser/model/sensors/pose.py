@@ -23,7 +23,6 @@ from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -45,12 +44,11 @@ class Pose(Sensor):
         columns={"xyz": XYZ, "quaternion": QUATERNION},
         numbers=6,
         angles=3,
-        named_points=True,
+        task="the model predicts tracked bodies",
+        named_points="tool",
+        tracker=True,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
-    whole_pose_errors: ClassVar[bool] = True
-    words: ClassVar[Words] = Words(task="the model predicts tracked bodies")
-    frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -141,7 +139,3 @@ class Pose(Sensor):
         bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
         tracker = {"tracker": inverse(motion(values, "base"))[0]}
         return CellFrames(bodies, tracker, published=(*tracker, *bodies))
-
-    def prefix_of(self, name: str) -> str | None:
-        """A body's place on the flange."""
-        return f"tool.{name}" if name in self._bodies else None

@@ -19,7 +19,6 @@ from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_elsewhere import ProfileElsewhere
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -53,10 +52,10 @@ class Profile(Sensor):
         options=ProfileOptions,
         many_rows=True,
         balls=True,
-        named_points=True,
+        task="the model puts profiles on balls",
+        named_points="ball",
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
-    words: ClassVar[Words] = Words(task="the model puts profiles on balls")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -163,10 +162,6 @@ class Profile(Sensor):
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
         balls = {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
         return CellFrames(balls, sensor, published=sensor)
-
-    def prefix_of(self, name: str) -> str | None:
-        """A ball's place."""
-        return f"ball.{name}" if name in self._balls else None
 
     @property
     def description(self) -> dict[str, Any]:

@@ -49,16 +49,16 @@ class ScannerCorners(Sensor, registered=False):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="camera",
         title="camera",
+        task="the camera places corners",
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
         tables=("scanner", "image", "board"),
         units=Stripe.format.units,
         positive=Stripe.format.positive,
-        named_points=False,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    words: ClassVar[Words] = Words(task="the camera places corners", closed_form="the board's corners")
+    words: ClassVar[Words] = Words(closed_form="the board's corners")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)

@@ -18,7 +18,6 @@ from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere, NamedPoints
 from robolaser.model.sensors.held_out import HeldOut
-from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
 from robolaser.model.sensors.words import Words
@@ -41,17 +40,12 @@ class Sensor(ABC):
     Attributes:
         format: Its name, what it needs in a data set, and the numbers of a row with their unit.
         stages: Those that its values pass: effects at others have no meaning for it.
-        whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
-            joint readings explain: a tracker that measures six dimensions at a time does.
         words: What reports and errors call what it does.
-        frame: The frame of `known`: "base frame".
     """
 
     format: ClassVar[SensorFormat]
     stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
-    whole_pose_errors: ClassVar[bool] = False
     words: ClassVar[Words] = Words()
-    frame: ClassVar[str] = "base frame"
 
     def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
@@ -67,11 +61,6 @@ class Sensor(ABC):
     def has_laser_plane(cls) -> bool:
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
-
-    @classmethod
-    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
-        """Which of `k2`, `k3` and `tangential` its own parameters fit, so that no effect of the lens need say it."""
-        return frozenset()
 
     @classmethod
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
@@ -203,21 +192,6 @@ class Sensor(ABC):
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
         """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
         return np.ones(len(self.dataset.points), dtype=bool)
-
-    def prefix_of(self, name: str) -> str | None:
-        """The parameters `prefix.x .y .z` that hold the place of a named point; None where none do."""
-        return None
-
-    @final
-    @property
-    def known_distances(self) -> KnownDistances | None:
-        """Rows of their own that state distances between named points."""
-        pairs = [
-            (tuple(f"{first}.{part}" for part in "xyz"), tuple(f"{second}.{part}" for part in "xyz"), distance)
-            for one, other, distance in self.dataset.distances_m
-            if (first := self.prefix_of(one)) is not None and (second := self.prefix_of(other)) is not None
-        ]
-        return KnownDistances.of(pairs, self.dataset.noise) if pairs else None
 
     @final
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:

@@ -15,7 +15,6 @@ from robolaser.model.sensors.held_out_sockets import HeldOutSockets
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -31,9 +30,9 @@ class Socket(Sensor):
         title="ball in fixed sockets",
         columns={},
         absent={"x_m": 'a socket\'s place is not measured (kind "point" is)'},
-        named_points=True,
+        task="the model puts the ball",
+        named_points="socket",
     )
-    words: ClassVar[Words] = Words(task="the model puts the ball")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -81,10 +80,6 @@ class Socket(Sensor):
     @property
     def elsewhere(self) -> None:
         """Nothing: an arm that is seated in a socket cannot choose where it stands."""
-
-    def prefix_of(self, name: str) -> str | None:
-        """A socket's place in the base frame."""
-        return f"socket.{name}" if name in self._sockets else None
 
     @property
     def held_out(self) -> HeldOut:

@@ -42,6 +42,7 @@ class Stripe(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="stripe",
         title="laser stripe scanner",
+        task="the scanner places points",
         columns={"pixel": PIXEL, "xyz": XYZ},
         tables=("scanner", "image", "board"),
         required=("image",),
@@ -53,7 +54,6 @@ class Stripe(Sensor):
     )  # fmt: skip
     stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
     words: ClassVar[Words] = Words(
-        task="the scanner places points",
         closed_form="the stripe on the target",
         no_start=" Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes"
         " them, all start from closed forms.",

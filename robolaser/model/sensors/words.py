@@ -9,6 +9,5 @@ from typing import final
 class Words:
     """Phrases of one kind of sensor."""
 
-    task: str = "the model predicts measurements"  # reports say how far off that is
     closed_form: str = "the measurements"  # what start values of parameters that nobody gives come from
     no_start: str = ""  # a sentence on what would make them superfluous, where they must be given

@@ -26,7 +26,6 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -48,6 +47,7 @@ class BoardCamera(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="board_camera",
         title="camera",
+        task="the camera sees corners",
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
@@ -55,7 +55,6 @@ class BoardCamera(Sensor):
         units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
         positive=("fx", "fy"),
     )
-    words: ClassVar[Words] = Words(task="the camera sees corners")
 
     @property
     def free(self) -> tuple[str, ...]:
