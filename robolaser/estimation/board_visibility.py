@@ -14,6 +14,7 @@ from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values
@@ -229,7 +230,7 @@ def board_observer(description: Dataset) -> BoardObserver:
     if scans:
         return ScannerBoard(robot, board, view_of(description, values), motion(values, "target")[0])
     lens = {name: np.zeros(1) for name in ("k1", "k2", "p1", "p2", "k3")}
-    rides = description.options is None or description.options.mount == "flange"
+    rides = not stands(description)
     return CameraBoard(robot, board, lens | values, size, rides)
 
 

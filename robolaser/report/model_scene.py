@@ -16,6 +16,7 @@ from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.parameters import Values
 from robolaser.report.chart import FITTED, HELD_OUT, INK, MUTED
@@ -68,7 +69,7 @@ class CellPoses:
     @property
     def rides(self) -> bool:
         """Is the camera on the flange, if there is one?"""
-        return self.model.blocks.description.get("mount") != "base"
+        return not stands(self.model.blocks.sensor.dataset)
 
     @cached_property
     def cameras(self) -> Array | None:

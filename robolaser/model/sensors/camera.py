@@ -1,9 +1,9 @@
 """A camera that sees points of a target: on the flange with the target in the cell, or the other way round."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, Literal, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere, each_once
+from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation, Stage
@@ -41,14 +42,6 @@ UNIT = np.eye(4)[None, None]
 
 
 @final
-@dataclass(frozen=True)
-class CameraOptions:
-    """Keys of `[sensor]`: where the camera sits; the target is at the other end."""
-
-    mount: Literal["flange", "base"] = "flange"
-
-
-@final
 class CameraSensor(Sensor):
     """OpenCV's camera: pixels of a target's points."""
 
@@ -62,7 +55,7 @@ class CameraSensor(Sensor):
         unit="px",
         tables=("image", "board"),
         required=("image",),
-        options=CameraOptions,
+        options=Mounting,
         units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
         positive=("fx", "fy"),
     )
@@ -70,8 +63,7 @@ class CameraSensor(Sensor):
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        options = dataset.options or CameraOptions()
-        self._rides = options.mount == "flange"
+        self._rides = not stands(dataset)
         if not self._rides and dataset.placed:
             raise DataError(
                 "dataset.toml, [target] placed: the target of a camera that stands in the cell is on the flange, so"
@@ -115,11 +107,6 @@ class CameraSensor(Sensor):
         lens = {f"k{n}": 0.5 / corner ** (2 * n) for n in (1, 2, 3)} | dict.fromkeys(("p1", "p2"), 0.1 / corner)
         pinhole = {"fx": values["fx"] / 2.0, "fy": values["fy"] / 2.0, "cx": width / 2.0, "cy": height / 2.0}
         return {**super().spans(values), **pinhole, **lens}
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """Where it sits."""
-        return {"mount": "flange" if self._rides else "base"}
 
     def mount(self, values: Values, perturb: Perturbation) -> Array | None:
         """T_flange_camera, (c, n or 1, 4, 4); None where it stands in the cell."""

@@ -1,8 +1,7 @@
 """A laser profile sensor that measures balls of known radius."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from robolaser.geometry.rigid_motion import carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere
+from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.placements import SIX, motion, six_of, vector
 from robolaser.model.sensors.profile_elsewhere import ProfileElsewhere
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
@@ -24,14 +24,6 @@ from robolaser.parameters import Values
 
 HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
 ENOUGH_PROFILES = 600  # profiles that start values are found from
-
-
-@final
-@dataclass(frozen=True)
-class ProfileOptions:
-    """Keys of `[sensor]`: what carries the sensor; the balls are at the other end."""
-
-    mount: Literal["flange", "base"] = "flange"
 
 
 @final
@@ -49,7 +41,7 @@ class Profile(Sensor):
         columns={"profile": ("x_m", "z_m")},
         absent={"y_m": "a profile lies in the sensor's plane y = 0"},
         numbers=1,
-        options=ProfileOptions,
+        options=Mounting,
         many_rows=True,
         balls=True,
         task="the model puts profiles on balls",
@@ -63,13 +55,7 @@ class Profile(Sensor):
         self._balls = tuple(dict.fromkeys(dataset.points.names))
         self._ball = dataset.points.number
         self._radius = np.array([dataset.radius_m[name] for name in self._balls])[self._ball]
-        self._stands = dataset.options is not None and dataset.options.mount == "base"
-
-    @classmethod
-    def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
-        """No mount where the sensor stands in the cell."""
-        stands = dataset.options is not None and dataset.options.mount == "base"
-        return cls.stages - {Stage.MOUNT} if stands else cls.stages
+        self._stands = stands(dataset)
 
     @property
     def derived(self) -> tuple[str, ...]:
@@ -162,8 +148,3 @@ class Profile(Sensor):
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
         balls = {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
         return CellFrames(balls, sensor, published=sensor)
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """What carries the sensor."""
-        return {"mount": "base" if self._stands else "flange"}

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -53,7 +53,6 @@ class ScannerCorners(Sensor, registered=False):
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
-        tables=("scanner", "image", "board"),
         units=Stripe.format.units,
         positive=Stripe.format.positive,
     )
@@ -163,8 +162,3 @@ class ScannerCorners(Sensor, registered=False):
     def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
         """None: the scanner has them."""
         return CellFrames()
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """Nothing: the scanner says it."""
-        return {}

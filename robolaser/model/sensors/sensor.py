@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any, ClassVar, cast, final
 
 import numpy as np
@@ -18,6 +19,7 @@ from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere, NamedPoints
 from robolaser.model.sensors.held_out import HeldOut
+from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
 from robolaser.model.sensors.words import Words
@@ -62,10 +64,11 @@ class Sensor(ABC):
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
 
+    @final
     @classmethod
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
-        """Those of `stages` that values pass in a data set: where a camera stands in the cell, nothing mounts it."""
-        return cls.stages
+        """Those of `stages` that values pass in a data set: balls on the flange have no mount in common."""
+        return cls.stages - {Stage.MOUNT} if cls.format.balls and stands(dataset) else cls.stages
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -211,10 +214,16 @@ class Sensor(ABC):
         """What it would measure at other poses; None where the flange cannot go elsewhere."""
         return NamedPoints(self.dataset)
 
+    @final
     @property
     def description(self) -> dict[str, Any]:
-        """What calibration.json says of it under `model`, beside its kind."""
-        return {}
+        """What calibration.json says of it under `model`, beside its kind: its keys of `[sensor]` and `[scanner]`."""
+        dataset = self.dataset
+        told = {} if dataset.options is None else asdict(dataset.options)
+        if "scanner" in self.format.tables:
+            bracket = list(dataset.bracket_quat)
+            told |= {"stripe_axis": dataset.stripe_axis, "bracket_quat": bracket, "angles": dataset.angles}
+        return told
 
     def undetermined(self, T_base_flange: Array) -> str:
         """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
@@ -224,8 +233,7 @@ class Sensor(ABC):
     @property
     def put_anew(self) -> tuple[str, ...]:
         """Its parameters that say where things were put or mounted for a campaign: another one has others."""
-        stands = getattr(self.dataset.options, "mount", "flange") == "base"
-        patterns = (*OWN, ON_FLANGE, STANDING) if stands else (*OWN, ON_FLANGE)
+        patterns = (*OWN, ON_FLANGE, STANDING) if stands(self.dataset) else (*OWN, ON_FLANGE)
         return tuple(name for name in self.free + self.derived if matches(name, patterns))
 
     @property

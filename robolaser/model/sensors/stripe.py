@@ -1,7 +1,7 @@
 """A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -74,16 +74,6 @@ class Stripe(Sensor):
     def derived(self) -> tuple[str, ...]:
         """T_base_target, where the target is not placed."""
         return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """The image axis that the stripe runs along, the bracket, and the order of the hand-eye angles."""
-        dataset = self.dataset
-        return {
-            "stripe_axis": dataset.stripe_axis,
-            "bracket_quat": list(dataset.bracket_quat),
-            "angles": dataset.angles,
-        }
 
     def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
         """The laser plane, where the camera is known and the target has a place; other parameters must be given."""

@@ -16,8 +16,9 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.model.derivatives import STEP, jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.camera import CameraOptions, CameraSensor
+from robolaser.model.sensors.camera import CameraSensor
 from robolaser.model.sensors.camera_projection import distort, straighten, to_pixels
+from robolaser.model.sensors.mounting import Mounting
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter
@@ -138,7 +139,7 @@ def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) ->
     dataset = replace(made, parameters={"k3": fixed}, board=board)
     robolaser.save(dataset, tmp_path / "cell")
     read = robolaser.load(tmp_path / "cell")
-    assert (read.options, read.board, read.placed) == (CameraOptions("base"), board, False)
+    assert (read.options, read.board, read.placed) == (Mounting("base"), board, False)
     assert read.parameters == {"k3": fixed}
     assert (read.points.pixel == dataset.points.pixel).all()
     text = (tmp_path / "cell" / "dataset.toml").read_text()
@@ -153,7 +154,7 @@ def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) ->
 
 def test_a_target_on_the_flange_cannot_be_placed_in_the_base_frame() -> None:
     with pytest.raises(DataError, match="Write placed = false"):
-        CameraSensor(replace(cell().dataset, placed=True, options=CameraOptions("base")))
+        CameraSensor(replace(cell().dataset, placed=True, options=Mounting("base")))
 
 
 def test_it_needs_no_robot_but_flange_poses() -> None:
