@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.duals import is_dual
+from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.building import blocks_of
 from robolaser.model.sensors.sensor import Sensor
@@ -64,18 +65,18 @@ class Blocks:
     @cached_property
     def free(self) -> tuple[str, ...]:
         """Parameters that must be given, or start from closed forms, in one of the blocks."""
-        return self.names(lambda sensor: sensor.free)
+        return self.names(lambda sensor: sensor.parameters.free)
 
     @cached_property
     def derived(self) -> tuple[str, ...]:
         """Those that follow from the others, and that no block has among its free ones."""
         free = set(self.free)
-        return tuple(name for name in self.names(lambda sensor: sensor.derived) if name not in free)
+        return tuple(name for name in self.names(lambda sensor: sensor.parameters.derived) if name not in free)
 
     @cached_property
     def fixed(self) -> tuple[str, ...]:
         """Parameters that stay at their nominal values because a sensor has a freedom that no data can fix."""
-        return self.names(lambda sensor: sensor.fixed)
+        return self.names(lambda sensor: sensor.parameters.fixed)
 
     @cached_property
     def held(self) -> tuple[str, ...]:
@@ -189,7 +190,7 @@ class Blocks:
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         for block in self:
-            values = {**values, **block.of_problem(block.sensor.fix_gauge(block.values(values)))}
+            values = {**values, **block.of_problem(block.sensor.parameters.fix_gauge(block.values(values)))}
         return values
 
     @property
@@ -218,7 +219,12 @@ class Blocks:
 
     def undetermined(self, T_base_flange: Array) -> str:
         """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""
-        reasons = [block.sensor.undetermined(T_base_flange) for block in self]
+        reasons = [
+            undetermined_reason(T_base_flange[np.unique(sensor.dataset.points.pose)])
+            if (sensor := block.sensor).parameters.two_axes
+            else ""
+            for block in self
+        ]
         return reasons[0] if all(reasons) else ""
 
     @property

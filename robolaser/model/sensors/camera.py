@@ -26,8 +26,9 @@ from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere, each_once
 from robolaser.model.sensors.mounting import Mounting, stands
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -37,7 +38,6 @@ MARGIN = 0.03  # of the image, left free around points that would be seen
 SHARE_SEEN = 0.6  # of the target's points that a pose worth taking shows
 OPTICAL = "camera_optical"
 LENS_ROUNDS = 8  # of a fixed point that settles by a factor of ten or more each
-HAND_EYE, TARGET = (tuple(f"{prefix}.{part}" for part in SIX) for prefix in ("hand_eye", "target"))
 UNIT = np.eye(4)[None, None]
 
 
@@ -80,15 +80,12 @@ class CameraSensor(Sensor):
         assert self.dataset.image_px is not None  # the format requires it
         return self.dataset.image_px
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the images and the flange's poses."""
-        return ()
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """The intrinsics, the hand-eye, and the target where it is not placed."""
-        return (*INTRINSICS, *HAND_EYE, *(() if self.dataset.placed else TARGET))
+    @cached_property
+    def parameters(self) -> SensorParameters:
+        """The intrinsics, the hand-eye, and the target where it is not placed: all follow from the images."""
+        places = ("hand_eye",) if self.dataset.placed else ("hand_eye", "target")
+        derived = (*INTRINSICS, *(name for place in places for name in six_names(place)))
+        return SensorParameters(derived=derived, spans=self._spans)
 
     @cached_property
     def _closed_form(self) -> CameraStart:
@@ -98,15 +95,15 @@ class CameraSensor(Sensor):
         """Zhang's method for the intrinsics, Shah's for hand-eye and target; what is known is held."""
         stated = {name: np.array([self.dataset.parameters[name].nominal]) for name in self.held}
         found = self._closed_form.initialize({**stated, **values}, T_base_flange)
-        return {name: found[name] for name in self.derived}
+        return {name: found[name] for name in self.parameters.derived}
 
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Of the lens: as far as a lens can bend the image's corner."""
         width, height = self.image_px
         corner = float(np.hypot(width, height)) / 2.0 / values["fx"]
         lens = {f"k{n}": 0.5 / corner ** (2 * n) for n in (1, 2, 3)} | dict.fromkeys(("p1", "p2"), 0.1 / corner)
         pinhole = {"fx": values["fx"] / 2.0, "fy": values["fy"] / 2.0, "cx": width / 2.0, "cy": height / 2.0}
-        return {**super().spans(values), **pinhole, **lens}
+        return {**pinhole, **lens}
 
     def mount(self, values: Values, perturb: Perturbation) -> Array | None:
         """T_flange_camera, (c, n or 1, 4, 4); None where it stands in the cell."""

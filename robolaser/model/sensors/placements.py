@@ -9,6 +9,11 @@ from robolaser.parameters import Values
 SIX = ("x", "y", "z", "w", "phi", "psi")
 
 
+def six_names(prefix: str) -> tuple[str, ...]:
+    """The names of the six parameters of a rigid motion."""
+    return tuple(f"{prefix}.{part}" for part in SIX)
+
+
 def motion(values: Values, prefix: str) -> Array:
     """The rigid motion of six parameters `prefix.x` .. `prefix.psi`, (c, 4, 4)."""
     x, y, z, w, phi, psi = (values[f"{prefix}.{part}"] for part in SIX)

@@ -1,6 +1,7 @@
 """A tracker that stands in the cell and sees points on the flange."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -11,9 +12,10 @@ from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.placements import SIX, motion, six_of, vector
+from robolaser.model.sensors.placements import motion, six_names, six_of, vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -41,11 +43,11 @@ class Point(Sensor):
         self._tools = tuple(dict.fromkeys(dataset.points.names))
         self._tool = dataset.points.number
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """T_world_base and the tool points."""
         tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")
-        return (*(f"base.{part}" for part in SIX), *tools)
+        return SensorParameters(derived=(*six_names("base"), *tools))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""

@@ -1,6 +1,7 @@
 """A system that stands in the cell and sees where bodies on the flange are and how they are turned."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -9,7 +10,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import rows_of_each
-from robolaser.geometry.hand_eye import robot_world_hand_eye, undetermined_reason
+from robolaser.geometry.hand_eye import robot_world_hand_eye
 from robolaser.geometry.rigid_motion import (
     common_length,
     from_quaternion,
@@ -20,9 +21,10 @@ from robolaser.geometry.rigid_motion import (
 )
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.placements import SIX, motion, six_of
+from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -57,15 +59,11 @@ class Pose(Sensor):
         self._bodies = tuple(dict.fromkeys(dataset.points.names))
         self._body = dataset.points.number
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """T_world_base and T_flange_body of each body."""
         places = ("base", *(f"tool.{name}" for name in self._bodies))
-        return tuple(f"{place}.{part}" for place in places for part in SIX)
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """The flange must turn about two axes."""
-        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
+        return SensorParameters(derived=tuple(name for place in places for name in six_names(place)), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""

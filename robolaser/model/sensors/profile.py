@@ -1,6 +1,7 @@
 """A laser profile sensor that measures balls of known radius."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -9,20 +10,19 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
-from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.geometry.rigid_motion import carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.cell_frames import CellFrames
 from robolaser.model.sensors.elsewhere import Elsewhere
 from robolaser.model.sensors.mounting import Mounting, stands
-from robolaser.model.sensors.placements import SIX, motion, six_of, vector
+from robolaser.model.sensors.placements import motion, six_names, six_of, vector
 from robolaser.model.sensors.profile_elsewhere import ProfileElsewhere
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
 ENOUGH_PROFILES = 600  # profiles that start values are found from
 
 
@@ -57,14 +57,11 @@ class Profile(Sensor):
         self._radius = np.array([dataset.radius_m[name] for name in self._balls])[self._ball]
         self._stands = stands(dataset)
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """The sensor's place on the flange or in the cell, and the balls at the other end."""
-        return (*HAND_EYE, *(f"ball.{name}.{part}" for name in self._balls for part in "xyz"))
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """The flange must turn about two axes."""
-        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
+        balls = (f"ball.{name}.{part}" for name in self._balls for part in "xyz")
+        return SensorParameters(derived=(*six_names("hand_eye"), *balls), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From the circles in which the sensor's plane cuts the balls."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -9,16 +10,16 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Member
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import apply, carry, inverse
+from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_view import CameraView
 from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.placements import six_names
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -57,43 +58,34 @@ class ScannerCorners(Sensor, registered=False):
         positive=Stripe.format.positive,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    words: ClassVar[Words] = Words(closed_form="the board's corners")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """The scanner's that are its camera's."""
-        return CAMERA
+    @cached_property
+    def parameters(self) -> SensorParameters:
+        """The scanner's that are its camera's, whose gauge the scanner fixes; T_base_target where it is not placed."""
+        return SensorParameters(
+            free=CAMERA,
+            derived=() if self.dataset.placed else six_names("target"),
+            fixed=("f",),
+            closed_form="the board's corners",
+            spans=self._spans,
+        )
 
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """T_base_target, where the target is not placed."""
-        return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
-
-    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
-        """OpenCV's closed forms in the scanner's terms; also where the target stands."""
-        return camera_start(self.dataset, known, T_base_flange[0])
-
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """As far as lenses, brackets and cells go."""
-        return {**super().spans(values), **spans(values, self.dataset.image_px)}
-
-    @property
-    def fixed(self) -> tuple[str, ...]:
-        """As the scanner's."""
-        return ("f",)
-
-    def fix_gauge(self, values: Values) -> Values:
-        """As they are: the scanner's does it."""
-        return values
+    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        return spans(values, self.dataset.image_px)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """What is known already, as from the scanner's stripe; else by the boards in the images."""
-        if not self.derived or all(name in values for name in self.derived):
-            return {name: values[name] for name in self.derived}
+        """What is known already, as from the scanner's stripe; else by the boards in the images.
+
+        Where free parameters are missing OpenCV's closed forms in the scanner's terms, and where the target stands.
+        """
+        if any(name not in values for name in CAMERA):
+            return camera_start(self.dataset, values, T_base_flange[:1])
+        if all(name in values for name in self.parameters.derived):
+            return {name: values[name] for name in self.parameters.derived}
         return target_start(self.dataset, values, T_base_flange)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -123,8 +115,7 @@ class ScannerCorners(Sensor, registered=False):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The corners, in the base frame, (c or 1, m, 3) [m]."""
-        points = perturb(Stage.TARGET, self._xyz)
-        return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
+        return scanner_geometry.target(self.dataset, values, perturb)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Across the view, at the corner's distance, (c, m, 2) [m]."""

@@ -5,8 +5,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
-from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
+from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
 from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 from robolaser.robot.visibility import View
@@ -52,12 +53,23 @@ def frames(dataset: Dataset, values: Values, perturb: Perturbation) -> dict[str,
     it, and lies where the plane crosses the camera's x axis.
     """
     T_flange_camera = mount(dataset, values, perturb)[0, 0]
-    R = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if dataset.stripe_axis == "u" else np.eye(3)
     return {
         "scanner_camera": T_flange_camera,
-        "scanner_camera_optical": T_flange_camera @ pose(R, np.zeros(3)),
+        "scanner_camera_optical": T_flange_camera @ optical(dataset),
         "scanner_laser": T_flange_camera @ _laser(perturb(Stage.LASER_PLANE, laser_plane(values))[0, 0]),
     }
+
+
+def optical(dataset: Dataset) -> Array:
+    """T_camera_optical: x along image u and y along v, OpenCV's axes, in the scanner's camera frame, (4, 4)."""
+    R = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if dataset.stripe_axis == "u" else np.eye(3)
+    return pose(R, np.zeros(3))
+
+
+def target(dataset: Dataset, values: Values, perturb: Perturbation) -> Array:
+    """The target points, in the base frame, (c or 1, m, 3) [m]."""
+    points = perturb(Stage.TARGET, dataset.points["xyz"][None])
+    return points if dataset.placed else apply(motion(values, "target")[:, None], points)
 
 
 def _laser(plane: Array) -> Array:

@@ -1,7 +1,7 @@
 """What a sensor is: its parameters, its rows of residuals, their unit and their errors."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, ClassVar, cast, final
 
@@ -11,7 +11,6 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
-from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
@@ -22,12 +21,10 @@ from robolaser.model.sensors.held_out import HeldOut
 from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameter, Values
+from robolaser.parameters import Values
 
-LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
-ANGLE_SPAN_RAD = np.pi
 TWIST_STEP = 1e-5  # [m or rad], of what effects do with small motions of the flange
 
 REGISTERED: dict[str, "type[Sensor]"] = {}  # by kind; a subclass enters itself, in place of an earlier one of its name
@@ -42,12 +39,10 @@ class Sensor(ABC):
     Attributes:
         format: Its name, what it needs in a data set, and the numbers of a row with their unit.
         stages: Those that its values pass: effects at others have no meaning for it.
-        words: What reports and errors call what it does.
     """
 
     format: ClassVar[SensorFormat]
     stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
-    words: ClassVar[Words] = Words()
 
     def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
@@ -71,63 +66,36 @@ class Sensor(ABC):
         return cls.stages - {Stage.MOUNT} if cls.format.balls and stands(dataset) else cls.stages
 
     @property
-    def free(self) -> tuple[str, ...]:
-        """Parameters whose nominal values and bounds the data set must give; none where all follow from the data."""
-        return ()
-
-    @property
     @abstractmethod
-    def derived(self) -> tuple[str, ...]:
-        """Parameters that `initialize` finds from the others; the data set may leave them out."""
-
-    @property
-    def fixed(self) -> tuple[str, ...]:
-        """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
-        return ()
+    def parameters(self) -> SensorParameters:
+        """Which must be given, which follow from the data, which no data can tell."""
 
     @final
     @property
     def held(self) -> tuple[str, ...]:
         """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
         given = self.dataset.parameters
-        stated = [name for name in self.free + self.derived if name in given and given[name].fixed]
-        return tuple(dict.fromkeys((*self.fixed, *stated)))
+        stated = [name for name in self.parameters.names if name in given and given[name].fixed]
+        return tuple(dict.fromkeys((*self.parameters.fixed, *stated)))
 
-    def fix_gauge(self, values: Values) -> Values:
-        """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
-        return values
-
-    @abstractmethod
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Start values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
-            values: The free parameters; derived ones that are among them are known too.
+            values: The free parameters; derived ones that are among them are known too. Where the parameters have a
+                `closed_form`, free ones may be missing from a single candidate, and are to be found as well.
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
 
         Raises:
+            DataError: There is no closed form for what is missing.
             EstimationError: The data do not tell them.
         """
-
-    @property
-    def conditionally_linear(self) -> tuple[str, ...]:
-        """Free parameters that `solve_conditional` finds from the other free ones."""
-        return ()
-
-    def solve_conditional(
-        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
-    ) -> Values:
-        """The conditionally linear and the derived parameters that fit best with the others, (c,) each.
-
-        Args:
-            values: All parameters; those to be found are where the model is linearized.
-            T_base_flange: (c or 1, n, 4, 4).
-            perturb: The effects of the model.
-            bounds: All parameters by name.
-        """
-        others = {name: value for name, value in values.items() if name not in self.derived}
-        return self.initialize(others, T_base_flange, perturb)
+        if self.parameters.derived:
+            raise NotImplementedError(
+                f"{type(self).__name__} has derived parameters, but does not define `initialize`."
+            )
+        return {}
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -205,9 +173,12 @@ class Sensor(ABC):
             J = np.einsum("ij,ij->i", flat, flat)
         return np.where(np.isfinite(J), J, np.inf)
 
+    @final
     def costs(self, values: Values, T_base_flange: Array) -> Array:
         """The same without effects."""
-        return self.squares(values, T_base_flange, Perturbation())
+        reduction = self.parameters.reduction
+        short = None if reduction is None else reduction.costs(values, T_base_flange)
+        return self.squares(values, T_base_flange, Perturbation()) if short is None else short
 
     @property
     def elsewhere(self) -> Elsewhere | None:
@@ -225,50 +196,14 @@ class Sensor(ABC):
             told |= {"stripe_axis": dataset.stripe_axis, "bracket_quat": bracket, "angles": dataset.angles}
         return told
 
-    def undetermined(self, T_base_flange: Array) -> str:
-        """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
-        return ""
-
     @final
     @property
     def put_anew(self) -> tuple[str, ...]:
         """Its parameters that say where things were put or mounted for a campaign: another one has others."""
         patterns = (*OWN, ON_FLANGE, STANDING) if stands(self.dataset) else (*OWN, ON_FLANGE)
-        return tuple(name for name in self.free + self.derived if matches(name, patterns))
+        return tuple(name for name in self.parameters.names if matches(name, patterns))
 
     @property
     def held_out(self) -> HeldOut | None:
         """What cross-validation leaves out together, where that is more than poses; None: whole poses."""
         return None
-
-    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
-        """Free parameters, and derived ones that are found on the way, in closed form from the data alone.
-
-        Args:
-            known: Those that the data set gives.
-            T_base_flange: (1, n, 4, 4).
-
-        Raises:
-            DataError: There is no closed form for what is missing.
-            EstimationError: The data do not tell them.
-        """
-        raise self.lacks([name for name in self.free if name not in known])
-
-    @final
-    def lacks(self, missing: Sequence[str]) -> DataError:
-        """The error of free parameters that the data set must give."""
-        return DataError(
-            f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
-            f"{{ nominal, lower, upper }} for each.{self.words.no_start}",
-            file="dataset.toml",
-            column="[parameters]",
-        )
-
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """How far parameters may be from where a closed form starts them, by name.
-
-        Args:
-            values: All parameters.
-        """
-        units = {name: self.format.unit_of(name) for name in self.free + self.derived}
-        return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}

@@ -1,6 +1,7 @@
 """A ball on the flange that is seated in fixed sockets, again and again, from many sides."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -15,6 +16,7 @@ from robolaser.model.sensors.held_out_sockets import HeldOutSockets
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -39,11 +41,11 @@ class Socket(Sensor):
         self._sockets = tuple(dict.fromkeys(dataset.points.names))
         self._socket = dataset.points.number
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """The ball in the flange frame and the sockets in the base frame."""
-        sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
-        return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
+        places = ("tool.ball", *(f"socket.{name}" for name in self._sockets))
+        return SensorParameters(derived=tuple(f"{place}.{part}" for place in places for part in "xyz"))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""
@@ -57,7 +59,7 @@ class Socket(Sensor):
         inverse = np.linalg.pinv(np.swapaxes(A, 1, 2) @ A, rcond=RANK, hermitian=True)
         ball = (inverse @ (np.swapaxes(A, 1, 2) @ b))[..., 0]
         sockets = np.einsum("csij,cj->csi", R_mean, ball) + t_mean
-        return dict(zip(self.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
+        return dict(zip(self.parameters.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""

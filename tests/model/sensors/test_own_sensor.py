@@ -24,8 +24,9 @@ from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -56,16 +57,7 @@ class BoardCamera(Sensor):
         positive=("fx", "fy"),
     )
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        return (*INTRINSICS, *(f"hand_eye.{part}" for part in SIX), *(f"target.{part}" for part in SIX))
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        return ()
-
-    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        return {}
+    parameters = SensorParameters(free=(*INTRINSICS, *six_names("hand_eye"), *six_names("target")))
 
     def frames(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """T_base_camera and T_base_target at every pose, (c, n or 1, 4, 4)."""
