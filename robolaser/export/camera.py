@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.model.blocks.cell_frames import camera_of
-from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.in_cell import CameraView
 from robolaser.model.stages import Stage
 
 GRID = 41  # lines across the image, edges included, on which the distortion is converted

@@ -130,10 +130,11 @@ class CellPoses:
     def _add_light(self, light: Array, block: Block) -> None:
         """Where the light of one session falls."""
         perturb = self.model.perturb(self.values)
-        values, flange, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
-        seen, mount = block.sensor.in_base(values, flange, effects), block.sensor.mount(values, effects)
-        if seen is None or mount is None:
+        at = values, _, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
+        known, mount = block.sensor.known(*at), block.sensor.in_cell(values, effects).mount
+        if known is None or mount is None:
             return
+        seen = known - block.sensor.residuals(*at)
         cameras = (self.flanges @ mount[0])[self.frames]
         baseline = np.array([[float(values["b"][0]), 0.0, 0.0]])
         of_pose = block.sensor.dataset.points.pose

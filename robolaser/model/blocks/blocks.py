@@ -201,20 +201,16 @@ class Blocks:
         """
         groups, before = [], 0
         for block in self.one_sensor:
-            held_out = block.sensor.held_out
-            if held_out is None:
+            own = block.sensor.new_poses.left_out_together
+            if own is None:
                 return None
-            groups.append(held_out.groups + before)
-            before += int(held_out.groups.max()) + 1
+            groups.append(own + before)
+            before += int(own.max()) + 1
         return self.together(groups, axis=0) if groups else None
 
     def located_apart(self, errors: Array) -> Array:
         """Errors of held-out rows (m, k) once what only they can locate is located from them."""
-        parts = [
-            held_out.located_apart(errors[block.rows])
-            for block in self.one_sensor
-            if (held_out := block.sensor.held_out) is not None
-        ]
+        parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
 
     def undetermined(self, T_base_flange: Array) -> str:

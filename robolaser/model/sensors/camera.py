@@ -22,10 +22,9 @@ from robolaser.model.sensors.camera_projection import (
     to_pixels,
 )
 from robolaser.model.sensors.camera_start import CameraStart
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere, each_once
+from robolaser.model.sensors.in_cell import CameraView, InCell
 from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.new_poses import NewPoses, each_once
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
@@ -105,10 +104,6 @@ class CameraSensor(Sensor):
         pinhole = {"fx": values["fx"] / 2.0, "fy": values["fy"] / 2.0, "cx": width / 2.0, "cy": height / 2.0}
         return {**pinhole, **lens}
 
-    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
-        """T_flange_camera, (c, n or 1, 4, 4); None where it stands in the cell."""
-        return self._hand_eye(values, perturb) if self._rides else None
-
     def _hand_eye(self, values: Values, perturb: Perturbation) -> Array:
         """T_flange_camera or T_base_camera, (c, n or 1, 4, 4)."""
         placed = motion(values, "hand_eye")[:, None]
@@ -171,16 +166,8 @@ class CameraSensor(Sensor):
         depth = self.in_camera(values, T_base_flange, perturb)[..., 2:]
         return residuals * depth / np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the camera, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self.in_camera(values, T_base_flange, perturb)[0], axis=-1))
-
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether target points lie in front of the camera, (m,)."""
-        return np.asarray(self.in_camera(values, T_base_flange, perturb)[0, :, 2] > 0.0)
-
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
-        """Itself, one candidate, effects of the lens included."""
+    def _view(self, values: Values, perturb: Perturbation) -> CameraView:
+        """One candidate, effects of the lens included."""
         one = {name: values[name] for name in INTRINSICS}
         metres = self._metres(one)
 
@@ -197,21 +184,23 @@ class CameraSensor(Sensor):
         exact = None if perturb.touches(Stage.IMAGE) else distortion(numbers)
         return CameraView(camera_matrix(numbers), slopes, exact)
 
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """`camera_optical`, z along the view, x along image u; of a camera in the cell the `target` on the flange."""
-        camera = {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
+        hand_eye, view = self._hand_eye(values, perturb), self._view(values, perturb)
+        camera = {OPTICAL: hand_eye[0, 0]}
         if self._rides:
-            return CellFrames(camera, published=camera)
-        return CellFrames({"target": self._target(values, perturb)[0, 0]}, camera, published=camera)
+            return InCell(camera, published=camera, mount=hand_eye, camera=view)
+        target = {"target": self._target(values, perturb)[0, 0]}
+        return InCell(target, camera, published=camera, stand=hand_eye, camera=view)
 
     @property
-    def elsewhere(self) -> Elsewhere:
+    def new_poses(self) -> NewPoses:
         """Views of the whole target."""
         return TargetInView(self)
 
 
 @final
-class TargetInView(Elsewhere):
+class TargetInView(NewPoses):
     """Every point of the target once at each pose; poses that show most of them are good."""
 
     def __init__(self, sensor: CameraSensor) -> None:

@@ -73,10 +73,6 @@ class Point(Sensor):
         """The measured points, in the tracker's frame, (c or 1, m, 3) [m]."""
         return perturb(Stage.TARGET, self._measured)
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the tracker's origin, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self._measured[0], axis=-1))
-
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], isotropic, each row's own."""
         m = len(self._tool)

@@ -20,7 +20,7 @@ from robolaser.geometry.rigid_motion import (
     skew,
 )
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
@@ -110,10 +110,6 @@ class Pose(Sensor):
         """The measured places, in the tracker's frame, (c or 1, m, 3) [m]."""
         return perturb(Stage.TARGET, self._measured)
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the tracker's origin, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self._measured[0], axis=-1))
-
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m] and `angle` [rad], both isotropic, each row's own."""
         m, noise, axes = len(self._body), self.dataset.noise, np.eye(6)
@@ -132,8 +128,8 @@ class Pose(Sensor):
         turns[:, :3] = -skew(arms)
         return shifts, turns
 
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Each body as `tool_NAME`; where the tracker stands, as `tracker`."""
         bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
         tracker = {"tracker": inverse(motion(values, "base"))[0]}
-        return CellFrames(bodies, tracker, published=(*tracker, *bodies))
+        return InCell(bodies, tracker, published=(*tracker, *bodies))

@@ -12,11 +12,11 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
 from robolaser.geometry.rigid_motion import carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere
+from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion, six_names, six_of, vector
-from robolaser.model.sensors.profile_elsewhere import ProfileElsewhere
+from robolaser.model.sensors.profile_new_poses import ProfileNewPoses
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
@@ -109,10 +109,6 @@ class Profile(Sensor):
     def _mount(self, values: Values, perturb: Perturbation) -> Array:
         return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
 
-    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
-        """T_flange_sensor, where the flange carries it."""
-        return None if self._stands else self._mount(values, perturb)
-
     def _normals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The ball's normal at each point, in the base frame, (c, m, 3)."""
         apart = self.in_base(values, T_base_flange, perturb) - self.known(values, T_base_flange, perturb)
@@ -133,15 +129,16 @@ class Profile(Sensor):
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
     @property
-    def elsewhere(self) -> Elsewhere:
+    def new_poses(self) -> NewPoses:
         """Profiles of the balls."""
-        return ProfileElsewhere(self, stands=self._stands)
+        return ProfileNewPoses(self, stands=self._stands)
 
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""
         if not self._stands:
-            sensor = {"profile_sensor": self._mount(values, perturb)[0, 0]}
-            return CellFrames(sensor, published=sensor)
+            mount = self._mount(values, perturb)
+            sensor = {"profile_sensor": mount[0, 0]}
+            return InCell(sensor, published=sensor, mount=mount)
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
         balls = {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
-        return CellFrames(balls, sensor, published=sensor)
+        return InCell(balls, sensor, published=sensor)

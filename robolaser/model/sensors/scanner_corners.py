@@ -7,14 +7,13 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Member
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import six_names
 from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
 from robolaser.model.sensors.sensor import Sensor
@@ -134,22 +133,7 @@ class ScannerCorners(Sensor, registered=False):
         by_point = (values["f"][0] * self._across(np.eye(3)).T - image[..., None] * along_view) / depth
         return np.asarray(-by_point / self._pitch(values)[0, :, :, None])
 
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether corners lie in front of the camera, (m,)."""
-        return np.asarray(self._in_camera(values, T_base_flange, perturb)[0, :, 2] > 0.0)
-
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the camera, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self._in_camera(values, T_base_flange, perturb)[0], axis=-1))
-
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
-        """The scanner's camera."""
-        return scanner_geometry.camera_view(values, perturb)
-
-    def mount(self, values: Values, perturb: Perturbation) -> Array:
-        """T_flange_camera, (c, n or 1, 4, 4)."""
-        return scanner_geometry.mount(self.dataset, values, perturb)
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
-        """None: the scanner has them."""
-        return CellFrames()
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
+        """The scanner's camera; frames by name are the scanner's."""
+        mount = scanner_geometry.mount(self.dataset, values, perturb)
+        return InCell(mount=mount, camera=scanner_geometry.camera_view(values, perturb))

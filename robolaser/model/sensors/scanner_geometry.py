@@ -6,7 +6,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
-from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.in_cell import CameraView
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

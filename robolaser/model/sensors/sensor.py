@@ -11,14 +11,12 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
-from robolaser.geometry.rigid_motion import pose
+from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere, NamedPoints
-from robolaser.model.sensors.held_out import HeldOut
+from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import stands
+from robolaser.model.sensors.new_poses import NamedPoints, NewPoses
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
 from robolaser.model.sensors.sensor_parameters import SensorParameters
@@ -119,10 +117,6 @@ class Sensor(ABC):
         """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point."""
         return None
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None where it has none."""
-        return None
-
     @final
     def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
@@ -143,26 +137,38 @@ class Sensor(ABC):
         slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
         return slopes[..., :3], slopes[..., 3:]
 
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
-        """The camera as programs that know pinholes see it, one candidate; None where there is none."""
-        return None
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
-        """The frames that an exported URDF has of it, one candidate: by default points `tool.NAME` as `tool_NAME`."""
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
+        """Where its parts are, one candidate: by default points `tool.NAME` as `tool_NAME` on the flange."""
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
-        return CellFrames({tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools})
+        return InCell({tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools})
 
-    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
-        """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""
-        return None
+    @property
+    def new_poses(self) -> NewPoses:
+        """What it measures at poses that no fit has seen: by default each named point once."""
+        return NamedPoints(self.dataset)
 
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Points that the readings place in the base frame by themselves, (c, m, 3) [m]; None where they place none."""
-        return None
+    @final
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Distance of each row's point from camera or tracker, one candidate, (m,) [m]; None where there is none."""
+        seen = self._from_sensor(values, T_base_flange, perturb)
+        return None if seen is None else np.asarray(np.linalg.norm(seen, axis=-1))
 
+    @final
     def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
-        return np.ones(len(self.dataset.points), dtype=bool)
+        """Whether each row's known point lies in front of the camera, if there is one, one candidate, (m,)."""
+        seen = None if self.format.tracker else self._from_sensor(values, T_base_flange, perturb)
+        return np.ones(len(self.dataset.points), dtype=bool) if seen is None else np.asarray(seen[:, 2] > 0.0)
+
+    def _from_sensor(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Known points in the frame of the camera or tracker, one candidate, (m, 3) [m]; None where there is none."""
+        known, here = self.known(values, T_base_flange, perturb), self.in_cell(values, perturb)
+        if known is None or self.format.tracker:
+            return None if known is None else known[0]
+        T = here.stand if here.mount is None else T_base_flange @ here.mount
+        if here.camera is None or T is None:
+            return None
+        T = np.broadcast_to(T, (1, len(self.dataset.poses), 4, 4))
+        return np.asarray(carry(inverse(T), self.dataset.points.pose, known)[0])
 
     @final
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -179,11 +185,6 @@ class Sensor(ABC):
         reduction = self.parameters.reduction
         short = None if reduction is None else reduction.costs(values, T_base_flange)
         return self.squares(values, T_base_flange, Perturbation()) if short is None else short
-
-    @property
-    def elsewhere(self) -> Elsewhere | None:
-        """What it would measure at other poses; None where the flange cannot go elsewhere."""
-        return NamedPoints(self.dataset)
 
     @final
     @property
@@ -202,8 +203,3 @@ class Sensor(ABC):
         """Its parameters that say where things were put or mounted for a campaign: another one has others."""
         patterns = (*OWN, ON_FLANGE, STANDING) if stands(self.dataset) else (*OWN, ON_FLANGE)
         return tuple(name for name in self.parameters.names if matches(name, patterns))
-
-    @property
-    def held_out(self) -> HeldOut | None:
-        """What cross-validation leaves out together, where that is more than poses; None: whole poses."""
-        return None

@@ -6,23 +6,22 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import carry, inverse, rigid_fit
+from robolaser.geometry.rigid_motion import carry, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.board_errors import board_errors
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere
+from robolaser.model.sensors.in_cell import InCell
+from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
-from robolaser.model.sensors.stripe_elsewhere import StripeElsewhere
+from robolaser.model.sensors.stripe_new_poses import StripeNewPoses
 from robolaser.model.sensors.stripe_similarity import StripeReduction
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -86,24 +85,19 @@ class Stripe(Sensor):
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
 
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
-        """The scanner's camera."""
-        return scanner_geometry.camera_view(values, perturb)
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Camera and laser."""
-        return CellFrames(scanner_geometry.frames(self.dataset, values, perturb), published=("camera_optical",))
+        return InCell(
+            scanner_geometry.frames(self.dataset, values, perturb),
+            published=("camera_optical",),
+            mount=self.mount(values, perturb),
+            camera=scanner_geometry.camera_view(values, perturb),
+        )
 
     @property
-    def elsewhere(self) -> Elsewhere:
+    def new_poses(self) -> NewPoses:
         """The stripe across the target."""
-        return StripeElsewhere(self.dataset)
-
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether target points lie in front of the camera, (m,)."""
-        T_camera_base = inverse(T_base_flange @ self.mount(values, perturb))
-        seen = carry(T_camera_base, self.dataset.points.pose, self.target(values, perturb))
-        return np.asarray(seen[0, :, 2] > 0.0)
+        return StripeNewPoses(self.dataset)
 
     def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
         """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
@@ -145,10 +139,6 @@ class Stripe(Sensor):
         """The target points, in the base frame, (c or 1, m, 3) [m]."""
         return self.target(values, perturb)
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the camera, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1))
-
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own, and `target` [m], isotropic, shared by a point's repeats; `board_errors`."""
         points, noise = self.dataset.points, self.dataset.noise
@@ -166,7 +156,8 @@ class Stripe(Sensor):
             ),
         ]
         if self.dataset.board and not self.dataset.placed:
-            m_per_px = self.ranges(values, T_base_flange, perturb) * values["s_u"][0] / values["f"][0]
+            away = np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1)
+            m_per_px = away * values["s_u"][0] / values["f"][0]
             sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0], m_per_px))
         return sources
 

@@ -171,7 +171,7 @@ def test_the_camera_for_others_sees_what_it_sees_itself() -> None:
     values = model.parameters.values(model.parameters.nominal[None])
     values = {**values, "radial_distortion.camera.k_2": np.array([1e8])}
     perturb = model.perturb(values)
-    straight = model.blocks.sensor.camera(values, perturb).slopes(dataset.points["pixel"])
+    straight = model.blocks.sensor.in_cell(values, perturb).camera.slopes(dataset.points["pixel"])
     seen = model.blocks.sensor._through_lens(straight[None], values, perturb)[0]
     np.testing.assert_allclose(seen, dataset.points["pixel"], atol=1e-6)
 
@@ -180,7 +180,7 @@ def test_it_sees_the_target_from_elsewhere_as_the_model_says() -> None:
     made = cell()
     values = {name: np.array([value]) for name, value in made.truth.items()}
     q = made.dataset.poses.q + np.random.default_rng(0).normal(0.0, 0.02, made.dataset.poses.q.shape)
-    points, good = Model(made.dataset).blocks.sensor.elsewhere.seen_from(values, ROBOT.forward(q[None])[0])
+    points, good = Model(made.dataset).blocks.sensor.new_poses.seen_from(values, ROBOT.forward(q[None])[0])
     assert good.any()
     there = Model(replace(made.dataset, poses=Poses(made.dataset.poses.names, q=q), points=points))
     assert np.abs(there.residuals_at(values)).max() < 1e-9

@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.sensors.elsewhere import Elsewhere
+from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
@@ -20,7 +20,7 @@ ROWS = 24  # of a profile that would be seen
 
 
 @final
-class ProfileElsewhere(Elsewhere):
+class ProfileNewPoses(NewPoses):
     """Poses are good where the sensor's plane cuts a ball near its middle, within the range that was measured."""
 
     def __init__(self, sensor: Sensor, *, stands: bool) -> None:
