@@ -13,7 +13,6 @@ from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import motion, six_names, six_of, vector
-from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.tracker_fit import base_and_tools
@@ -77,7 +76,3 @@ class Point(Sensor):
         """`point` [m], isotropic, each row's own."""
         m = len(self._tool)
         return [ErrorSource("point", along_each_axis(m, 3), np.arange(m), stated=self.dataset.noise.point_m)]
-
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the tracker's frame."""
-        return rigid_moves(self._measured[0], self.dataset.points.pose)

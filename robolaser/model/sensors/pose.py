@@ -17,12 +17,10 @@ from robolaser.geometry.rigid_motion import (
     inverse,
     log_so3,
     pose,
-    skew,
 )
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names, six_of
-from robolaser.model.sensors.pose_motions import pose_centroids
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
@@ -118,15 +116,6 @@ class Pose(Sensor):
             ErrorSource("point", place, np.arange(m), stated=noise.point_m),
             ErrorSource("angle", turn, np.arange(m), "rad", stated=noise.angle_rad),
         ]
-
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the tracker's frame."""
-        points, of_pose = self._measured[0], self.dataset.points.pose
-        arms = points - pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
-        shifts, turns = np.zeros((2, len(points), 6, 3))
-        shifts[:, :3] = turns[:, 3:] = np.eye(3)
-        turns[:, :3] = -skew(arms)
-        return shifts, turns
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Each body as `tool_NAME`; where the tracker stands, as `tracker`."""

@@ -18,7 +18,7 @@ from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.new_poses import NamedPoints, NewPoses
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
+from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids, rigid_moves
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -114,7 +114,10 @@ class Sensor(ABC):
         return residuals
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point."""
+        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point.
+
+        A row of three numbers in metres is that place less the predicted one.
+        """
         return None
 
     @final
@@ -124,12 +127,16 @@ class Sensor(ABC):
         flange: Array = T_base_flange[0, :, :3, 3]
         return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
 
+    @final
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
 
         Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
         and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
         """
+        known, numbers = self.known(values, T_base_flange, perturb), self.format.numbers
+        if known is not None and self.format.unit == "m" and numbers - self.format.angles == 3:
+            return rigid_moves(known[0], self.dataset.points.pose, numbers)
         pivot = self.pivots(values, T_base_flange, perturb)
 
         flange, chain = in_six_ways(T_base_flange, pivot), ChainRule.of(perturb, np.full(6, TWIST_STEP))

@@ -13,7 +13,6 @@ from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation
@@ -74,10 +73,6 @@ class Socket(Sensor):
         """`seat` [m], isotropic, each row's own."""
         m = len(self._socket)
         return [ErrorSource("seat", along_each_axis(m, 3), np.arange(m))]
-
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the base frame."""
-        return rigid_moves(self.known(values, T_base_flange, perturb)[0], self.dataset.points.pose)
 
     @property
     def new_poses(self) -> NewPoses:

@@ -17,7 +17,6 @@ from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import motion, six_names, six_of
-from robolaser.model.sensors.pose_motions import rigid_moves
 from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
@@ -160,10 +159,6 @@ class Stripe(Sensor):
             m_per_px = away * values["s_u"][0] / values["f"][0]
             sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0], m_per_px))
         return sources
-
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the base frame."""
-        return rigid_moves(self.target(values, perturb)[0], self.dataset.points.pose)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
