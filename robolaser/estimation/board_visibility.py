@@ -13,7 +13,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.sensors import sensor_class
-from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.camera_projection import project
 from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
@@ -130,8 +130,7 @@ class CameraBoard(BoardObserver):
 
     def _pixels(self, T_camera_board: Array) -> Array:
         seen = apply(T_camera_board[:, None], self.corners)
-        flat = on_plane(seen.reshape(1, -1, 3))
-        return to_pixels(distort(flat, self.values), self.values).reshape(*seen.shape[:2], 2)
+        return project(seen.reshape(1, -1, 3), self.values).reshape(*seen.shape[:2], 2)
 
 
 @final

@@ -14,9 +14,8 @@ from robolaser.model.noise import NoiseLikelihood, NoiseModel, pixel_from_repeat
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.two_units import size_of_errors
-from robolaser.model.sensors.board_errors import board_errors
-from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.stripe import Stripe
+from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -14,13 +14,7 @@ from robolaser.errors import DataError
 from robolaser.geometry.board_views import INTRINSICS, camera_matrix, distortion
 from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
-from robolaser.model.sensors.camera_projection import (
-    distort,
-    distortion_by_place,
-    on_plane,
-    straighten,
-    to_pixels,
-)
+from robolaser.model.sensors.camera_projection import distort, on_plane, project, straighten, to_pixels
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.in_cell import CameraView, InCell
 from robolaser.model.sensors.mounting import Mounting, stands
@@ -118,20 +112,14 @@ class CameraSensor(Sensor):
         """The target's points in the base frame, (c, m, 3) [m]."""
         target = self._target(values, perturb)
         T_base_target = target if self._rides else T_base_flange @ target
-        return self._carried(T_base_target, perturb(Stage.TARGET, self._xyz))
+        return carry(T_base_target, self.dataset.points.pose, perturb(Stage.TARGET, self._xyz))
 
     def in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target's points in the camera frame, (c, m, 3) [m]."""
         hand_eye = self._hand_eye(values, perturb)
         T_base_camera = T_base_flange @ hand_eye if self._rides else hand_eye
-        return self._carried(inverse(T_base_camera), self.known(values, T_base_flange, perturb))
-
-    def _carried(self, T: Array, points: Array) -> Array:
-        return carry(T, self._rows(T), points)
-
-    def _rows(self, T: Array) -> Any:
-        of_pose = self.dataset.points.pose
-        return of_pose if T.shape[1] > 1 else np.zeros_like(of_pose)
+        known = self.known(values, T_base_flange, perturb)
+        return carry(inverse(T_base_camera), self.dataset.points.pose, known)
 
     def _metres(self, values: Values) -> Array:
         """From image points at unit focal length to ones on the sensor, (c, 1, 1) [m]."""
@@ -150,16 +138,8 @@ class CameraSensor(Sensor):
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
-        return errors_in_image(self.dataset, lambda: self._moves_with_target(values, T_base_flange, perturb))
-
-    def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Move of each residual by shifts of its target point in the camera frame, one candidate, (m, 2, 3) [px/m]."""
-        point = self.in_camera(values, T_base_flange, perturb)
-        straight = on_plane(point)
-        by_point = np.concatenate([np.broadcast_to(np.eye(2), (*straight.shape, 2)), -straight[..., None]], axis=-1)
-        focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None, :, None]
-        by_place = focal * distortion_by_place(straight, values)
-        return np.asarray(-(by_place @ by_point / point[..., 2:, None])[0])
+        seen = self.in_camera(values, T_base_flange, perturb)
+        return errors_in_image(self.dataset, lambda point: project(point, values), seen)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Across the view at the target's distance, (c, m, 2) [m]."""

@@ -12,7 +12,7 @@ from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.placements import motion, six_names, six_of, vector
+from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.tracker_fit import base_and_tools
@@ -56,14 +56,11 @@ class Point(Sensor):
         measured = perturb(Stage.TARGET, self._measured)[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
         R, shift, tools = base_and_tools(measured, T, self._tool[rows])
-        found = six_of(pose(R, shift), "base")
-        for number, name in enumerate(self._tools):
-            found |= {f"tool.{name}.{part}": tools[:, number, axis] for axis, part in enumerate("xyz")}
-        return found
+        return six_of(pose(R, shift), "base") | places_by_name(tools, "tool", self._tools)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""
-        tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
+        tools = places(values, "tool", self._tools)
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
         seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
         return self.known(values, T_base_flange, perturb) - seen

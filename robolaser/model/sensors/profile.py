@@ -15,7 +15,7 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.new_poses import NewPoses
-from robolaser.model.sensors.placements import motion, six_names, six_of, vector
+from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.profile_new_poses import ProfileNewPoses
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
@@ -79,10 +79,7 @@ class Profile(Sensor):
             T = T if self._stands else inverse(T)
             found.append(sensor_and_balls(centre[some], beside, T[None], self._ball[first[some]]))
         R, shift, balls = (np.concatenate(parts) for parts in zip(*found, strict=True))
-        start = six_of(inverse(pose(R, shift)), "hand_eye")
-        for number, name in enumerate(self._balls):
-            start |= {f"ball.{name}.{part}": balls[:, number, axis] for axis, part in enumerate("xyz")}
-        return start
+        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self._balls)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""
@@ -96,14 +93,12 @@ class Profile(Sensor):
 
     def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The points of the profiles, in the base frame, (c, m, 3) [m]."""
-        seen, of_pose = perturb(Stage.TARGET, self._measured), self.dataset.points.pose
-        if self._stands:
-            return carry(motion(values, "hand_eye")[:, None], np.zeros_like(of_pose), seen)
-        return carry(T_base_flange @ self._mount(values, perturb), of_pose, seen)
+        T_base_sensor = self._sensor_in_base(values, T_base_flange, perturb)
+        return carry(T_base_sensor, self.dataset.points.pose, perturb(Stage.TARGET, self._measured))
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The middles of the balls, in the base frame, (c, m, 3) [m]."""
-        balls = np.stack([vector(values, f"ball.{name}") for name in self._balls], axis=1)[:, self._ball]
+        balls = places(values, "ball", self._balls)[:, self._ball]
         return carry(T_base_flange, self.dataset.points.pose, balls) if self._stands else balls
 
     def _mount(self, values: Values, perturb: Perturbation) -> Array:
@@ -116,16 +111,14 @@ class Profile(Sensor):
         return normals
 
     def _sensor_in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """T_base_sensor of each row, (c, m, 4, 4)."""
-        if self._stands:
-            return np.repeat(motion(values, "hand_eye")[:, None], len(self._ball), axis=1)
-        return (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
+        """T_base_sensor, (c, n or 1, 4, 4)."""
+        return motion(values, "hand_eye")[:, None] if self._stands else T_base_flange @ self._mount(values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], alike along x and z of the sensor, each row's own."""
         normals = self._normals(values, T_base_flange, perturb)[0]
         axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
-        effect = normals[:, None] @ axes
+        effect = normals[:, None] @ (axes if self._stands else axes[self.dataset.points.pose])
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
     @property
@@ -140,5 +133,6 @@ class Profile(Sensor):
             sensor = {"profile_sensor": mount[0, 0]}
             return InCell(sensor, published=sensor, mount=mount)
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
-        balls = {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
+        middles = zip(self._balls, places(values, "ball", self._balls)[0], strict=True)
+        balls = {f"ball_{name}": pose(np.eye(3), middle) for name, middle in middles}
         return InCell(balls, sensor, published=sensor)

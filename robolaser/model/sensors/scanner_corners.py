@@ -90,23 +90,19 @@ class ScannerCorners(Sensor, registered=False):
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""
         seen = scanner_geometry.in_image(self._pixel, values, perturb)
-        predicted = self._image_of(self._in_camera(values, T_base_flange, perturb), values["f"])
-        return (seen - predicted) / self._pitch(values)
+        return seen / self._pitch(values) - self._pixels_of(self._in_camera(values, T_base_flange, perturb), values)
 
     def _in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The corners, in the camera frame, (c, m, 3) [m]."""
         T_camera_base = inverse(T_base_flange @ scanner_geometry.mount(self.dataset, values, perturb))
         return carry(T_camera_base, self.dataset.points.pose, self.known(values, T_base_flange, perturb))
 
-    def _image_of(self, point: Array, f: Array) -> Array:
-        """Image coordinates of points in the camera frame, without distortion, (c, m, 2) [m]."""
+    def _pixels_of(self, point: Array, values: Values) -> Array:
+        """Points in the camera frame, from the image's middle on and without distortion, (c, m, 2) [px]."""
+        x, y = point[..., 0], point[..., 1]
+        across = np.stack([-y, x] if self.dataset.stripe_axis == "u" else [x, y], axis=-1)
         depth = np.where(point[..., 2] > 0.0, point[..., 2], np.nan)
-        return self._across(point) * (f[:, None] / depth)[..., None]
-
-    def _across(self, vector: Array) -> Array:
-        """The parts of vectors in the camera frame (..., 3) along image u and v, (..., 2)."""
-        x, y = vector[..., 0], vector[..., 1]
-        return np.stack([-y, x] if self.dataset.stripe_axis == "u" else [x, y], axis=-1)
+        return across * (values["f"][:, None] / depth)[..., None] / self._pitch(values)
 
     @staticmethod
     def _pitch(values: Values) -> Array:
@@ -123,15 +119,8 @@ class ScannerCorners(Sensor, registered=False):
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
-        return errors_in_image(self.dataset, lambda: self._moves_with_target(values, T_base_flange, perturb))
-
-    def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Move of each residual by shifts of its corner in the camera frame, one candidate, (m, 2, 3) [px/m]."""
-        point = self._in_camera(values, T_base_flange, perturb)
-        image, depth = self._image_of(point, values["f"])[0], point[0, :, 2, None, None]
-        along_view = np.array([0.0, 0.0, 1.0])
-        by_point = (values["f"][0] * self._across(np.eye(3)).T - image[..., None] * along_view) / depth
-        return np.asarray(-by_point / self._pitch(values)[0, :, :, None])
+        seen = self._in_camera(values, T_base_flange, perturb)
+        return errors_in_image(self.dataset, lambda point: self._pixels_of(point, values), seen)
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """The scanner's camera; frames by name are the scanner's."""

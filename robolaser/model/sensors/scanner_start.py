@@ -15,7 +15,6 @@ from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
 FOCAL_LENGTH_M = 8e-3  # images do not tell the focal length from the size of a pixel: a usual lens
-IMAGE_PX = (640, 480)
 LENS = ("k2", "p1", "p2", "k3")
 BEND = 0.5  # share by which a lens may move the image's corner
 LASER_SPAN_RAD = 0.5
@@ -32,7 +31,7 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
     Raises:
         EstimationError: The images or the flange's poses do not tell them.
     """
-    closed = CameraStart(corners, corners.image_px or IMAGE_PX, rides=True)
+    closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
     found = closed.initialize(dict.fromkeys(LENS, np.zeros(1)), T_base_flange)
     f = known.get("f", np.array([FOCAL_LENGTH_M]))
     T_flange_optical = motion(found, "hand_eye")
@@ -60,7 +59,7 @@ def target_start(corners: Dataset, values: Values, T_base_flange: Array) -> dict
     T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ scanner_geometry.optical(corners)
     lens = {**series, "p1": np.zeros_like(f), "p2": np.zeros_like(f)}
     known = {**pinhole, **lens, **six_of(T_flange_optical, "hand_eye")}
-    closed = CameraStart(corners, corners.image_px or IMAGE_PX, rides=True)
+    closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
     found = closed.initialize(known, T_base_flange)
     return {name: found[name] for name in six_names("target")}
 
@@ -92,7 +91,7 @@ def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[st
 
 def spans(values: Mapping[str, float], image_px: tuple[int, int] | None) -> dict[str, float]:
     """How far parameters of lens and laser plane may be from where they start, by name."""
-    width, height = image_px or IMAGE_PX
+    width, height = image_px or scanner_geometry.USUAL_IMAGE_PX
     corner = float(np.hypot(width * values["s_u"], height * values["s_v"])) / 2.0
     return {
         **{name: values[name] / 2.0 for name in ("f", "s_u", "s_v")},

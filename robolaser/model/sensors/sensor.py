@@ -174,7 +174,6 @@ class Sensor(ABC):
         T = here.stand if here.mount is None else T_base_flange @ here.mount
         if here.camera is None or T is None:
             return None
-        T = np.broadcast_to(T, (1, len(self.dataset.poses), 4, 4))
         return np.asarray(carry(inverse(T), self.dataset.points.pose, known)[0])
 
     @final

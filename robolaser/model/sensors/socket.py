@@ -12,7 +12,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.new_poses import NewPoses
-from robolaser.model.sensors.placements import vector
+from robolaser.model.sensors.placements import places, vector
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation
@@ -67,7 +67,7 @@ class Socket(Sensor):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The sockets, in the base frame, (c, m, 3) [m]."""
-        return np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)[:, self._socket]
+        return places(values, "socket", self._sockets)[:, self._socket]
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`seat` [m], isotropic, each row's own."""

@@ -12,14 +12,13 @@ from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import carry, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.board_errors import board_errors
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.new_poses import NewPoses
-from robolaser.model.sensors.pixel_moves import pixel_moves
 from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.sensors.scanner_start import laser_start, spans
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
+from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
 from robolaser.model.sensors.stripe_new_poses import StripeNewPoses
 from robolaser.model.sensors.stripe_similarity import StripeReduction
 from robolaser.model.stages import Perturbation, Stage

@@ -13,7 +13,7 @@ from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.camera_projection import project
 from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.placements import six_of
 from robolaser.parameters import Parameter, Values
@@ -113,7 +113,7 @@ class SimulatedCamera(SimulatedSensor):
             T_camera_board = inverse(camera) @ board @ T_facing_board
             shown = apply(np.broadcast_to(T_camera_board, (len(T_base_carried), 4, 4))[:, None], corners)
             values = {name: np.array([value]) for name, value in lens.items()}
-            pixel = to_pixels(distort(on_plane(shown.reshape(1, -1, 3)), values), values).reshape(*shown.shape[:2], 2)
+            pixel = project(shown.reshape(1, -1, 3), values).reshape(*shown.shape[:2], 2)
             return np.asarray(_inside(pixel).all(axis=1))
 
         candidates, place = configurations_facing(

@@ -1,18 +1,23 @@
-"""How a stripe's residuals move with their pixels."""
+"""What errors of pixels, and of the corners of a board, do to a stripe's rows."""
 
 from typing import Any, cast
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.board import Board
+from robolaser.data.dataset import Points
 from robolaser.duals import Dual, bare
 from robolaser.model.chain_rule import ChainRule
+from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
 PIXEL_STEP_PX = 0.25  # of what effects do with pixels: far above rounding, far below the lens's curvature
+LARGEST_PX = 0.1
+"""Of a corner that was found: what moves the rows of an image together by more is no error of corners."""
 
 
 def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -47,3 +52,34 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
     ray = along / to_plane
     gap: Any = ((origin - centre) @ normal)[:, None] / (ray @ normal)[:, None] - to_plane
     return np.asarray(bare(ray)[:, :, None] * np.moveaxis(gap.slopes, 0, -1))
+
+
+def board_errors(board: Board, points: Points, T_base_target: Array, m_per_px: Array) -> ErrorSource:
+    """`board` [px], of each corner along x and y of the board, shared by all rows of an image.
+
+    Where rows come from images of a board, a homography through its corners says where on the board each pixel lies.
+    It errs as the corners do, alike for all rows: without this source the rows, being many, would seem to know the
+    board's place from each pose better than its corners do.
+
+    Args:
+        board: Its corners.
+        points: The rows, in the board's frame.
+        T_base_target: The board's frame.
+        m_per_px: What a pixel sees where each row is, (m,).
+    """
+    last = np.array([board.columns - 1, board.rows - 1])
+    steps = [np.arange(end + 1) - end / 2 for end in last]
+    corners = _homographies(np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2))
+    of_unit_error = np.linalg.inv(np.linalg.qr(corners.reshape(-1, 8)).R)
+    on_board = _homographies(points["xyz"][:, :2] / board.square_m - last / 2) @ of_unit_error
+    effect = m_per_px[:, None, None] * (T_base_target[:3, :2] @ on_board)
+    return ErrorSource("board", effect, points.pose, "px", level="point", most=LARGEST_PX)
+
+
+def _homographies(at: Array) -> Array:
+    """Small motions of points (m, 2) by each of a homography's eight numbers, (m, 2, 8)."""
+    x, y = at.T
+    one, none = np.ones_like(x), np.zeros_like(x)
+    along_x = np.stack([one, none, x, y, none, none, x * x, x * y], axis=-1)
+    along_y = np.stack([none, one, none, none, x, y, x * y, y * y], axis=-1)
+    return np.stack([along_x, along_y], axis=1)
