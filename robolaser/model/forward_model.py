@@ -12,12 +12,11 @@ from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, bare
 from robolaser.errors import DataError
 from robolaser.model.blocks import Blocks
-from robolaser.model.blocks.distances import known_distances
+from robolaser.model.blocks.distances import KnownDistances, known_distances
 from robolaser.model.blocks.start import initialize, parameters_of
 from robolaser.model.chain_rule import Acting, ChainRule
 from robolaser.model.effects.effect import CandidateEffect, Run, acted, perturb_with
 from robolaser.model.effects.run import Course
-from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
 from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
