@@ -370,9 +370,9 @@ class Dataset:
     def rows_of_sensors(self) -> list[tuple[Ints, bool]]:
         """Rows that each sensor saw, and whether its points have names of their own."""
         if self.points.sensor is None:
-            return [(np.arange(len(self.points)), self.format.named_points)]
+            return [(np.arange(len(self.points)), bool(self.format.named_points))]
         return [
-            (np.flatnonzero(self.points.sensor == number), member.described.format.named_points)
+            (np.flatnonzero(self.points.sensor == number), bool(member.described.format.named_points))
             for number, member in enumerate(self.members)
         ]
 

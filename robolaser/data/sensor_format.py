@@ -25,6 +25,7 @@ class SensorFormat:
     Attributes:
         kind: What `[sensor] kind` calls it.
         title: What messages and reports call it, without an article: "laser stripe scanner".
+        task: What reports say how far off it is: "the model predicts measurements" 0.1 mm off.
         columns: The arrays of `Points` that every row has, by name, and the columns of points.csv they are read from.
             `pixel` and `xyz` are arrays that all sensors share; others are in `Points.columns`. What is called
             `quaternion` holds rotations.
@@ -42,7 +43,14 @@ class SensorFormat:
         positive: Parameters whose lower bound must be above zero.
         many_rows: Whether a point has many rows in a pose, which are places along it: those of a profile on a ball.
         balls: Whether names are those of balls, whose radii `[target] radius_m` must state.
-        named_points: Whether a point's name means the same point at every pose: `[target] distances_m` may be stated.
+        named_points: Where a point's name means the same point at every pose, the first part of the parameters that
+            hold its place: "socket" where these are `socket.NAME.x`, `.y` and `.z`. `[target] distances_m` may then be
+            stated.
+        tracker: Whether it stands in the cell and measures in a frame of its own, which `base.*` places: what is known
+            of points is in that frame, and a measurement may err by a small motion of the whole pose, beyond what
+            errors of the joint readings explain.
+        lens: Parameters of the lens that it fits where the data set does not fix them, of `k2`, `k3`, `p1` and `p2`: no
+            effect of the lens need say them.
         needs_robot: Whether it needs joint angles.
     """
 
@@ -50,6 +58,7 @@ class SensorFormat:
     title: str
     columns: Mapping[str, tuple[str, ...]]
     absent: Mapping[str, str] = field(default_factory=dict)
+    task: str = "the model predicts measurements"
     numbers: int = 3
     unit: str = "m"
     angles: int = 0
@@ -60,7 +69,9 @@ class SensorFormat:
     positive: tuple[str, ...] = ()
     many_rows: bool = False
     balls: bool = False
-    named_points: bool = False
+    named_points: str = ""
+    tracker: bool = False
+    lens: tuple[str, ...] = ()
     needs_robot: bool = False
 
     def unit_of(self, parameter: str) -> str:
@@ -83,7 +94,7 @@ def format_of_several(formats: Sequence[SensorFormat]) -> SensorFormat:
         tables=tuple(dict.fromkeys(table for one in formats for table in one.tables)),
         units={name: unit for one in formats for name, unit in one.units.items()},
         positive=tuple(dict.fromkeys(name for one in formats for name in one.positive)),
-        named_points=all(one.named_points for one in formats),
+        named_points=first.named_points if all(one.named_points for one in formats) else "",
         needs_robot=any(one.needs_robot for one in formats),
     )
 

@@ -13,7 +13,8 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.sensors import sensor_class
-from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.camera_projection import project
+from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values
@@ -129,8 +130,7 @@ class CameraBoard(BoardObserver):
 
     def _pixels(self, T_camera_board: Array) -> Array:
         seen = apply(T_camera_board[:, None], self.corners)
-        flat = on_plane(seen.reshape(1, -1, 3))
-        return to_pixels(distort(flat, self.values), self.values).reshape(*seen.shape[:2], 2)
+        return project(seen.reshape(1, -1, 3), self.values).reshape(*seen.shape[:2], 2)
 
 
 @final
@@ -229,7 +229,7 @@ def board_observer(description: Dataset) -> BoardObserver:
     if scans:
         return ScannerBoard(robot, board, view_of(description, values), motion(values, "target")[0])
     lens = {name: np.zeros(1) for name in ("k1", "k2", "p1", "p2", "k3")}
-    rides = description.options is None or description.options.mount == "flange"
+    rides = not stands(description)
     return CameraBoard(robot, board, lens | values, size, rides)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.model.blocks.cell_frames import camera_of
-from robolaser.model.sensors.camera_view import CameraView
+from robolaser.model.sensors.in_cell import CameraView
 from robolaser.model.stages import Stage
 
 GRID = 41  # lines across the image, edges included, on which the distortion is converted
@@ -28,9 +28,8 @@ def camera_yaml(calibration: Calibration) -> str | None:
     if camera.distortion is not None:
         distortion, remark = camera.distortion, "# plumb_bob is the calibrated camera's own model."
     else:
-        own = "tangential" in model.blocks.sensor.lens_terms(dataset)
         bent = any(candidate_effect.effect.stage is Stage.IMAGE for candidate_effect in model.effects)
-        distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=own or bent)
+        distortion, error_px = plumb_bob(camera, dataset.image_px, decentred=bent)
         remark = f"# plumb_bob agrees with the calibrated lens within {error_px:.2g} px over the image."
     K = camera.K
     width, height = dataset.image_px

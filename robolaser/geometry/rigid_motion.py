@@ -99,14 +99,15 @@ def carry(T: Array, of_row: Ints, points: Array) -> Array:
     """Carry each point by the motion of its row.
 
     Args:
-        T: T_a_b, (c or 1, n, 4, 4).
+        T: T_a_b, (c or 1, n or 1, 4, 4); one is that of all rows.
         of_row: Which of the n is each row's, (m,).
         points: In frame b, (c or 1, m or 1, 3) [m].
 
     Returns:
         In frame a, (c, m, 3) [m].
     """
-    T, rows = T[:, :, :3].swapaxes(1, 2).swapaxes(2, 3), of_row  # (c, 3, 4, n): entries of one place lie together
+    rows = of_row if T.shape[1] > 1 else np.zeros_like(of_row)
+    T = T[:, :, :3].swapaxes(1, 2).swapaxes(2, 3)  # (c, 3, 4, n): entries of one place lie together
     x, y, z = points[..., 0], points[..., 1], points[..., 2]
     moved = []
     for axis in range(3):

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, final
+from typing import Any, Literal, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.duals import Dual
 
 
 @final
@@ -46,16 +47,19 @@ def along_each_axis(rows: int, axes: int) -> Array:
     return np.broadcast_to(np.eye(axes), (rows, axes, axes))
 
 
-def errors_in_image(dataset: Dataset, moves_with_target: Callable[[], Array]) -> list[ErrorSource]:
+def errors_in_image(dataset: Dataset, image_of: Callable[[Array], Array], seen: Array) -> list[ErrorSource]:
     """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated.
 
     Args:
         dataset: Whose rows are target points in images.
-        moves_with_target: Gives the move of each row by shifts of its target point, (m, 2, 3) [px/m].
+        image_of: Pixels of points in the camera frame, (1, m, 3) [m] -> (1, m, 2) [px].
+        seen: Where the target points are there, (1, m, 3) [m].
     """
     m, noise = len(dataset.points), dataset.noise
     sources = [ErrorSource("pixel", along_each_axis(m, 2), np.arange(m), "px", stated=noise.pixel_px)]
     if noise.target_m is not None:
-        place = dataset.points.place
-        sources.append(ErrorSource("target", moves_with_target(), place, level="point", stated=noise.target_m))
+        by_axis = np.broadcast_to(np.eye(3)[:, None, None], (3, *seen.shape))
+        moved: Any = image_of(cast("Array", Dual(seen, by_axis, (0, 1, 2))))
+        effect, place = -np.moveaxis(moved.slopes[:, 0], 0, -1), dataset.points.place
+        sources.append(ErrorSource("target", effect, place, level="point", stated=noise.target_m))
     return sources

@@ -11,11 +11,10 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 from robolaser.model.blocks import Blocks
-from robolaser.model.blocks.distances import known_distances
+from robolaser.model.blocks.distances import KnownDistances, known_distances
 from robolaser.model.blocks.start import initialize, parameters_of
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
-from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
 from robolaser.robot.flange_motion import moving_flange

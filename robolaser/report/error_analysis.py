@@ -114,7 +114,7 @@ class ErrorAnalysis:
 
     @cached_property
     def known(self) -> Array | None:
-        """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; or None."""
+        """Where points are known or were measured to be, (m, 3) [m], in the base or a tracker's frame; or None."""
         known = known_points(self.calibration.model, self.calibration.x)
         return known if self.fitted_m.shape[1] == 3 else None
 
@@ -132,7 +132,7 @@ def enough_rows(model: Model) -> Model:
 
 
 def known_points(model: Model, x: Array) -> Array | None:
-    """Where points are known or were measured to be, (m, 3) [m], in `sensor.frame`; None where rows are no points."""
+    """Where points are known or were measured to be, (m, 3) [m], in the base or a tracker's frame; None: no points."""
     values = model.parameters.values(x[None])
     perturb = model.perturb(values)
     known = model.blocks.known(values, model.flange(values, perturb), perturb)

@@ -16,6 +16,7 @@ from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.parameters import Values
 from robolaser.report.chart import FITTED, HELD_OUT, INK, MUTED
@@ -68,7 +69,7 @@ class CellPoses:
     @property
     def rides(self) -> bool:
         """Is the camera on the flange, if there is one?"""
-        return self.model.blocks.description.get("mount") != "base"
+        return not stands(self.model.blocks.sensor.dataset)
 
     @cached_property
     def cameras(self) -> Array | None:
@@ -129,10 +130,11 @@ class CellPoses:
     def _add_light(self, light: Array, block: Block) -> None:
         """Where the light of one session falls."""
         perturb = self.model.perturb(self.values)
-        values, flange, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
-        seen, mount = block.sensor.in_base(values, flange, effects), block.sensor.mount(values, effects)
-        if seen is None or mount is None:
+        at = values, _, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
+        known, mount = block.sensor.known(*at), block.sensor.in_cell(values, effects).mount
+        if known is None or mount is None:
             return
+        seen = known - block.sensor.residuals(*at)
         cameras = (self.flanges @ mount[0])[self.frames]
         baseline = np.array([[float(values["b"][0]), 0.0, 0.0]])
         of_pose = block.sensor.dataset.points.pose

@@ -147,7 +147,7 @@ def test_a_camera_sees_its_whole_board_from_every_planned_posture(mount: str) ->
     q = planned(described, count=10, seed=1)
     values = {name: np.array([value]) for name, value in made.truth.items()}
     arm = find_robot("ur5")
-    _, good = Model(made.dataset).blocks.sensor.elsewhere.seen_from(values, arm.forward(q[None])[0])
+    _, good = Model(made.dataset).blocks.sensor.new_poses.seen_from(values, arm.forward(q[None])[0])
     assert good.all()
     assert ((q > arm.lower) & (q < arm.upper)).all()
     assert (planned(described, count=10, seed=1) == q).all()

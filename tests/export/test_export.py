@@ -35,7 +35,7 @@ def values_of(calibration):
 
 def mount(calibration):
     values = values_of(calibration)
-    return calibration.model.blocks.sensor.mount(values, calibration.model.perturb(values))[0, 0]
+    return calibration.model.blocks.sensor.in_cell(values, calibration.model.perturb(values)).mount[0, 0]
 
 
 def cameras():
@@ -120,7 +120,7 @@ def test_there_is_no_corrected_robot_without_effects_that_a_urdf_can_say():
 def test_opencv_projects_as_the_calibrated_lens_does(axis, k):
     calibration = stripe(axis=axis, k=k)
     values = values_of(calibration)
-    camera = calibration.model.blocks.sensor.camera(values, calibration.model.perturb(values))
+    camera = calibration.model.blocks.sensor.in_cell(values, calibration.model.perturb(values)).camera
     distortion, error_px = plumb_bob(camera, (640, 480), decentred=False)
     K = camera.K
     pixel = np.stack(np.meshgrid(np.linspace(0, 639, 23), np.linspace(0, 479, 19)), axis=-1).reshape(1, -1, 2)

@@ -163,7 +163,7 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange_in_every_pose():
     model = diagnosis.model
     cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
     values = model.parameters.values(diagnosis.x[None])
-    mount = model.blocks.sensor.mount(values, model.perturb(values))[0, 0]
+    mount = model.blocks.sensor.in_cell(values, model.perturb(values)).mount[0, 0]
     flange = model.flange(values)[0]
     np.testing.assert_allclose(cell.line[:, -1], flange[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose((inverse(flange) @ cell.camera)[:, :3, 3], [mount[:3, 3]] * len(flange), atol=1e-12)

@@ -13,7 +13,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.report.calibration import page
 from robolaser.report.diagnosis import page as diagnosis_page
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -24,17 +24,16 @@ FOCAL_PX, DEPTH_M = 800.0, 0.5
 @pytest.fixture
 def calibration():
     class Pinhole(Sensor):
-        format = SensorFormat(kind="pinhole", title="pinhole camera", columns={"pixel": ("u_px", "v_px")}, numbers=2,
+        format = SensorFormat(kind="pinhole", title="pinhole camera", task="the camera sees the mark",
+                              columns={"pixel": ("u_px", "v_px")}, numbers=2,
                               unit="px", units={"tool.x": "m", "tool.y": "m", "tool.z": "m"})  # fmt: skip
-        free = ()
-        derived = ("tool.x", "tool.y", "tool.z")
-        words = Words(task="the camera sees the mark")
+        parameters = SensorParameters(derived=("tool.x", "tool.y", "tool.z"))
 
         def initialize(self, values, T_base_flange, perturb):
-            return dict.fromkeys(self.derived, np.zeros(1))
+            return dict.fromkeys(self.parameters.derived, np.zeros(1))
 
         def residuals(self, values, T_base_flange, perturb):
-            tool = np.stack([values[name] for name in self.derived], axis=-1)
+            tool = np.stack([values[name] for name in self.parameters.derived], axis=-1)
             seen = np.einsum("cnij,cj->cni", T_base_flange[..., :3, :3], tool) + T_base_flange[..., :3, 3]
             pixel = FOCAL_PX * seen[..., :2] / (seen[..., 2:] + 3.0)
             return self.dataset.points.pixel - pixel[:, self.dataset.points.pose]

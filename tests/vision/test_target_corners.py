@@ -16,7 +16,7 @@ from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.writing import save
 from robolaser.errors import DataError, ImageError
 from robolaser.geometry.rigid_motion import from_angles, pose
-from robolaser.model.sensors.camera import CameraOptions
+from robolaser.model.sensors.mounting import Mounting
 from robolaser.vision.target_corners import points_of_target
 
 SIZE = (960, 720)
@@ -90,7 +90,7 @@ def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None]
         points=Points(np.empty(0, dtype=np.int64), ()),
         image_px=SIZE,
         board=BOARDS[name],
-        options=CameraOptions("base"),
+        options=Mounting("base"),
         placed=False,
     )
     save(described, folder)

@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.duals import is_dual
+from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.building import blocks_of
 from robolaser.model.sensors.sensor import Sensor
@@ -64,18 +65,18 @@ class Blocks:
     @cached_property
     def free(self) -> tuple[str, ...]:
         """Parameters that must be given, or start from closed forms, in one of the blocks."""
-        return self.names(lambda sensor: sensor.free)
+        return self.names(lambda sensor: sensor.parameters.free)
 
     @cached_property
     def derived(self) -> tuple[str, ...]:
         """Those that follow from the others, and that no block has among its free ones."""
         free = set(self.free)
-        return tuple(name for name in self.names(lambda sensor: sensor.derived) if name not in free)
+        return tuple(name for name in self.names(lambda sensor: sensor.parameters.derived) if name not in free)
 
     @cached_property
     def fixed(self) -> tuple[str, ...]:
         """Parameters that stay at their nominal values because a sensor has a freedom that no data can fix."""
-        return self.names(lambda sensor: sensor.fixed)
+        return self.names(lambda sensor: sensor.parameters.fixed)
 
     @cached_property
     def held(self) -> tuple[str, ...]:
@@ -104,9 +105,9 @@ class Blocks:
         return any(block.sensor.has_laser_plane() for block in self)
 
     @property
-    def whole_pose_errors(self) -> bool:
-        """Whether one of the sensors may err by a motion of a whole pose."""
-        return any(block.sensor.whole_pose_errors for block in self)
+    def has_tracker(self) -> bool:
+        """Whether one of the sensors is one: a measurement may err by a motion of a whole pose."""
+        return any(block.sensor.format.tracker for block in self)
 
     @cached_property
     def numbers(self) -> int:
@@ -176,10 +177,6 @@ class Blocks:
         """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
         return self.or_none([block.sensor.known(*block.at(values, T_base_flange, perturb)) for block in self])
 
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Points that readings place in the base frame by themselves, (c, m, 3) [m]; None where some place none."""
-        return self.or_none([block.sensor.in_base(*block.at(values, T_base_flange, perturb)) for block in self])
-
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None: some have none."""
         at = values, T_base_flange, perturb
@@ -193,7 +190,7 @@ class Blocks:
     def fix_gauge(self, values: Values) -> Values:
         """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
         for block in self:
-            values = {**values, **block.of_problem(block.sensor.fix_gauge(block.values(values)))}
+            values = {**values, **block.of_problem(block.sensor.parameters.fix_gauge(block.values(values)))}
         return values
 
     @property
@@ -204,30 +201,26 @@ class Blocks:
         """
         groups, before = [], 0
         for block in self.one_sensor:
-            held_out = block.sensor.held_out
-            if held_out is None:
+            own = block.sensor.new_poses.left_out_together
+            if own is None:
                 return None
-            groups.append(held_out.groups + before)
-            before += int(held_out.groups.max()) + 1
+            groups.append(own + before)
+            before += int(own.max()) + 1
         return self.together(groups, axis=0) if groups else None
 
     def located_apart(self, errors: Array) -> Array:
         """Errors of held-out rows (m, k) once what only they can locate is located from them."""
-        parts = [
-            held_out.located_apart(errors[block.rows])
-            for block in self.one_sensor
-            if (held_out := block.sensor.held_out) is not None
-        ]
+        parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
-
-    def prefix_of(self, name: str) -> str | None:
-        """The parameters `prefix.x .y .z` that hold the place of a named point of the only sensor; None: none do."""
-        prefixes = (block.sensor.prefix_of(name) for block in self.one_sensor)
-        return next((prefix for prefix in prefixes if prefix is not None), None)
 
     def undetermined(self, T_base_flange: Array) -> str:
         """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""
-        reasons = [block.sensor.undetermined(T_base_flange) for block in self]
+        reasons = [
+            undetermined_reason(T_base_flange[np.unique(sensor.dataset.points.pose)])
+            if (sensor := block.sensor).parameters.two_axes
+            else ""
+            for block in self
+        ]
         return reasons[0] if all(reasons) else ""
 
     @property

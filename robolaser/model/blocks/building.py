@@ -47,7 +47,7 @@ def _in_sessions(dataset: Dataset, number: int, sensor: Sensor) -> Iterator[Bloc
 
 
 def _own_names(sensor: Sensor) -> dict[str, str]:
-    return {name: name for name in sensor.free + sensor.derived}
+    return {name: name for name in sensor.parameters.names}
 
 
 def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -> Block:

@@ -7,8 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
+from robolaser.model.sensors.in_cell import CameraView, InCell
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -17,7 +16,7 @@ Frames = dict[str, Array]
 
 def camera_of(blocks: Blocks, values: Values, perturb: Perturbation) -> CameraView | None:
     """The first camera as programs that know pinholes see it, one candidate; None where there is none."""
-    cameras = (block.sensor.camera(block.values(values), block.perturbed(perturb)) for block in blocks)
+    cameras = (_of_block(block, values, perturb).camera for block in blocks)
     return next((camera for camera in cameras if camera is not None), None)
 
 
@@ -35,8 +34,8 @@ def base_frames(blocks: Blocks, values: Values, perturb: Perturbation) -> Frames
     return _frames(blocks, lambda block: _of_block(block, values, perturb).base)
 
 
-def _of_block(block: Block, values: Values, perturb: Perturbation) -> CellFrames:
-    return block.sensor.cell_frames(block.values(values), block.perturbed(perturb))
+def _of_block(block: Block, values: Values, perturb: Perturbation) -> InCell:
+    return block.sensor.in_cell(block.values(values), block.perturbed(perturb))
 
 
 def _frames(blocks: Blocks, of: Callable[[Block], Mapping[str, Array]]) -> Frames:
@@ -67,7 +66,7 @@ def mount_of(blocks: Blocks, values: Values, perturb: Perturbation) -> Array | N
     """
     each = blocks.by_sensor
     of_sensor = next((one for one in each if Stage.MOUNT in one[0].sensor.stages), each[0])
-    found = [(one, one.sensor.mount(one.values(values), one.perturbed(perturb))) for one in of_sensor]
+    found = [(one, _of_block(one, values, perturb).mount) for one in of_sensor]
     mounts = [(one, mount) for one, mount in found if mount is not None]
     if not mounts or all(np.array_equal(mounts[0][1], other) for _, other in mounts[1:]):
         return mounts[0][1] if mounts else None

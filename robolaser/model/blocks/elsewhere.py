@@ -21,7 +21,8 @@ def seen_from(blocks: Blocks, values: Values, T_base_flange: Array) -> tuple[Poi
         Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
     """
     last = [of_sensor[-1] for of_sensor in blocks.by_sensor]
-    seen = [there.seen_from(one.values(values), T_base_flange) for one in last if (there := one.sensor.elsewhere)]
+    each = [one.sensor.new_poses.seen_from(one.values(values), T_base_flange) for one in last]
+    seen = [one for one in each if one is not None]
     if len(seen) < len(last):
         return None
     if len(seen) == 1:
@@ -34,5 +35,4 @@ def seen_from(blocks: Blocks, values: Values, T_base_flange: Array) -> tuple[Poi
 def aims(blocks: Blocks, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
     """Places on the flange, (a, 3), and where each must come for the only sensor to see something; None: anywhere."""
     last = blocks.one_sensor[-1:]
-    aimed = (there.aims(one.values(values), T_base_flange) for one in last if (there := one.sensor.elsewhere))
-    return next(aimed, None)
+    return last[0].sensor.new_poses.aims(last[0].values(values), T_base_flange) if last else None

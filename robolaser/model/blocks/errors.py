@@ -11,7 +11,6 @@ from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
-from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -77,7 +76,7 @@ def _pivots(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Pertu
     points, of_pose = [np.empty((0, 3))], [np.empty(0, dtype=np.int64)]
     for block in blocks:
         known = block.sensor.known(*block.at(values, T_base_flange, perturb))
-        if known is not None and block.sensor.frame == Sensor.frame:
+        if known is not None and not block.sensor.format.tracker:
             points.append(known[0])
             of_pose.append(block.sensor.dataset.points.pose)
     number = np.concatenate(of_pose)

@@ -9,8 +9,12 @@ from robolaser.data.sessions import OWN, matches
 from robolaser.errors import DataError, EstimationError, near
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
+from robolaser.model.sensors.sensor_parameters import not_given
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Parameters, Values
+
+LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
+ANGLE_SPAN_RAD = np.pi
 
 
 def parameters_of(blocks: Blocks, T_base_flange: Array) -> Parameters:
@@ -58,7 +62,7 @@ def _by_knowledge(blocks: Blocks) -> Sequence[Sequence[Block]]:
     """Sensors whose free parameters are given, then those that start from a closed form, laser planes last."""
 
     def rank(of_sensor: Sequence[Block]) -> tuple[bool, bool]:
-        free = (block.named[name] for block in of_sensor for name in block.sensor.free)
+        free = (block.named[name] for block in of_sensor for name in block.sensor.parameters.free)
         return any(name not in blocks.given for name in free), of_sensor[0].sensor.has_laser_plane()
 
     each = blocks.by_sensor
@@ -67,14 +71,14 @@ def _by_knowledge(blocks: Blocks) -> Sequence[Sequence[Block]]:
 
 def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_flange: Array) -> dict[str, Parameter]:
     """The parameters of one sensor in all its sessions: as known, else around what its closed forms find."""
-    free = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.free))
-    derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.derived))
+    free = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.free))
+    derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.derived))
     given = {name: known[name] for name in free + derived if name in known}
     if any(name not in given for name in free):
         given = _around(blocks, _started(blocks, given, T_base_flange)) | given
     if any(name not in given for name in derived):
         fixed = [name for name in derived if name in given and given[name].fixed]
-        fixed += [block.named[name] for block in blocks for name in block.sensor.fixed]
+        fixed += [block.named[name] for block in blocks for name in block.sensor.parameters.fixed]
         nominal = {name: np.array([given[name].nominal]) for name in (*free, *fixed) if name in given}
         found = _initialized(blocks, nominal, T_base_flange, Perturbation())
         at = {name: float(found[name][0]) for name in derived if name not in given}
@@ -87,11 +91,11 @@ def _around(blocks: Sequence[Block], values: Mapping[str, float]) -> dict[str, P
     found: dict[str, Parameter] = {}
     for block in blocks:
         sensor, own = block.sensor, block.values(values)
-        for name, span in sensor.spans(own).items():
-            if name in own:
-                at, unit, whole = own[name], sensor.format.unit_of(name), block.named[name]
-                origin = sensor.words.closed_form
-                found[whole] = Parameter(whole, unit, at, at - span, at + span, given=False, origin=origin)
+        spans, origin = sensor.parameters.spans(own), sensor.parameters.closed_form or "the measurements"
+        for name, at in own.items():
+            unit, whole = sensor.format.unit_of(name), block.named[name]
+            span = spans.get(name, ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M)
+            found[whole] = Parameter(whole, unit, at, at - span, at + span, given=False, origin=origin)
     return found
 
 
@@ -104,13 +108,12 @@ def _started(blocks: Sequence[Block], given: Mapping[str, Parameter], T_base_fla
     found = {name: item.nominal for name, item in given.items()}
     for block in _largest_first(blocks):
         own = block.values(found)
-        if own.keys() >= set(block.sensor.free):
-            values = {name: np.array([value]) for name, value in own.items()}
-            derived = block.sensor.initialize(values, T_base_flange, Perturbation())
-            started: Mapping[str, float] = {name: float(value[0]) for name, value in derived.items()}
-        else:
-            started = block.sensor.start(own, T_base_flange)
-        found = block.of_problem(started) | found
+        sensor, missing = block.sensor, [name for name in block.sensor.parameters.free if name not in own]
+        if missing and not sensor.parameters.closed_form:
+            raise not_given(sensor.format, missing)
+        values = {name: np.array([value]) for name, value in own.items()}
+        started = sensor.initialize(values, T_base_flange, Perturbation())
+        found = block.of_problem({name: float(value[0]) for name, value in started.items()}) | found
     return found
 
 
@@ -153,8 +156,10 @@ def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Pe
 
 def conditionally_linear(blocks: Blocks) -> tuple[str, ...]:
     """Free parameters that `solve_conditional` finds from the other free ones; none where sensors share them."""
-    names = (block.named[name] for block in blocks.one_sensor for name in block.sensor.conditionally_linear)
-    return tuple(dict.fromkeys(names))
+    each = ((block, block.sensor.parameters.reduction) for block in blocks.one_sensor)
+    return tuple(
+        dict.fromkeys(block.named[name] for block, reduction in each if reduction for name in reduction.linear)
+    )
 
 
 def solve_conditional(
@@ -171,16 +176,14 @@ def solve_conditional(
         perturb: The effects of the model.
         bounds: All parameters by name.
     """
-    if len(blocks) == 1:
-        (block,) = blocks
-        found = block.sensor.solve_conditional(*block.at(values, T_base_flange, perturb), block.values(bounds))
-        return block.of_problem(found)
     linear: dict[str, Array] = {}
     for block in _largest_first(blocks.one_sensor):
-        wanted = {block.named[name]: name for name in block.sensor.conditionally_linear}
-        if wanted.keys() <= linear.keys():
+        reduction = block.sensor.parameters.reduction
+        if reduction is None or all(block.named[name] in linear for name in reduction.linear):
             continue
-        own = block.sensor.solve_conditional(*block.at(values, T_base_flange, perturb), block.values(bounds))
-        linear = {**{whole: own[name] for whole, name in wanted.items()}, **linear}
+        own = reduction.solve(*block.at(values, T_base_flange, perturb), block.values(bounds))
+        if len(blocks) == 1:
+            return block.of_problem(own)
+        linear = {**{block.named[name]: own[name] for name in reduction.linear}, **linear}
     others = {name: value for name, value in values.items() if name not in blocks.derived}
     return {**linear, **initialize(blocks, {**others, **linear}, T_base_flange, perturb)}

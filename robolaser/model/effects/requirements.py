@@ -7,7 +7,7 @@ from robolaser.data.path_velocities import known_velocities, without_velocity
 from robolaser.model.effects.joints import turning_joints
 from robolaser.model.effects.run import gravity_of, temperature_rise
 from robolaser.model.effects.target_plane import THIN, plane_of
-from robolaser.model.sensors import sensor_class
+from robolaser.model.sensors import fitted_lens, sensor_class
 from robolaser.model.stages import Stage
 
 MOST_LISTED = 6  # poses in a reason
@@ -83,13 +83,13 @@ def laser_plane(dataset: Dataset) -> str:
 
 def centred_lens(dataset: Dataset) -> str:
     """The sensor's own parameters do not have a decentred lens."""
-    own = "tangential" in sensor_class(dataset.kind).lens_terms(dataset)
+    own = {"p1", "p2"} & fitted_lens(dataset)
     return "the sensor's own p1 and p2 are fitted, and say it" if own else ""
 
 
 def free_radial_term(dataset: Dataset) -> str:
     """The sensor's own parameters do not have all radial terms."""
-    own = {"k2", "k3"} <= sensor_class(dataset.kind).lens_terms(dataset)
+    own = {"k2", "k3"} <= fitted_lens(dataset)
     return "the sensor's own k1, k2 and k3 are fitted, and say it" if own else ""
 
 

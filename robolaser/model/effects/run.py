@@ -14,7 +14,7 @@ from robolaser.data.path_velocities import known_velocities
 from robolaser.model.blocks import Block, blocks_of
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
-from robolaser.model.sensors import parts_with_lens, sensor_class
+from robolaser.model.sensors import fitted_lens, parts_with_lens
 from robolaser.robot.kinematics import DOWN, Robot
 
 
@@ -119,7 +119,7 @@ class Run:
     def fitted_k2(self) -> Bools:
         """Whether the own parameters of each row's sensor have a second radial term, (m,); (1,) for all rows alike."""
         parts = parts_with_lens(self.dataset)
-        fitted = np.array(["k2" in sensor_class(part.kind).lens_terms(part) for part in parts])
+        fitted = np.array(["k2" in fitted_lens(part) for part in parts])
         seeing = fitted[["pixel" in part.format.columns for part in parts]]
         return seeing[:1] if seeing.all() or not seeing.any() else fitted[self.points.sensor]
 

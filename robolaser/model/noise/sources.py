@@ -46,7 +46,7 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
         effect = _joint_effect(model, values, perturb)
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.joint_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
-    if blocks.whole_pose_errors and has_joints:
+    if blocks.has_tracker and has_joints:
         whole = "probe"
         wanted = shared or all(source.stated is not None for source in rows)
     else:

@@ -61,6 +61,12 @@ def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:
     )
 
 
+def fitted_lens(part: Dataset) -> frozenset[str]:
+    """Parameters of the lens beyond the first radial term that a sensor fits: those that are not stated to be fixed."""
+    fixed = {name for name, item in part.parameters.items() if item.fixed}
+    return frozenset(part.format.lens) - fixed
+
+
 def _stated_lens(dataset: Dataset, member: Member) -> dict[str, Parameter]:
     if _scanner_of(dataset, member) is not None:
         return NOT_THE_SCANNERS

@@ -1,9 +1,9 @@
 """A camera that sees points of a target: on the flange with the target in the cell, or the other way round."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, ClassVar, Literal, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -14,20 +14,14 @@ from robolaser.errors import DataError
 from robolaser.geometry.board_views import INTRINSICS, camera_matrix, distortion
 from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
-from robolaser.model.sensors.camera_projection import (
-    distort,
-    distortion_by_place,
-    on_plane,
-    straighten,
-    to_pixels,
-)
+from robolaser.model.sensors.camera_projection import distort, on_plane, project, straighten, to_pixels
 from robolaser.model.sensors.camera_start import CameraStart
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere, each_once
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.in_cell import CameraView, InCell
+from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.new_poses import NewPoses, each_once
+from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -37,16 +31,7 @@ MARGIN = 0.03  # of the image, left free around points that would be seen
 SHARE_SEEN = 0.6  # of the target's points that a pose worth taking shows
 OPTICAL = "camera_optical"
 LENS_ROUNDS = 8  # of a fixed point that settles by a factor of ten or more each
-HAND_EYE, TARGET = (tuple(f"{prefix}.{part}" for part in SIX) for prefix in ("hand_eye", "target"))
 UNIT = np.eye(4)[None, None]
-
-
-@final
-@dataclass(frozen=True)
-class CameraOptions:
-    """Keys of `[sensor]`: where the camera sits; the target is at the other end."""
-
-    mount: Literal["flange", "base"] = "flange"
 
 
 @final
@@ -56,22 +41,22 @@ class CameraSensor(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="camera",
         title="camera",
+        task="the model predicts points of the target",
+        lens=("k2", "k3", "p1", "p2"),
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
         tables=("image", "board"),
         required=("image",),
-        options=CameraOptions,
+        options=Mounting,
         units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
         positive=("fx", "fy"),
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    words: ClassVar[Words] = Words(task="the model predicts points of the target")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
-        options = dataset.options or CameraOptions()
-        self._rides = options.mount == "flange"
+        self._rides = not stands(dataset)
         if not self._rides and dataset.placed:
             raise DataError(
                 "dataset.toml, [target] placed: the target of a camera that stands in the cell is on the flange, so"
@@ -82,28 +67,18 @@ class CameraSensor(Sensor):
             )
         self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
 
-    @classmethod
-    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
-        """Those that the data set does not fix."""
-        fixed = {name for name, item in dataset.parameters.items() if item.fixed}
-        terms = {"k2": {"k2"}, "k3": {"k3"}, "tangential": {"p1", "p2"}}
-        return frozenset(term for term, names in terms.items() if not names <= fixed)
-
     @property
     def image_px(self) -> tuple[int, int]:
         """Width and height of the images."""
         assert self.dataset.image_px is not None  # the format requires it
         return self.dataset.image_px
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """None: everything follows from the images and the flange's poses."""
-        return ()
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """The intrinsics, the hand-eye, and the target where it is not placed."""
-        return (*INTRINSICS, *HAND_EYE, *(() if self.dataset.placed else TARGET))
+    @cached_property
+    def parameters(self) -> SensorParameters:
+        """The intrinsics, the hand-eye, and the target where it is not placed: all follow from the images."""
+        places = ("hand_eye",) if self.dataset.placed else ("hand_eye", "target")
+        derived = (*INTRINSICS, *(name for place in places for name in six_names(place)))
+        return SensorParameters(derived=derived, spans=self._spans)
 
     @cached_property
     def _closed_form(self) -> CameraStart:
@@ -113,24 +88,15 @@ class CameraSensor(Sensor):
         """Zhang's method for the intrinsics, Shah's for hand-eye and target; what is known is held."""
         stated = {name: np.array([self.dataset.parameters[name].nominal]) for name in self.held}
         found = self._closed_form.initialize({**stated, **values}, T_base_flange)
-        return {name: found[name] for name in self.derived}
+        return {name: found[name] for name in self.parameters.derived}
 
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Of the lens: as far as a lens can bend the image's corner."""
         width, height = self.image_px
         corner = float(np.hypot(width, height)) / 2.0 / values["fx"]
         lens = {f"k{n}": 0.5 / corner ** (2 * n) for n in (1, 2, 3)} | dict.fromkeys(("p1", "p2"), 0.1 / corner)
         pinhole = {"fx": values["fx"] / 2.0, "fy": values["fy"] / 2.0, "cx": width / 2.0, "cy": height / 2.0}
-        return {**super().spans(values), **pinhole, **lens}
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """Where it sits."""
-        return {"mount": "flange" if self._rides else "base"}
-
-    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
-        """T_flange_camera, (c, n or 1, 4, 4); None where it stands in the cell."""
-        return self._hand_eye(values, perturb) if self._rides else None
+        return {**pinhole, **lens}
 
     def _hand_eye(self, values: Values, perturb: Perturbation) -> Array:
         """T_flange_camera or T_base_camera, (c, n or 1, 4, 4)."""
@@ -146,20 +112,14 @@ class CameraSensor(Sensor):
         """The target's points in the base frame, (c, m, 3) [m]."""
         target = self._target(values, perturb)
         T_base_target = target if self._rides else T_base_flange @ target
-        return self._carried(T_base_target, perturb(Stage.TARGET, self._xyz))
+        return carry(T_base_target, self.dataset.points.pose, perturb(Stage.TARGET, self._xyz))
 
     def in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target's points in the camera frame, (c, m, 3) [m]."""
         hand_eye = self._hand_eye(values, perturb)
         T_base_camera = T_base_flange @ hand_eye if self._rides else hand_eye
-        return self._carried(inverse(T_base_camera), self.known(values, T_base_flange, perturb))
-
-    def _carried(self, T: Array, points: Array) -> Array:
-        return carry(T, self._rows(T), points)
-
-    def _rows(self, T: Array) -> Any:
-        of_pose = self.dataset.points.pose
-        return of_pose if T.shape[1] > 1 else np.zeros_like(of_pose)
+        known = self.known(values, T_base_flange, perturb)
+        return carry(inverse(T_base_camera), self.dataset.points.pose, known)
 
     def _metres(self, values: Values) -> Array:
         """From image points at unit focal length to ones on the sensor, (c, 1, 1) [m]."""
@@ -178,32 +138,16 @@ class CameraSensor(Sensor):
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
-        return errors_in_image(self.dataset, lambda: self._moves_with_target(values, T_base_flange, perturb))
-
-    def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Move of each residual by shifts of its target point in the camera frame, one candidate, (m, 2, 3) [px/m]."""
-        point = self.in_camera(values, T_base_flange, perturb)
-        straight = on_plane(point)
-        by_point = np.concatenate([np.broadcast_to(np.eye(2), (*straight.shape, 2)), -straight[..., None]], axis=-1)
-        focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None, :, None]
-        by_place = focal * distortion_by_place(straight, values)
-        return np.asarray(-(by_place @ by_point / point[..., 2:, None])[0])
+        seen = self.in_camera(values, T_base_flange, perturb)
+        return errors_in_image(self.dataset, lambda point: project(point, values), seen)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Across the view at the target's distance, (c, m, 2) [m]."""
         depth = self.in_camera(values, T_base_flange, perturb)[..., 2:]
         return residuals * depth / np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the camera, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self.in_camera(values, T_base_flange, perturb)[0], axis=-1))
-
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether target points lie in front of the camera, (m,)."""
-        return np.asarray(self.in_camera(values, T_base_flange, perturb)[0, :, 2] > 0.0)
-
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
-        """Itself, one candidate, effects of the lens included."""
+    def _view(self, values: Values, perturb: Perturbation) -> CameraView:
+        """One candidate, effects of the lens included."""
         one = {name: values[name] for name in INTRINSICS}
         metres = self._metres(one)
 
@@ -220,21 +164,23 @@ class CameraSensor(Sensor):
         exact = None if perturb.touches(Stage.IMAGE) else distortion(numbers)
         return CameraView(camera_matrix(numbers), slopes, exact)
 
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """`camera_optical`, z along the view, x along image u; of a camera in the cell the `target` on the flange."""
-        camera = {OPTICAL: self._hand_eye(values, perturb)[0, 0]}
+        hand_eye, view = self._hand_eye(values, perturb), self._view(values, perturb)
+        camera = {OPTICAL: hand_eye[0, 0]}
         if self._rides:
-            return CellFrames(camera, published=camera)
-        return CellFrames({"target": self._target(values, perturb)[0, 0]}, camera, published=camera)
+            return InCell(camera, published=camera, mount=hand_eye, camera=view)
+        target = {"target": self._target(values, perturb)[0, 0]}
+        return InCell(target, camera, published=camera, stand=hand_eye, camera=view)
 
     @property
-    def elsewhere(self) -> Elsewhere:
+    def new_poses(self) -> NewPoses:
         """Views of the whole target."""
         return TargetInView(self)
 
 
 @final
-class TargetInView(Elsewhere):
+class TargetInView(NewPoses):
     """Every point of the target once at each pose; poses that show most of them are good."""
 
     def __init__(self, sensor: CameraSensor) -> None:

@@ -47,6 +47,11 @@ def to_pixels(distorted: Array, values: Values) -> Array:
     return pixel
 
 
+def project(points: Array, values: Values) -> Array:
+    """Points in the camera frame to pixels, (c, m, 3) [m] -> (c, m, 2) [px]; NaN behind the camera."""
+    return to_pixels(distort(on_plane(points), values), values)
+
+
 def straighten(pixel: Array, values: Values) -> Array:
     """Pixels to straight image points at unit focal length, by Newton's method, (c, m, 2) [px] -> (c, m, 2).
 

@@ -1,5 +1,7 @@
 """Placements and points as named parameters: `target.x` .. `target.psi`, `tool.P.x` .. `tool.P.z`."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robolaser.arrays import Array
@@ -7,6 +9,11 @@ from robolaser.geometry.rigid_motion import from_angles, pose, to_angles
 from robolaser.parameters import Values
 
 SIX = ("x", "y", "z", "w", "phi", "psi")
+
+
+def six_names(prefix: str) -> tuple[str, ...]:
+    """The names of the six parameters of a rigid motion."""
+    return tuple(f"{prefix}.{part}" for part in SIX)
 
 
 def motion(values: Values, prefix: str) -> Array:
@@ -24,3 +31,14 @@ def six_of(T: Array, prefix: str) -> dict[str, Array]:
 def vector(values: Values, prefix: str) -> Array:
     """The point of three parameters `prefix.x` .. `prefix.z`, (c, 3)."""
     return np.stack([values[f"{prefix}.{part}"] for part in "xyz"], axis=-1)
+
+
+def places(values: Values, thing: str, names: Sequence[str]) -> Array:
+    """The points of parameters `thing.NAME.x` .. `thing.NAME.z`, (c, names, 3)."""
+    return np.stack([vector(values, f"{thing}.{name}") for name in names], axis=1)
+
+
+def places_by_name(points: Array, thing: str, names: Sequence[str]) -> dict[str, Array]:
+    """The parameters of points (c, names, 3), by name."""
+    each = points.reshape(len(points), -1).T
+    return dict(zip((f"{thing}.{name}.{part}" for name in names for part in "xyz"), each, strict=True))

@@ -1,6 +1,7 @@
 """A tracker that stands in the cell and sees points on the flange."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -11,11 +12,10 @@ from robolaser.data.sensor_format import XYZ, SensorFormat
 from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.placements import SIX, motion, six_of, vector
-from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.tracker_fit import base_and_tools
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -27,12 +27,14 @@ class Point(Sensor):
     """Measured points P_world = T_world_base T_base_flange tool, a tool point for each reflector."""
 
     format: ClassVar[SensorFormat] = SensorFormat(
-        kind="point", title="laser tracker", columns={"xyz": XYZ}, named_points=True
+        kind="point",
+        title="laser tracker",
+        columns={"xyz": XYZ},
+        task="the model predicts tracked points",
+        named_points="tool",
+        tracker=True,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.TARGET}
-    whole_pose_errors: ClassVar[bool] = True
-    words: ClassVar[Words] = Words(task="the model predicts tracked points")
-    frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -40,11 +42,11 @@ class Point(Sensor):
         self._tools = tuple(dict.fromkeys(dataset.points.names))
         self._tool = dataset.points.number
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """T_world_base and the tool points."""
         tools = (f"tool.{name}.{part}" for name in self._tools for part in "xyz")
-        return (*(f"base.{part}" for part in SIX), *tools)
+        return SensorParameters(derived=(*six_names("base"), *tools))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""
@@ -54,14 +56,11 @@ class Point(Sensor):
         measured = perturb(Stage.TARGET, self._measured)[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
         R, shift, tools = base_and_tools(measured, T, self._tool[rows])
-        found = six_of(pose(R, shift), "base")
-        for number, name in enumerate(self._tools):
-            found |= {f"tool.{name}.{part}": tools[:, number, axis] for axis, part in enumerate("xyz")}
-        return found
+        return six_of(pose(R, shift), "base") | places_by_name(tools, "tool", self._tools)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Measured point less predicted point, in the world frame, (c, m, 3) [m]."""
-        tools = np.stack([vector(values, f"tool.{name}") for name in self._tools], axis=1)
+        tools = places(values, "tool", self._tools)
         T_world_flange = motion(values, "base")[:, None] @ T_base_flange
         seen = carry(T_world_flange, self.dataset.points.pose, tools[:, self._tool])
         return self.known(values, T_base_flange, perturb) - seen
@@ -70,19 +69,7 @@ class Point(Sensor):
         """The measured points, in the tracker's frame, (c or 1, m, 3) [m]."""
         return perturb(Stage.TARGET, self._measured)
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the tracker's origin, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self._measured[0], axis=-1))
-
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], isotropic, each row's own."""
         m = len(self._tool)
         return [ErrorSource("point", along_each_axis(m, 3), np.arange(m), stated=self.dataset.noise.point_m)]
-
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the tracker's frame."""
-        return rigid_moves(self._measured[0], self.dataset.points.pose)
-
-    def prefix_of(self, name: str) -> str | None:
-        """A reflector's place on the flange."""
-        return f"tool.{name}" if name in self._tools else None

@@ -1,6 +1,7 @@
 """A system that stands in the cell and sees where bodies on the flange are and how they are turned."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
@@ -9,21 +10,19 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import rows_of_each
-from robolaser.geometry.hand_eye import robot_world_hand_eye, undetermined_reason
+from robolaser.geometry.hand_eye import robot_world_hand_eye
 from robolaser.geometry.rigid_motion import (
     common_length,
     from_quaternion,
     inverse,
     log_so3,
     pose,
-    skew,
 )
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.placements import SIX, motion, six_of
-from robolaser.model.sensors.pose_motions import pose_centroids
+from robolaser.model.sensors.in_cell import InCell
+from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -45,12 +44,11 @@ class Pose(Sensor):
         columns={"xyz": XYZ, "quaternion": QUATERNION},
         numbers=6,
         angles=3,
-        named_points=True,
+        task="the model predicts tracked bodies",
+        named_points="tool",
+        tracker=True,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
-    whole_pose_errors: ClassVar[bool] = True
-    words: ClassVar[Words] = Words(task="the model predicts tracked bodies")
-    frame: ClassVar[str] = "tracker's frame"
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -59,15 +57,11 @@ class Pose(Sensor):
         self._bodies = tuple(dict.fromkeys(dataset.points.names))
         self._body = dataset.points.number
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """T_world_base and T_flange_body of each body."""
         places = ("base", *(f"tool.{name}" for name in self._bodies))
-        return tuple(f"{place}.{part}" for place in places for part in SIX)
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """The flange must turn about two axes."""
-        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
+        return SensorParameters(derived=tuple(name for place in places for name in six_names(place)), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""
@@ -114,10 +108,6 @@ class Pose(Sensor):
         """The measured places, in the tracker's frame, (c or 1, m, 3) [m]."""
         return perturb(Stage.TARGET, self._measured)
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the tracker's origin, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self._measured[0], axis=-1))
-
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m] and `angle` [rad], both isotropic, each row's own."""
         m, noise, axes = len(self._body), self.dataset.noise, np.eye(6)
@@ -127,21 +117,8 @@ class Pose(Sensor):
             ErrorSource("angle", turn, np.arange(m), "rad", stated=noise.angle_rad),
         ]
 
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the tracker's frame."""
-        points, of_pose = self._measured[0], self.dataset.points.pose
-        arms = points - pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
-        shifts, turns = np.zeros((2, len(points), 6, 3))
-        shifts[:, :3] = turns[:, 3:] = np.eye(3)
-        turns[:, :3] = -skew(arms)
-        return shifts, turns
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Each body as `tool_NAME`; where the tracker stands, as `tracker`."""
         bodies = {f"tool_{name}": motion(values, f"tool.{name}")[0] for name in self._bodies}
         tracker = {"tracker": inverse(motion(values, "base"))[0]}
-        return CellFrames(bodies, tracker, published=(*tracker, *bodies))
-
-    def prefix_of(self, name: str) -> str | None:
-        """A body's place on the flange."""
-        return f"tool.{name}" if name in self._bodies else None
+        return InCell(bodies, tracker, published=(*tracker, *bodies))

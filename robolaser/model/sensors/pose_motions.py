@@ -8,10 +8,18 @@ from robolaser.geometry.rigid_motion import skew
 from robolaser.model.error_source import along_each_axis
 
 
-def rigid_moves(points: Array, of_pose: Ints) -> tuple[Array, Array]:
-    """Moves of points (m, 3) [m] by shifts and turns of their pose about the middle of its points, (m, 3, 3) each."""
+def rigid_moves(points: Array, of_pose: Ints, numbers: int) -> tuple[Array, Array]:
+    """Moves of rows by shifts and turns of their pose about the middle of its points, (m, numbers, 3) each.
+
+    A row has three numbers, its point (m, 3) [m] less the predicted one, and may have three more, the turn between.
+    """
     arms = points - pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
-    return along_each_axis(len(points), 3), skew(arms)
+    if numbers == 3:
+        return along_each_axis(len(points), 3), skew(arms)
+    shifts, turns = np.zeros((2, len(points), numbers, 3))
+    shifts[:, :3] = turns[:, 3:] = np.eye(3)
+    turns[:, :3] = -skew(arms)
+    return shifts, turns
 
 
 def pose_centroids(points: Array, of_pose: Ints, poses: int) -> Array:

@@ -1,8 +1,8 @@
 """A laser profile sensor that measures balls of known radius."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, final
+from functools import cached_property
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -10,29 +10,20 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
-from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.geometry.rigid_motion import carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere
-from robolaser.model.sensors.placements import SIX, motion, six_of, vector
-from robolaser.model.sensors.profile_elsewhere import ProfileElsewhere
+from robolaser.model.sensors.in_cell import InCell
+from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.new_poses import NewPoses
+from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
+from robolaser.model.sensors.profile_new_poses import ProfileNewPoses
 from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
-HAND_EYE = tuple(f"hand_eye.{part}" for part in SIX)
 ENOUGH_PROFILES = 600  # profiles that start values are found from
-
-
-@final
-@dataclass(frozen=True)
-class ProfileOptions:
-    """Keys of `[sensor]`: what carries the sensor; the balls are at the other end."""
-
-    mount: Literal["flange", "base"] = "flange"
 
 
 @final
@@ -50,13 +41,13 @@ class Profile(Sensor):
         columns={"profile": ("x_m", "z_m")},
         absent={"y_m": "a profile lies in the sensor's plane y = 0"},
         numbers=1,
-        options=ProfileOptions,
+        options=Mounting,
         many_rows=True,
         balls=True,
-        named_points=True,
+        task="the model puts profiles on balls",
+        named_points="ball",
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.TARGET}
-    words: ClassVar[Words] = Words(task="the model puts profiles on balls")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
@@ -64,22 +55,13 @@ class Profile(Sensor):
         self._balls = tuple(dict.fromkeys(dataset.points.names))
         self._ball = dataset.points.number
         self._radius = np.array([dataset.radius_m[name] for name in self._balls])[self._ball]
-        self._stands = dataset.options is not None and dataset.options.mount == "base"
+        self._stands = stands(dataset)
 
-    @classmethod
-    def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
-        """No mount where the sensor stands in the cell."""
-        stands = dataset.options is not None and dataset.options.mount == "base"
-        return cls.stages - {Stage.MOUNT} if stands else cls.stages
-
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """The sensor's place on the flange or in the cell, and the balls at the other end."""
-        return (*HAND_EYE, *(f"ball.{name}.{part}" for name in self._balls for part in "xyz"))
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """The flange must turn about two axes."""
-        return undetermined_reason(T_base_flange[np.unique(self.dataset.points.pose)])
+        balls = (f"ball.{name}.{part}" for name in self._balls for part in "xyz")
+        return SensorParameters(derived=(*six_names("hand_eye"), *balls), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From the circles in which the sensor's plane cuts the balls."""
@@ -97,10 +79,7 @@ class Profile(Sensor):
             T = T if self._stands else inverse(T)
             found.append(sensor_and_balls(centre[some], beside, T[None], self._ball[first[some]]))
         R, shift, balls = (np.concatenate(parts) for parts in zip(*found, strict=True))
-        start = six_of(inverse(pose(R, shift)), "hand_eye")
-        for number, name in enumerate(self._balls):
-            start |= {f"ball.{name}.{part}": balls[:, number, axis] for axis, part in enumerate("xyz")}
-        return start
+        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self._balls)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""
@@ -114,22 +93,16 @@ class Profile(Sensor):
 
     def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The points of the profiles, in the base frame, (c, m, 3) [m]."""
-        seen, of_pose = perturb(Stage.TARGET, self._measured), self.dataset.points.pose
-        if self._stands:
-            return carry(motion(values, "hand_eye")[:, None], np.zeros_like(of_pose), seen)
-        return carry(T_base_flange @ self._mount(values, perturb), of_pose, seen)
+        T_base_sensor = self._sensor_in_base(values, T_base_flange, perturb)
+        return carry(T_base_sensor, self.dataset.points.pose, perturb(Stage.TARGET, self._measured))
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The middles of the balls, in the base frame, (c, m, 3) [m]."""
-        balls = np.stack([vector(values, f"ball.{name}") for name in self._balls], axis=1)[:, self._ball]
+        balls = places(values, "ball", self._balls)[:, self._ball]
         return carry(T_base_flange, self.dataset.points.pose, balls) if self._stands else balls
 
     def _mount(self, values: Values, perturb: Perturbation) -> Array:
         return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
-
-    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
-        """T_flange_sensor, where the flange carries it."""
-        return None if self._stands else self._mount(values, perturb)
 
     def _normals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The ball's normal at each point, in the base frame, (c, m, 3)."""
@@ -138,37 +111,28 @@ class Profile(Sensor):
         return normals
 
     def _sensor_in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """T_base_sensor of each row, (c, m, 4, 4)."""
-        if self._stands:
-            return np.repeat(motion(values, "hand_eye")[:, None], len(self._ball), axis=1)
-        return (T_base_flange @ self._mount(values, perturb))[:, self.dataset.points.pose]
+        """T_base_sensor, (c, n or 1, 4, 4)."""
+        return motion(values, "hand_eye")[:, None] if self._stands else T_base_flange @ self._mount(values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], alike along x and z of the sensor, each row's own."""
         normals = self._normals(values, T_base_flange, perturb)[0]
         axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
-        effect = normals[:, None] @ axes
+        effect = normals[:, None] @ (axes if self._stands else axes[self.dataset.points.pose])
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
     @property
-    def elsewhere(self) -> Elsewhere:
+    def new_poses(self) -> NewPoses:
         """Profiles of the balls."""
-        return ProfileElsewhere(self, stands=self._stands)
+        return ProfileNewPoses(self, stands=self._stands)
 
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""
         if not self._stands:
-            sensor = {"profile_sensor": self._mount(values, perturb)[0, 0]}
-            return CellFrames(sensor, published=sensor)
+            mount = self._mount(values, perturb)
+            sensor = {"profile_sensor": mount[0, 0]}
+            return InCell(sensor, published=sensor, mount=mount)
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
-        balls = {f"ball_{name}": pose(np.eye(3), vector(values, f"ball.{name}")[0]) for name in self._balls}
-        return CellFrames(balls, sensor, published=sensor)
-
-    def prefix_of(self, name: str) -> str | None:
-        """A ball's place."""
-        return f"ball.{name}" if name in self._balls else None
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """What carries the sensor."""
-        return {"mount": "base" if self._stands else "flange"}
+        middles = zip(self._balls, places(values, "ball", self._balls)[0], strict=True)
+        balls = {f"ball_{name}": pose(np.eye(3), middle) for name, middle in middles}
+        return InCell(balls, sensor, published=sensor)

@@ -2,23 +2,23 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, final
+from functools import cached_property
+from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Member
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import apply, carry, inverse
+from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.placements import SIX, motion
-from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
+from robolaser.model.sensors.in_cell import InCell
+from robolaser.model.sensors.placements import six_names
+from robolaser.model.sensors.scanner_start import camera_start, spans, target_by_corners
 from robolaser.model.sensors.sensor import Sensor
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.sensors.words import Words
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
@@ -49,74 +49,60 @@ class ScannerCorners(Sensor, registered=False):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="camera",
         title="camera",
+        task="the camera places corners",
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
-        tables=("scanner", "image", "board"),
         units=Stripe.format.units,
         positive=Stripe.format.positive,
-        named_points=False,
     )
     stages: ClassVar[frozenset[Stage]] = Sensor.stages | {Stage.MOUNT, Stage.PIXELS, Stage.IMAGE, Stage.TARGET}
-    words: ClassVar[Words] = Words(task="the camera places corners", closed_form="the board's corners")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._pixel, self._xyz = dataset.points["pixel"][None], dataset.points["xyz"][None]
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """The scanner's that are its camera's."""
-        return CAMERA
+    @cached_property
+    def parameters(self) -> SensorParameters:
+        """The scanner's that are its camera's, whose gauge the scanner fixes; T_base_target where it is not placed."""
+        return SensorParameters(
+            free=CAMERA,
+            derived=() if self.dataset.placed else six_names("target"),
+            fixed=("f",),
+            closed_form="the board's corners",
+            spans=self._spans,
+        )
 
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """T_base_target, where the target is not placed."""
-        return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
-
-    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
-        """OpenCV's closed forms in the scanner's terms; also where the target stands."""
-        return camera_start(self.dataset, known, T_base_flange[0])
-
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """As far as lenses, brackets and cells go."""
-        return {**super().spans(values), **spans(values, self.dataset.image_px)}
-
-    @property
-    def fixed(self) -> tuple[str, ...]:
-        """As the scanner's."""
-        return ("f",)
-
-    def fix_gauge(self, values: Values) -> Values:
-        """As they are: the scanner's does it."""
-        return values
+    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        return spans(values, self.dataset.image_px)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """What is known already, as from the scanner's stripe; else by the boards in the images."""
-        if not self.derived or all(name in values for name in self.derived):
-            return {name: values[name] for name in self.derived}
-        return target_start(self.dataset, values, T_base_flange)
+        """What is known already, as from the scanner's stripe; else by the boards in the images.
+
+        Where free parameters are missing OpenCV's closed forms in the scanner's terms, and where the target stands.
+        """
+        if any(name not in values for name in CAMERA):
+            return camera_start(self.dataset, values, T_base_flange[:1])
+        if all(name in values for name in self.parameters.derived):
+            return {name: values[name] for name in self.parameters.derived}
+        return target_by_corners(self.dataset, values, T_base_flange)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""
         seen = scanner_geometry.in_image(self._pixel, values, perturb)
-        predicted = self._image_of(self._in_camera(values, T_base_flange, perturb), values["f"])
-        return (seen - predicted) / self._pitch(values)
+        return seen / self._pitch(values) - self._pixels_of(self._in_camera(values, T_base_flange, perturb), values)
 
     def _in_camera(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The corners, in the camera frame, (c, m, 3) [m]."""
         T_camera_base = inverse(T_base_flange @ scanner_geometry.mount(self.dataset, values, perturb))
         return carry(T_camera_base, self.dataset.points.pose, self.known(values, T_base_flange, perturb))
 
-    def _image_of(self, point: Array, f: Array) -> Array:
-        """Image coordinates of points in the camera frame, without distortion, (c, m, 2) [m]."""
+    def _pixels_of(self, point: Array, values: Values) -> Array:
+        """Points in the camera frame, from the image's middle on and without distortion, (c, m, 2) [px]."""
+        x, y = point[..., 0], point[..., 1]
+        across = np.stack([-y, x] if self.dataset.stripe_axis == "u" else [x, y], axis=-1)
         depth = np.where(point[..., 2] > 0.0, point[..., 2], np.nan)
-        return self._across(point) * (f[:, None] / depth)[..., None]
-
-    def _across(self, vector: Array) -> Array:
-        """The parts of vectors in the camera frame (..., 3) along image u and v, (..., 2)."""
-        x, y = vector[..., 0], vector[..., 1]
-        return np.stack([-y, x] if self.dataset.stripe_axis == "u" else [x, y], axis=-1)
+        return across * (values["f"][:, None] / depth)[..., None] / self._pitch(values)
 
     @staticmethod
     def _pitch(values: Values) -> Array:
@@ -124,8 +110,7 @@ class ScannerCorners(Sensor, registered=False):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The corners, in the base frame, (c or 1, m, 3) [m]."""
-        points = perturb(Stage.TARGET, self._xyz)
-        return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
+        return scanner_geometry.target(self.dataset, values, perturb)
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Across the view, at the corner's distance, (c, m, 2) [m]."""
@@ -134,37 +119,10 @@ class ScannerCorners(Sensor, registered=False):
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own; `target` [m], shared by the repeats of a point, where it is stated."""
-        return errors_in_image(self.dataset, lambda: self._moves_with_target(values, T_base_flange, perturb))
+        seen = self._in_camera(values, T_base_flange, perturb)
+        return errors_in_image(self.dataset, lambda point: self._pixels_of(point, values), seen)
 
-    def _moves_with_target(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Move of each residual by shifts of its corner in the camera frame, one candidate, (m, 2, 3) [px/m]."""
-        point = self._in_camera(values, T_base_flange, perturb)
-        image, depth = self._image_of(point, values["f"])[0], point[0, :, 2, None, None]
-        along_view = np.array([0.0, 0.0, 1.0])
-        by_point = (values["f"][0] * self._across(np.eye(3)).T - image[..., None] * along_view) / depth
-        return np.asarray(-by_point / self._pitch(values)[0, :, :, None])
-
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether corners lie in front of the camera, (m,)."""
-        return np.asarray(self._in_camera(values, T_base_flange, perturb)[0, :, 2] > 0.0)
-
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the camera, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self._in_camera(values, T_base_flange, perturb)[0], axis=-1))
-
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
-        """The scanner's camera."""
-        return scanner_geometry.camera_view(values, perturb)
-
-    def mount(self, values: Values, perturb: Perturbation) -> Array:
-        """T_flange_camera, (c, n or 1, 4, 4)."""
-        return scanner_geometry.mount(self.dataset, values, perturb)
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
-        """None: the scanner has them."""
-        return CellFrames()
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """Nothing: the scanner says it."""
-        return {}
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
+        """The scanner's camera; frames by name are the scanner's."""
+        mount = scanner_geometry.mount(self.dataset, values, perturb)
+        return InCell(mount=mount, camera=scanner_geometry.camera_view(values, perturb))

@@ -5,8 +5,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
-from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
-from robolaser.model.sensors.camera_view import CameraView
+from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, pose
+from robolaser.model.sensors.in_cell import CameraView
+from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 from robolaser.robot.visibility import View
@@ -24,6 +25,18 @@ def in_camera(pixel: Array, values: Values, perturb: Perturbation, stripe_axis: 
     """Points on the laser plane that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
     ray = rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
     return perturb(Stage.POINTS, intersect(ray, perturb(Stage.LASER_PLANE, laser_plane(values))))
+
+
+def in_base(
+    dataset: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None
+) -> Array:
+    """Points that pixels (1, m, 2) show, those measured if none are given, in the base frame, (c, m, 3) [m].
+
+    Eqs. 9, 11, 13.
+    """
+    pixel = dataset.points["pixel"][None] if pixel is None else pixel
+    seen = in_camera(pixel, values, perturb, dataset.stripe_axis)
+    return carry(T_base_flange @ mount(dataset, values, perturb), dataset.points.pose, seen)
 
 
 def view_of(dataset: Dataset, values: Values) -> View:
@@ -52,12 +65,23 @@ def frames(dataset: Dataset, values: Values, perturb: Perturbation) -> dict[str,
     it, and lies where the plane crosses the camera's x axis.
     """
     T_flange_camera = mount(dataset, values, perturb)[0, 0]
-    R = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if dataset.stripe_axis == "u" else np.eye(3)
     return {
         "scanner_camera": T_flange_camera,
-        "scanner_camera_optical": T_flange_camera @ pose(R, np.zeros(3)),
+        "scanner_camera_optical": T_flange_camera @ optical(dataset),
         "scanner_laser": T_flange_camera @ _laser(perturb(Stage.LASER_PLANE, laser_plane(values))[0, 0]),
     }
+
+
+def optical(dataset: Dataset) -> Array:
+    """T_camera_optical: x along image u and y along v, OpenCV's axes, in the scanner's camera frame, (4, 4)."""
+    R = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]) if dataset.stripe_axis == "u" else np.eye(3)
+    return pose(R, np.zeros(3))
+
+
+def target(dataset: Dataset, values: Values, perturb: Perturbation) -> Array:
+    """The target points, in the base frame, (c or 1, m, 3) [m]."""
+    points = perturb(Stage.TARGET, dataset.points["xyz"][None])
+    return points if dataset.placed else apply(motion(values, "target")[:, None], points)
 
 
 def _laser(plane: Array) -> Array:

@@ -7,39 +7,38 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
-from robolaser.geometry.rigid_motion import apply, carry, from_quaternion, inverse, pose, to_angles
+from robolaser.geometry.rigid_motion import carry, from_quaternion, inverse, rigid_fit, to_angles
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_start import CameraStart
-from robolaser.model.sensors.placements import SIX, motion, six_of
-from robolaser.model.stages import Perturbation
+from robolaser.model.sensors.placements import motion, six_names, six_of
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 FOCAL_LENGTH_M = 8e-3  # images do not tell the focal length from the size of a pixel: a usual lens
-IMAGE_PX = (640, 480)
 LENS = ("k2", "p1", "p2", "k3")
 BEND = 0.5  # share by which a lens may move the image's corner
-ANGLE_SPAN_RAD, LASER_SPAN_RAD, LENGTH_SPAN_M = np.pi, 0.5, 1.0
+LASER_SPAN_RAD = 0.5
 
 
-def camera_start(corners: Dataset, known: Mapping[str, float], T_base_flange: Array) -> dict[str, float]:
+def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[str, Array]:
     """The scanner's parameters of its camera, and `target.*`: OpenCV's from the corners, in the scanner's terms.
 
     Args:
         corners: Pixels and places of a board's corners, the scanner's axes and bracket.
-        known: Those that are given; of these the focal length is kept.
-        T_base_flange: (n, 4, 4).
+        known: Those that are given, (1,) each; of these the focal length is kept.
+        T_base_flange: (1, n, 4, 4).
 
     Raises:
         EstimationError: The images or the flange's poses do not tell them.
     """
-    closed = CameraStart(corners, corners.image_px or IMAGE_PX, rides=True)
-    found = {name: float(value[0]) for name, value in closed.initialize(_zero(LENS), T_base_flange[None]).items()}
-    f = known.get("f", FOCAL_LENGTH_M)
-    T_flange_optical = motion({name: np.array([value]) for name, value in found.items()}, "hand_eye")[0]
-    R_flange_camera = T_flange_optical[:3, :3] @ _optical(corners)[:3, :3].T
+    closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
+    found = closed.initialize(dict.fromkeys(LENS, np.zeros(1)), T_base_flange)
+    f = known.get("f", np.array([FOCAL_LENGTH_M]))
+    T_flange_optical = motion(found, "hand_eye")
+    R_flange_camera = T_flange_optical[:, :3, :3] @ scanner_geometry.optical(corners)[:3, :3].T
     turn = from_quaternion(np.array(corners.bracket_quat)).T @ R_flange_camera
     w, phi, psi = to_angles(turn, order=corners.angles)
-    t_x, t_y, t_z = T_flange_optical[:3, 3]
+    t_x, t_y, t_z = T_flange_optical[:, :3, 3].T
     return {
         "f": f,
         "s_u": f / found["fx"],
@@ -47,46 +46,48 @@ def camera_start(corners: Dataset, known: Mapping[str, float], T_base_flange: Ar
         "u_0": found["cx"],
         "v_0": found["cy"],
         "k": -found["k1"] / f**2,
-        **dict(zip(("w", "phi", "psi", "t_x", "t_y", "t_z"), map(float, (w, phi, psi, t_x, t_y, t_z)), strict=True)),
-        **{name: found[name] for name in (f"target.{part}" for part in SIX) if name in found},
+        **dict(zip(("w", "phi", "psi", "t_x", "t_y", "t_z"), (w, phi, psi, t_x, t_y, t_z), strict=True)),
+        **{name: found[name] for name in six_names("target") if name in found},
     }
 
 
-def target_start(corners: Dataset, values: Values, T_base_flange: Array) -> dict[str, Array]:
+def target_by_corners(corners: Dataset, values: Values, T_base_flange: Array) -> dict[str, Array]:
     """`target.*` by the boards that a known camera sees, (c,) each; arguments as those of `camera_start`."""
     f, K = values["f"], values["k"] * values["f"] ** 2
     series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # of the paper's polynomial inverted
     pinhole = {"fx": f / values["s_u"], "fy": f / values["s_v"], "cx": values["u_0"], "cy": values["v_0"]}
-    T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ _optical(corners)
+    T_flange_optical = scanner_geometry.mount(corners, values, Perturbation())[:, 0] @ scanner_geometry.optical(corners)
     lens = {**series, "p1": np.zeros_like(f), "p2": np.zeros_like(f)}
     known = {**pinhole, **lens, **six_of(T_flange_optical, "hand_eye")}
-    closed = CameraStart(corners, corners.image_px or IMAGE_PX, rides=True)
+    closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
     found = closed.initialize(known, T_base_flange)
-    return {name: found[name] for name in (f"target.{part}" for part in SIX)}
+    return {name: found[name] for name in six_names("target")}
 
 
-def _optical(corners: Dataset) -> Array:
-    """T_camera_optical: OpenCV's axes in the scanner's camera frame, (4, 4)."""
-    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    return pose(turn if corners.stripe_axis == "u" else np.eye(3), np.zeros(3))
+def target_by_stripe(stripe: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation) -> dict[str, Array]:
+    """`target.*` by a rigid fit of the stripe's points, (c,) each; candidates at a pole get the identity."""
+    seen = scanner_geometry.in_base(stripe, values, T_base_flange, perturb)
+    known = np.broadcast_to(perturb(Stage.TARGET, stripe.points["xyz"][None]), seen.shape)
+    good = np.isfinite(seen).all(axis=(1, 2))
+    T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
+    if good.any():
+        T[good] = rigid_fit(known[good], seen[good])
+    return six_of(T, "target")
 
 
-def laser_start(stripe: Dataset, known: Mapping[str, float], T_base_flange: Array) -> dict[str, float]:
+def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[str, Array]:
     """Baseline and angle of the plane through the stripe's points as the board, seen by the camera, places them.
 
     Args:
         stripe: With the stripe's points on the target.
-        known: The scanner's other parameters, and `target.*` of an unplaced target.
-        T_base_flange: (n, 4, 4).
+        known: The scanner's other parameters, and `target.*` of an unplaced target, (1,) each.
+        T_base_flange: (1, n, 4, 4).
 
     Raises:
         EstimationError: The points lie on one line.
     """
-    values = {name: np.array([value]) for name, value in known.items()}
-    T_base_camera = T_base_flange[None] @ scanner_geometry.mount(stripe, values, Perturbation())
-    points = stripe.points["xyz"][None]
-    if not stripe.placed:
-        points = apply(motion(values, "target")[:, None], points)
+    T_base_camera = T_base_flange @ scanner_geometry.mount(stripe, known, Perturbation())
+    points = scanner_geometry.target(stripe, known, Perturbation())
     x, z = carry(inverse(T_base_camera), stripe.points.pose, points)[0][:, [0, 2]].T
     middle = np.array([x.mean(), z.mean()])
     _, breadth, axes = np.linalg.svd(np.stack([x, z], axis=-1) - middle, full_matrices=False)
@@ -96,25 +97,17 @@ def laser_start(stripe: Dataset, known: Mapping[str, float], T_base_flange: Arra
             " images of the board at several distances."
         )
     normal = axes[1] * np.sign(axes[1][0] or 1.0)
-    theta = float(np.arctan2(normal[1], normal[0]))
-    return {"b": float(normal @ middle / normal[0]), "theta": theta}
+    return {"b": np.array([normal @ middle / normal[0]]), "theta": np.arctan2(normal[1:], normal[:1])}
 
 
 def spans(values: Mapping[str, float], image_px: tuple[int, int] | None) -> dict[str, float]:
-    """How far each of the scanner's parameters may be from where it starts, by name."""
-    width, height = image_px or IMAGE_PX
+    """How far parameters of lens and laser plane may be from where they start, by name."""
+    width, height = image_px or scanner_geometry.USUAL_IMAGE_PX
     corner = float(np.hypot(width * values["s_u"], height * values["s_v"])) / 2.0
     return {
         **{name: values[name] / 2.0 for name in ("f", "s_u", "s_v")},
         "u_0": width / 2.0,
         "v_0": height / 2.0,
         "k": BEND / corner**2,
-        "b": LENGTH_SPAN_M,
         "theta": LASER_SPAN_RAD,
-        **dict.fromkeys(("w", "phi", "psi"), ANGLE_SPAN_RAD),
-        **dict.fromkeys(("t_x", "t_y", "t_z"), LENGTH_SPAN_M),
     }
-
-
-def _zero(names: tuple[str, ...]) -> dict[str, Array]:
-    return {name: np.zeros(1) for name in names}

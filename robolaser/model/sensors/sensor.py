@@ -1,7 +1,8 @@
 """What a sensor is: its parameters, its rows of residuals, their unit and their errors."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any, ClassVar, cast, final
 
 import numpy as np
@@ -10,22 +11,16 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat, register_format
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
-from robolaser.errors import DataError
-from robolaser.geometry.rigid_motion import pose
+from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere, NamedPoints
-from robolaser.model.sensors.held_out import HeldOut
-from robolaser.model.sensors.known_distances import KnownDistances
+from robolaser.model.sensors.in_cell import InCell
+from robolaser.model.sensors.mounting import stands
+from robolaser.model.sensors.new_poses import NamedPoints, NewPoses
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids, rigid_moves
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameter, Values
-
-LENGTH_SPAN_M = 1.0  # closed forms miss by centimetres; an arm's reach bounds the search generously
-ANGLE_SPAN_RAD = np.pi
+from robolaser.parameters import Values
 
 REGISTERED: dict[str, "type[Sensor]"] = {}  # by kind; a subclass enters itself, in place of an earlier one of its name
 
@@ -39,17 +34,10 @@ class Sensor(ABC):
     Attributes:
         format: Its name, what it needs in a data set, and the numbers of a row with their unit.
         stages: Those that its values pass: effects at others have no meaning for it.
-        whole_pose_errors: Whether a measurement may err by a small motion of the whole pose, beyond what errors of the
-            joint readings explain: a tracker that measures six dimensions at a time does.
-        words: What reports and errors call what it does.
-        frame: The frame of `known`: "base frame".
     """
 
     format: ClassVar[SensorFormat]
     stages: ClassVar[frozenset[Stage]] = frozenset({Stage.JOINTS, Stage.LINKS, Stage.FLANGE})
-    whole_pose_errors: ClassVar[bool] = False
-    words: ClassVar[Words] = Words()
-    frame: ClassVar[str] = "base frame"
 
     def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
@@ -66,74 +54,43 @@ class Sensor(ABC):
         """Whether its points lie where rays of a camera meet a plane of light: images show a stripe."""
         return Stage.LASER_PLANE in cls.stages
 
-    @classmethod
-    def lens_terms(cls, dataset: Dataset) -> frozenset[str]:
-        """Which of `k2`, `k3` and `tangential` its own parameters fit, so that no effect of the lens need say it."""
-        return frozenset()
-
+    @final
     @classmethod
     def stages_in(cls, dataset: Dataset) -> frozenset[Stage]:
-        """Those of `stages` that values pass in a data set: where a camera stands in the cell, nothing mounts it."""
-        return cls.stages
-
-    @property
-    def free(self) -> tuple[str, ...]:
-        """Parameters whose nominal values and bounds the data set must give; none where all follow from the data."""
-        return ()
+        """Those of `stages` that values pass in a data set: balls on the flange have no mount in common."""
+        return cls.stages - {Stage.MOUNT} if cls.format.balls and stands(dataset) else cls.stages
 
     @property
     @abstractmethod
-    def derived(self) -> tuple[str, ...]:
-        """Parameters that `initialize` finds from the others; the data set may leave them out."""
-
-    @property
-    def fixed(self) -> tuple[str, ...]:
-        """Parameters that stay at their nominal values because the model has a freedom that no data can fix."""
-        return ()
+    def parameters(self) -> SensorParameters:
+        """Which must be given, which follow from the data, which no data can tell."""
 
     @final
     @property
     def held(self) -> tuple[str, ...]:
         """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
         given = self.dataset.parameters
-        stated = [name for name in self.free + self.derived if name in given and given[name].fixed]
-        return tuple(dict.fromkeys((*self.fixed, *stated)))
+        stated = [name for name in self.parameters.names if name in given and given[name].fixed]
+        return tuple(dict.fromkeys((*self.parameters.fixed, *stated)))
 
-    def fix_gauge(self, values: Values) -> Values:
-        """The same model, as far as any data can tell, with the fixed parameters at their nominal values."""
-        return values
-
-    @abstractmethod
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Start values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
-            values: The free parameters; derived ones that are among them are known too.
+            values: The free parameters; derived ones that are among them are known too. Where the parameters have a
+                `closed_form`, free ones may be missing from a single candidate, and are to be found as well.
             T_base_flange: (c or 1, n, 4, 4).
             perturb: The effects of the model.
 
         Raises:
+            DataError: There is no closed form for what is missing.
             EstimationError: The data do not tell them.
         """
-
-    @property
-    def conditionally_linear(self) -> tuple[str, ...]:
-        """Free parameters that `solve_conditional` finds from the other free ones."""
-        return ()
-
-    def solve_conditional(
-        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
-    ) -> Values:
-        """The conditionally linear and the derived parameters that fit best with the others, (c,) each.
-
-        Args:
-            values: All parameters; those to be found are where the model is linearized.
-            T_base_flange: (c or 1, n, 4, 4).
-            perturb: The effects of the model.
-            bounds: All parameters by name.
-        """
-        others = {name: value for name, value in values.items() if name not in self.derived}
-        return self.initialize(others, T_base_flange, perturb)
+        if self.parameters.derived:
+            raise NotImplementedError(
+                f"{type(self).__name__} has derived parameters, but does not define `initialize`."
+            )
+        return {}
 
     @abstractmethod
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -154,11 +111,10 @@ class Sensor(ABC):
         return residuals
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point."""
-        return None
+        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point.
 
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Distance from the sensor at which each row was measured, one candidate, (m,) [m]; None where it has none."""
+        A row of three numbers in metres is that place less the predicted one.
+        """
         return None
 
     @final
@@ -168,52 +124,52 @@ class Sensor(ABC):
         flange: Array = T_base_flange[0, :, :3, 3]
         return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
 
+    @final
     def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
 
         Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
         and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
         """
+        known, numbers = self.known(values, T_base_flange, perturb), self.format.numbers
+        if known is not None and self.format.unit == "m" and numbers - self.format.angles == 3:
+            return rigid_moves(known[0], self.dataset.points.pose, numbers)
         flange = in_six_ways(T_base_flange, self.pivots(values, T_base_flange, perturb))
         moved: Any = self.residuals(values, cast("Array", flange), perturb)
         slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
         return slopes[..., :3], slopes[..., 3:]
 
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView | None:
-        """The camera as programs that know pinholes see it, one candidate; None where there is none."""
-        return None
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
-        """The frames that an exported URDF has of it, one candidate: by default points `tool.NAME` as `tool_NAME`."""
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
+        """Where its parts are, one candidate: by default points `tool.NAME` as `tool_NAME` on the flange."""
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
-        return CellFrames({tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools})
+        return InCell({tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools})
 
-    def mount(self, values: Values, perturb: Perturbation) -> Array | None:
-        """T_flange_camera of a camera on the flange, (c, n or 1, 4, 4); None where there is none."""
-        return None
-
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Points that the readings place in the base frame by themselves, (c, m, 3) [m]; None where they place none."""
-        return None
-
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether the sensor could see each row's known point where it is said to be, one candidate, (m,)."""
-        return np.ones(len(self.dataset.points), dtype=bool)
-
-    def prefix_of(self, name: str) -> str | None:
-        """The parameters `prefix.x .y .z` that hold the place of a named point; None where none do."""
-        return None
+    @property
+    def new_poses(self) -> NewPoses:
+        """What it measures at poses that no fit has seen: by default each named point once."""
+        return NamedPoints(self.dataset)
 
     @final
-    @property
-    def known_distances(self) -> KnownDistances | None:
-        """Rows of their own that state distances between named points."""
-        pairs = [
-            (tuple(f"{first}.{part}" for part in "xyz"), tuple(f"{second}.{part}" for part in "xyz"), distance)
-            for one, other, distance in self.dataset.distances_m
-            if (first := self.prefix_of(one)) is not None and (second := self.prefix_of(other)) is not None
-        ]
-        return KnownDistances.of(pairs, self.dataset.noise) if pairs else None
+    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Distance of each row's point from camera or tracker, one candidate, (m,) [m]; None where there is none."""
+        seen = self._from_sensor(values, T_base_flange, perturb)
+        return None if seen is None else np.asarray(np.linalg.norm(seen, axis=-1))
+
+    @final
+    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
+        """Whether each row's known point lies in front of the camera, if there is one, one candidate, (m,)."""
+        seen = None if self.format.tracker else self._from_sensor(values, T_base_flange, perturb)
+        return np.ones(len(self.dataset.points), dtype=bool) if seen is None else np.asarray(seen[:, 2] > 0.0)
+
+    def _from_sensor(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
+        """Known points in the frame of the camera or tracker, one candidate, (m, 3) [m]; None where there is none."""
+        known, here = self.known(values, T_base_flange, perturb), self.in_cell(values, perturb)
+        if known is None or self.format.tracker:
+            return None if known is None else known[0]
+        T = here.stand if here.mount is None else T_base_flange @ here.mount
+        if here.camera is None or T is None:
+            return None
+        return np.asarray(carry(inverse(T), self.dataset.points.pose, known)[0])
 
     @final
     def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -224,65 +180,27 @@ class Sensor(ABC):
             J = np.einsum("ij,ij->i", flat, flat)
         return np.where(np.isfinite(J), J, np.inf)
 
+    @final
     def costs(self, values: Values, T_base_flange: Array) -> Array:
         """The same without effects."""
-        return self.squares(values, T_base_flange, Perturbation())
+        reduction = self.parameters.reduction
+        short = None if reduction is None else reduction.costs(values, T_base_flange)
+        return self.squares(values, T_base_flange, Perturbation()) if short is None else short
 
-    @property
-    def elsewhere(self) -> Elsewhere | None:
-        """What it would measure at other poses; None where the flange cannot go elsewhere."""
-        return NamedPoints(self.dataset)
-
+    @final
     @property
     def description(self) -> dict[str, Any]:
-        """What calibration.json says of it under `model`, beside its kind."""
-        return {}
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """Why no fit can find its parameters from these poses (n, 4, 4), as a sentence; "" where one may."""
-        return ""
+        """What calibration.json says of it under `model`, beside its kind: its keys of `[sensor]` and `[scanner]`."""
+        dataset = self.dataset
+        told = {} if dataset.options is None else asdict(dataset.options)
+        if "scanner" in self.format.tables:
+            bracket = list(dataset.bracket_quat)
+            told |= {"stripe_axis": dataset.stripe_axis, "bracket_quat": bracket, "angles": dataset.angles}
+        return told
 
     @final
     @property
     def put_anew(self) -> tuple[str, ...]:
         """Its parameters that say where things were put or mounted for a campaign: another one has others."""
-        stands = getattr(self.dataset.options, "mount", "flange") == "base"
-        patterns = (*OWN, ON_FLANGE, STANDING) if stands else (*OWN, ON_FLANGE)
-        return tuple(name for name in self.free + self.derived if matches(name, patterns))
-
-    @property
-    def held_out(self) -> HeldOut | None:
-        """What cross-validation leaves out together, where that is more than poses; None: whole poses."""
-        return None
-
-    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
-        """Free parameters, and derived ones that are found on the way, in closed form from the data alone.
-
-        Args:
-            known: Those that the data set gives.
-            T_base_flange: (1, n, 4, 4).
-
-        Raises:
-            DataError: There is no closed form for what is missing.
-            EstimationError: The data do not tell them.
-        """
-        raise self.lacks([name for name in self.free if name not in known])
-
-    @final
-    def lacks(self, missing: Sequence[str]) -> DataError:
-        """The error of free parameters that the data set must give."""
-        return DataError(
-            f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {self.format.kind} sensor needs "
-            f"{{ nominal, lower, upper }} for each.{self.words.no_start}",
-            file="dataset.toml",
-            column="[parameters]",
-        )
-
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """How far parameters may be from where a closed form starts them, by name.
-
-        Args:
-            values: All parameters.
-        """
-        units = {name: self.format.unit_of(name) for name in self.free + self.derived}
-        return {name: ANGLE_SPAN_RAD if unit == "rad" else LENGTH_SPAN_M for name, unit in units.items()}
+        patterns = (*OWN, ON_FLANGE, STANDING) if stands(self.dataset) else (*OWN, ON_FLANGE)
+        return tuple(name for name in self.parameters.names if matches(name, patterns))

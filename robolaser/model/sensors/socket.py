@@ -1,24 +1,24 @@
 """A ball on the flange that is seated in fixed sockets, again and again, from many sides."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.held_out import HeldOut
-from robolaser.model.sensors.held_out_sockets import HeldOutSockets
-from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import rigid_moves
+from robolaser.model.sensors.new_poses import NewPoses
+from robolaser.model.sensors.placements import places, vector
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
+MOST_APART = 4  # connected sockets that are each held out alone: two pairs would leave each fit half of the data
 RANK = 1e-12  # of the largest eigenvalue: directions of the ball below are not determined
 
 
@@ -31,20 +31,20 @@ class Socket(Sensor):
         title="ball in fixed sockets",
         columns={},
         absent={"x_m": 'a socket\'s place is not measured (kind "point" is)'},
-        named_points=True,
+        task="the model puts the ball",
+        named_points="socket",
     )
-    words: ClassVar[Words] = Words(task="the model puts the ball")
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._sockets = tuple(dict.fromkeys(dataset.points.names))
         self._socket = dataset.points.number
 
-    @property
-    def derived(self) -> tuple[str, ...]:
+    @cached_property
+    def parameters(self) -> SensorParameters:
         """The ball in the flange frame and the sockets in the base frame."""
-        sockets = (f"socket.{name}.{part}" for name in self._sockets for part in "xyz")
-        return (*(f"tool.ball.{part}" for part in "xyz"), *sockets)
+        places = ("tool.ball", *(f"socket.{name}" for name in self._sockets))
+        return SensorParameters(derived=tuple(f"{place}.{part}" for place in places for part in "xyz"))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""
@@ -58,7 +58,7 @@ class Socket(Sensor):
         inverse = np.linalg.pinv(np.swapaxes(A, 1, 2) @ A, rcond=RANK, hermitian=True)
         ball = (inverse @ (np.swapaxes(A, 1, 2) @ b))[..., 0]
         sockets = np.einsum("csij,cj->csi", R_mean, ball) + t_mean
-        return dict(zip(self.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
+        return dict(zip(self.parameters.derived, np.concatenate([ball, sockets.reshape(c, -1)], axis=1).T, strict=True))
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Socket less the ball's predicted place, in the base frame, (c, m, 3) [m]."""
@@ -67,26 +67,62 @@ class Socket(Sensor):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The sockets, in the base frame, (c, m, 3) [m]."""
-        return np.stack([vector(values, f"socket.{name}") for name in self._sockets], axis=1)[:, self._socket]
+        return places(values, "socket", self._sockets)[:, self._socket]
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`seat` [m], isotropic, each row's own."""
         m = len(self._socket)
         return [ErrorSource("seat", along_each_axis(m, 3), np.arange(m))]
 
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the base frame."""
-        return rigid_moves(self.known(values, T_base_flange, perturb)[0], self.dataset.points.pose)
-
     @property
-    def elsewhere(self) -> None:
+    def new_poses(self) -> NewPoses:
+        """Whole sockets are left out together."""
+        return HeldOutSockets(self.dataset)
+
+
+@final
+class HeldOutSockets(NewPoses):
+    """No pose of the fit touches a socket that is held out."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self._dataset = dataset
+        self._sockets = tuple(dict.fromkeys(dataset.points.names))
+        self._socket = dataset.points.number
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> None:
         """Nothing: an arm that is seated in a socket cannot choose where it stands."""
 
-    def prefix_of(self, name: str) -> str | None:
-        """A socket's place in the base frame."""
-        return f"socket.{name}" if name in self._sockets else None
-
     @property
-    def held_out(self) -> HeldOut:
-        """Whole sockets."""
-        return HeldOutSockets(self.dataset)
+    def left_out_together(self) -> Ints:
+        """Whole sockets, with those at known distances from them, (m,).
+
+        Where distances connect all sockets, each is held out with its nearest neighbour only, or alone. Distances to it
+        stay in the fit, which they cannot help: they say where a socket is that no pose of the fit touches.
+        """
+        whole = self._connected()
+        if len(set(whole.values())) == 1:
+            whole = self._in_pairs()
+        order = {group: i for i, group in enumerate(dict.fromkeys(whole.values()))}
+        return np.array([order[whole[name]] for name in self._dataset.points.names], dtype=np.int64)
+
+    def _connected(self) -> dict[str, str]:
+        """A socket for each, the same for all that known distances connect."""
+        whole = {name: name for name in self._sockets}
+        for one, other, _ in self._dataset.distances_m:
+            old, new = whole.get(other, other), whole.get(one, one)
+            whole = {name: new if group == old else group for name, group in whole.items()}
+        return whole
+
+    def _in_pairs(self) -> dict[str, str]:
+        """A socket for each, the same for two that are nearest to each other; only itself where there are few."""
+        whole: dict[str, str] = {}
+        for one, other, _ in sorted(self._dataset.distances_m, key=lambda pair: pair[2]):
+            if len(self._sockets) > MOST_APART and {one, other} <= set(self._sockets) - set(whole):
+                whole |= {one: one, other: one}
+        return {name: whole.get(name, name) for name in self._sockets}
+
+    def located_apart(self, errors: Array) -> Array:
+        """From the mean of each socket's rows: one that was held out is located from its own poses."""
+        counts = np.bincount(self._socket)[:, None]
+        sums = np.stack([np.bincount(self._socket, errors[:, axis]) for axis in range(3)], axis=-1)
+        return np.asarray(errors - (sums / counts)[self._socket])

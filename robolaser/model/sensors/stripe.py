@@ -1,35 +1,36 @@
 """A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, final
+from functools import cached_property
+from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import apply, carry, inverse, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.board_errors import board_errors
-from robolaser.model.sensors.camera_view import CameraView
-from robolaser.model.sensors.cell_frames import CellFrames
-from robolaser.model.sensors.elsewhere import Elsewhere
-from robolaser.model.sensors.pixel_moves import pixel_moves
-from robolaser.model.sensors.placements import SIX, motion, six_of
-from robolaser.model.sensors.pose_motions import rigid_moves
-from robolaser.model.sensors.scanner_start import laser_start, spans
+from robolaser.model.sensors.in_cell import InCell
+from robolaser.model.sensors.new_poses import NewPoses
+from robolaser.model.sensors.placements import motion, six_names
+from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.stripe_cost import StripeCost
-from robolaser.model.sensors.stripe_elsewhere import StripeElsewhere
-from robolaser.model.sensors.stripe_similarity import SIMILARITY, solve_similarity
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
+from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
+from robolaser.model.sensors.stripe_new_poses import StripeNewPoses
+from robolaser.model.sensors.stripe_similarity import StripeReduction
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Parameter, Values
+from robolaser.parameters import Values
 
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 """The paper's fourteen, in its order (eq. 15)."""
 
+LASER = {"b", "theta"}
+NO_START = (
+    " Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them, all start"
+    " from closed forms."
+)
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
 are made, would else seem to know everything across them."""
@@ -42,6 +43,7 @@ class Stripe(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="stripe",
         title="laser stripe scanner",
+        task="the scanner places points",
         columns={"pixel": PIXEL, "xyz": XYZ},
         tables=("scanner", "image", "board"),
         required=("image",),
@@ -52,133 +54,74 @@ class Stripe(Sensor):
         positive=("f", "s_u", "s_v"),
     )  # fmt: skip
     stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
-    words: ClassVar[Words] = Words(
-        task="the scanner places points",
-        closed_form="the stripe on the target",
-        no_start=" Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes"
-        " them, all start from closed forms.",
-    )
 
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._pixel = dataset.points["pixel"][None]
-        self._xyz = dataset.points["xyz"][None]
-        self._cost: StripeCost | None = None
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        """The paper's fourteen."""
-        return SCANNER
+    @cached_property
+    def parameters(self) -> SensorParameters:
+        """The paper's fourteen, the focal length fixed, and T_base_target where the target is not placed."""
+        return SensorParameters(
+            free=SCANNER,
+            derived=() if self.dataset.placed else six_names("target"),
+            fixed=("f",),
+            fix_gauge=self._fix_gauge,
+            closed_form="the stripe on the target",
+            spans=self._spans,
+            reduction=StripeReduction(self.dataset),
+        )
 
-    @property
-    def derived(self) -> tuple[str, ...]:
-        """T_base_target, where the target is not placed."""
-        return () if self.dataset.placed else tuple(f"target.{part}" for part in SIX)
+    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        return spans(values, self.dataset.image_px)
 
-    @property
-    def description(self) -> dict[str, Any]:
-        """The image axis that the stripe runs along, the bracket, and the order of the hand-eye angles."""
-        dataset = self.dataset
-        return {
-            "stripe_axis": dataset.stripe_axis,
-            "bracket_quat": list(dataset.bracket_quat),
-            "angles": dataset.angles,
-        }
-
-    def start(self, known: Mapping[str, float], T_base_flange: Array) -> Mapping[str, float]:
-        """The laser plane, where the camera is known and the target has a place; other parameters must be given."""
-        missing = [name for name in (*self.free, *self.derived) if name not in known]
-        if not set(missing) <= {"b", "theta"}:
-            raise self.lacks([name for name in missing if name in self.free])
-        return {**known, **laser_start(self.dataset, known, T_base_flange[0])}
-
-    def spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """As far as lenses, laser planes, brackets and cells go."""
-        return {**super().spans(values), **(spans(values, self.dataset.image_px) if "s_u" in values else {})}
-
-    @property
-    def conditionally_linear(self) -> tuple[str, ...]:
-        """The baseline and the hand-eye: with them points grow, turn and shift."""
-        return SIMILARITY
-
-    def solve_conditional(
-        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
-    ) -> Values:
-        """A similarity from seen to known points, and T_base_target in turn with it, within the bounds."""
-        return solve_similarity(self, values, T_base_flange, perturb, bounds)
-
-    @property
-    def fixed(self) -> tuple[str, ...]:
-        """The focal length: see `fix_gauge`."""
-        return ("f",)
-
-    def fix_gauge(self, values: Values) -> Values:
+    def _fix_gauge(self, values: Values) -> Values:
         """(f, s_u, s_v, k) → (c f, c s_u, c s_v, k/c²) changes no point: take c so that f is nominal."""
         c = self.dataset.parameters["f"].nominal / values["f"]
         scaled = {name: values[name] * c for name in ("f", "s_u", "s_v")}
         return {**values, **scaled, "k": values["k"] / c**2}
 
-    def camera(self, values: Values, perturb: Perturbation) -> CameraView:
-        """The scanner's camera."""
-        return scanner_geometry.camera_view(values, perturb)
-
-    def cell_frames(self, values: Values, perturb: Perturbation) -> CellFrames:
+    def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Camera and laser."""
-        return CellFrames(scanner_geometry.frames(self.dataset, values, perturb), published=("camera_optical",))
-
-    @property
-    def elsewhere(self) -> Elsewhere:
-        """The stripe across the target."""
-        return StripeElsewhere(self.dataset)
-
-    def in_view(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Bools:
-        """Whether target points lie in front of the camera, (m,)."""
-        T_camera_base = inverse(T_base_flange @ self.mount(values, perturb))
-        seen = carry(T_camera_base, self.dataset.points.pose, self.target(values, perturb))
-        return np.asarray(seen[0, :, 2] > 0.0)
-
-    def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
-        """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return scanner_geometry.in_camera(
-            self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis
+        return InCell(
+            scanner_geometry.frames(self.dataset, values, perturb),
+            published=("camera_optical",),
+            mount=scanner_geometry.mount(self.dataset, values, perturb),
+            camera=scanner_geometry.camera_view(values, perturb),
         )
 
-    def mount(self, values: Values, perturb: Perturbation) -> Array:
-        """T_flange_camera, (c, n or 1, 4, 4)."""
-        return scanner_geometry.mount(self.dataset, values, perturb)
+    @property
+    def new_poses(self) -> NewPoses:
+        """The stripe across the target."""
+        return StripeNewPoses(self.dataset)
 
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None) -> Array:
-        """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
-        T_base_camera = T_base_flange @ self.mount(values, perturb)
-        return carry(T_base_camera, self.dataset.points.pose, self.in_camera(values, perturb, pixel))
+    def in_camera(self, values: Values, perturb: Perturbation) -> Array:
+        """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
+        return scanner_geometry.in_camera(self._pixel, values, perturb, self.dataset.stripe_axis)
 
-    def target(self, values: Values, perturb: Perturbation) -> Array:
-        """The target points, in the base frame, (c, m, 3) [m]."""
-        points = perturb(Stage.TARGET, self._xyz)
-        return points if self.dataset.placed else apply(motion(values, "target")[:, None], points)
+    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The same in the base frame."""
+        return scanner_geometry.in_base(self.dataset, values, T_base_flange, perturb)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """T_base_target by a rigid fit; candidates with a pole among their points get the identity."""
-        seen = self.in_base(values, T_base_flange, perturb)
-        known = np.broadcast_to(perturb(Stage.TARGET, self._xyz), seen.shape)
-        good = np.isfinite(seen).all(axis=(1, 2))
-        T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
-        if good.any():
-            T[good] = rigid_fit(known[good], seen[good])
-        return six_of(T, "target")
+        """T_base_target by a rigid fit.
+
+        The laser plane where only that is missing: the camera is known, and the target has a place.
+        """
+        if missing := [name for name in SCANNER if name not in values]:
+            if not {name for name in self.parameters.names if name not in values} <= LASER:
+                raise not_given(self.format, missing, NO_START)
+            return laser_start(self.dataset, values, T_base_flange[:1])
+        return target_by_stripe(self.dataset, values, T_base_flange, perturb)
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target points, in the base frame, (c or 1, m, 3) [m]."""
-        return self.target(values, perturb)
-
-    def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """From the camera, (m,) [m]."""
-        return np.asarray(np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1))
+        return scanner_geometry.target(self.dataset, values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own, and `target` [m], isotropic, shared by a point's repeats; `board_errors`."""
         points, noise = self.dataset.points, self.dataset.noise
-        moves = pixel_moves(self, values, T_base_flange, perturb)
+        moves = pixel_moves(self.dataset, values, T_base_flange, perturb)
         rows = np.arange(len(points))
         sources = [
             ErrorSource("pixel", moves, rows, unit="px", stated=noise.pixel_px),
@@ -192,22 +135,11 @@ class Stripe(Sensor):
             ),
         ]
         if self.dataset.board and not self.dataset.placed:
-            m_per_px = self.ranges(values, T_base_flange, perturb) * values["s_u"][0] / values["f"][0]
+            away = np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1)
+            m_per_px = away * values["s_u"][0] / values["f"][0]
             sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0], m_per_px))
         return sources
 
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Shifts and turns in the base frame."""
-        return rigid_moves(self.target(values, perturb)[0], self.dataset.points.pose)
-
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        return self.target(values, perturb) - self.in_base(values, T_base_flange, perturb)
-
-    def costs(self, values: Values, T_base_flange: Array) -> Array:
-        """J of the model without effects; where the target is placed, by few operations for long searches."""
-        if not self.dataset.placed:
-            return super().costs(values, T_base_flange)
-        if self._cost is None or self._cost.T_base_flange is not T_base_flange:
-            self._cost = StripeCost(self.dataset, T_base_flange)
-        return self._cost(values)
+        return self.known(values, T_base_flange, perturb) - self.in_base(values, T_base_flange, perturb)

@@ -20,7 +20,7 @@ OVERFITTED = 1.5
 def headline(analysis: ErrorAnalysis) -> str:
     """Error on new poses beside what noise alone would give."""
     calibration = analysis.calibration
-    does = calibration.model.blocks.sensor.words.task
+    does = calibration.model.blocks.sensor.format.task
     noise = analysis.noise_m
     if calibration.held_out_rms_m is None:
         first = f"How far off {does} on new poses is unknown: there are too few poses to hold any out"

@@ -13,8 +13,8 @@ from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.camera import CameraOptions
-from robolaser.model.sensors.camera_projection import distort, on_plane, to_pixels
+from robolaser.model.sensors.camera_projection import project
+from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.placements import six_of
 from robolaser.parameters import Parameter, Values
 from robolaser.robot.inverse_kinematics import touching
@@ -76,7 +76,7 @@ class SimulatedCamera(SimulatedSensor):
             placed=setup.placed and setup.mount == "flange",
             image_px=IMAGE_PX,
             board=Board(columns, rows, SQUARE_M) if min(columns, rows) >= 3 else None,
-            options=CameraOptions(setup.mount),
+            options=Mounting(setup.mount),
             parameters={
                 name: Parameter(name, "", 0.0, 0.0, 0.0)
                 for effect, names in HIDING.items()
@@ -96,7 +96,7 @@ class SimulatedCamera(SimulatedSensor):
         grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2)[: setup.points]
         corners = np.pad(SQUARE_M * grid.astype(np.float64), ((0, 0), (0, 1)))
         T_facing_board = pose(np.diag([1.0, -1.0, -1.0]), np.zeros(3)) @ pose(np.eye(3), -corners.mean(axis=0))
-        rides = dataset.options.mount == "flange"
+        rides = not stands(dataset)
         T_flange_bracket = pose(
             from_quaternion(np.array(facing_outward(robot))) @ _turn(rng, np.array([TURN_RAD, TURN_RAD, np.pi])),
             rng.uniform(-SHIFT_M, SHIFT_M, 3),
@@ -113,7 +113,7 @@ class SimulatedCamera(SimulatedSensor):
             T_camera_board = inverse(camera) @ board @ T_facing_board
             shown = apply(np.broadcast_to(T_camera_board, (len(T_base_carried), 4, 4))[:, None], corners)
             values = {name: np.array([value]) for name, value in lens.items()}
-            pixel = to_pixels(distort(on_plane(shown.reshape(1, -1, 3)), values), values).reshape(*shown.shape[:2], 2)
+            pixel = project(shown.reshape(1, -1, 3), values).reshape(*shown.shape[:2], 2)
             return np.asarray(_inside(pixel).all(axis=1))
 
         candidates, place = configurations_facing(

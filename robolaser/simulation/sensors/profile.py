@@ -12,9 +12,9 @@ from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion,
 from robolaser.model.blocks.cell_frames import mount_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.mounting import Mounting
 from robolaser.model.sensors.placements import motion, six_of, vector
-from robolaser.model.sensors.profile import ProfileOptions
-from robolaser.model.sensors.profile_elsewhere import ARC, MOST_CUT, ROWS
+from robolaser.model.sensors.profile_new_poses import ARC, MOST_CUT, ROWS
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
 from robolaser.robot.postures import limits
@@ -48,7 +48,7 @@ class SimulatedProfile(SimulatedSensor):
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
         """With what carries the sensor, and the radius of each ball."""
         radii = {str(ball): RADIUS_M for ball in range(setup.points)}
-        return replace(dataset, options=ProfileOptions(setup.mount), radius_m=radii)
+        return replace(dataset, options=Mounting(setup.mount), radius_m=radii)
 
     @classmethod
     def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:

@@ -12,7 +12,7 @@ from robolaser.model.sensors import Sensor
 class Scale(Sensor):
     format = SensorFormat(kind="scale", title="weighing scale", columns={})
 """
-COMPLETE = "    free = derived = ()\n    initialize = residuals = row_errors = None\n"
+COMPLETE = "    parameters = residuals = row_errors = None\n"
 ASK = "from robolaser.model.sensors import sensors; from robolaser.data.sensor_format import sensor_format; "
 
 
@@ -42,4 +42,4 @@ def test_its_kind_is_known_beside_ours(tmp_path: Path) -> None:
 def test_one_that_lacks_methods_is_refused_with_the_packages_name(tmp_path: Path) -> None:
     said = asked(tmp_path, "    pass").stderr
     assert "The installed package scales announces scales:Scale under robolaser.sensors" in said
-    assert "it does not define derived, initialize, residuals, row_errors" in said
+    assert "it does not define parameters, residuals, row_errors" in said

@@ -16,8 +16,9 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.camera import CameraOptions, CameraSensor
+from robolaser.model.sensors.camera import CameraSensor
 from robolaser.model.sensors.camera_projection import distort, straighten, to_pixels
+from robolaser.model.sensors.mounting import Mounting
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter
@@ -138,7 +139,7 @@ def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) ->
     dataset = replace(made, parameters={"k3": fixed}, board=board)
     robolaser.save(dataset, tmp_path / "cell")
     read = robolaser.load(tmp_path / "cell")
-    assert (read.options, read.board, read.placed) == (CameraOptions("base"), board, False)
+    assert (read.options, read.board, read.placed) == (Mounting("base"), board, False)
     assert read.parameters == {"k3": fixed}
     assert (read.points.pixel == dataset.points.pixel).all()
     text = (tmp_path / "cell" / "dataset.toml").read_text()
@@ -153,7 +154,7 @@ def test_what_a_data_set_says_of_a_camera_reads_back_the_same(tmp_path: Path) ->
 
 def test_a_target_on_the_flange_cannot_be_placed_in_the_base_frame() -> None:
     with pytest.raises(DataError, match="Write placed = false"):
-        CameraSensor(replace(cell().dataset, placed=True, options=CameraOptions("base")))
+        CameraSensor(replace(cell().dataset, placed=True, options=Mounting("base")))
 
 
 def test_it_needs_no_robot_but_flange_poses() -> None:
@@ -170,7 +171,7 @@ def test_the_camera_for_others_sees_what_it_sees_itself() -> None:
     values = model.parameters.values(model.parameters.nominal[None])
     values = {**values, "radial_distortion.camera.k_2": np.array([1e8])}
     perturb = model.perturb(values)
-    straight = model.blocks.sensor.camera(values, perturb).slopes(dataset.points["pixel"])
+    straight = model.blocks.sensor.in_cell(values, perturb).camera.slopes(dataset.points["pixel"])
     seen = model.blocks.sensor._through_lens(straight[None], values, perturb)[0]
     np.testing.assert_allclose(seen, dataset.points["pixel"], atol=1e-6)
 
@@ -179,7 +180,7 @@ def test_it_sees_the_target_from_elsewhere_as_the_model_says() -> None:
     made = cell()
     values = {name: np.array([value]) for name, value in made.truth.items()}
     q = made.dataset.poses.q + np.random.default_rng(0).normal(0.0, 0.02, made.dataset.poses.q.shape)
-    points, good = Model(made.dataset).blocks.sensor.elsewhere.seen_from(values, ROBOT.forward(q[None])[0])
+    points, good = Model(made.dataset).blocks.sensor.new_poses.seen_from(values, ROBOT.forward(q[None])[0])
     assert good.any()
     there = Model(replace(made.dataset, poses=Poses(made.dataset.poses.names, q=q), points=points))
     assert np.abs(there.residuals_at(values)).max() < 1e-9

@@ -24,9 +24,9 @@ from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor
-from robolaser.model.sensors.words import Words
+from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -48,6 +48,7 @@ class BoardCamera(Sensor):
     format: ClassVar[SensorFormat] = SensorFormat(
         kind="board_camera",
         title="camera",
+        task="the camera sees corners",
         columns={"pixel": PIXEL, "xyz": XYZ},
         numbers=2,
         unit="px",
@@ -55,18 +56,8 @@ class BoardCamera(Sensor):
         units=dict.fromkeys(("fx", "fy", "cx", "cy"), "px"),
         positive=("fx", "fy"),
     )
-    words: ClassVar[Words] = Words(task="the camera sees corners")
 
-    @property
-    def free(self) -> tuple[str, ...]:
-        return (*INTRINSICS, *(f"hand_eye.{part}" for part in SIX), *(f"target.{part}" for part in SIX))
-
-    @property
-    def derived(self) -> tuple[str, ...]:
-        return ()
-
-    def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        return {}
+    parameters = SensorParameters(free=(*INTRINSICS, *six_names("hand_eye"), *six_names("target")))
 
     def frames(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
         """T_base_camera and T_base_target at every pose, (c, n or 1, 4, 4)."""

@@ -158,7 +158,7 @@ def test_the_exported_frame_is_turned_as_the_body_is() -> None:
     made = cell(noise=None)
     model = Model(made.dataset)
     truth = {name: np.array([value]) for name, value in made.truth.items()}
-    (frame,) = model.blocks.sensor.cell_frames(truth, model.perturb({})).flange.values()
+    (frame,) = model.blocks.sensor.in_cell(truth, model.perturb({})).flange.values()
     np.testing.assert_allclose(frame, motion(truth, "tool.0")[0])
 
 

@@ -23,7 +23,7 @@ def test_a_stripe_on_the_target_leaves_no_residual_from_wherever_it_is_seen(plac
     made = simulate(ROBOT, poses=12, points=8, placed=placed, seed=2)
     values = {name: np.array([value]) for name, value in made.truth.items()}
     q = made.dataset.poses.q + np.random.default_rng(0).normal(0.0, 0.02, (12, 6))
-    points, good = Model(made.dataset).blocks.sensor.elsewhere.seen_from(values, ROBOT.forward(q[None])[0])
+    points, good = Model(made.dataset).blocks.sensor.new_poses.seen_from(values, ROBOT.forward(q[None])[0])
     assert good.any()
     there = Model(replace(made.dataset, poses=Poses(made.dataset.poses.names, q=q), points=points))
     left = np.abs(
@@ -35,7 +35,7 @@ def test_a_stripe_on_the_target_leaves_no_residual_from_wherever_it_is_seen(plac
 def test_a_tracker_sees_each_reflector_from_every_pose() -> None:
     made = simulate(ROBOT, kind="point", poses=5, points=4, seed=2)
     q = random_configurations(ROBOT, 3, np.random.default_rng(0))
-    points, good = Model(made.dataset).blocks.sensor.elsewhere.seen_from({}, ROBOT.forward(q[None])[0])
+    points, good = Model(made.dataset).blocks.sensor.new_poses.seen_from({}, ROBOT.forward(q[None])[0])
     assert points.names == ("0", "1", "2", "3") * 3
     np.testing.assert_array_equal(points.pose, np.repeat([0, 1, 2], 4))
     assert good.all()
@@ -43,7 +43,7 @@ def test_a_tracker_sees_each_reflector_from_every_pose() -> None:
 
 def test_an_arm_in_a_socket_goes_nowhere_else() -> None:
     sensor = Model(simulate(ROBOT, kind="socket", poses=6, points=3).dataset).blocks.sensor
-    assert sensor.elsewhere is None
+    assert sensor.new_poses.seen_from({}, np.eye(4)[None]) is None
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
@@ -52,9 +52,9 @@ def test_profiles_of_balls_that_poses_aim_at_leave_no_residual(mount: str) -> No
     sensor = Model(made.dataset).blocks.sensor
     values = {name: np.array([value]) for name, value in made.truth.items()}
     T_base_flange = made.dataset.flange()
-    tools, goals = sensor.elsewhere.aims(values, T_base_flange)
+    tools, goals = sensor.new_poses.aims(values, T_base_flange)
     np.testing.assert_allclose(apply(T_base_flange, tools), goals, atol=1e-12)
-    points, good = sensor.elsewhere.seen_from(values, T_base_flange)
+    points, good = sensor.new_poses.seen_from(values, T_base_flange)
     assert good.mean() > 0.5
     there = Model(replace(made.dataset, points=points))
     left = np.abs(there.residuals_at(values)).reshape(12, -1)
@@ -70,4 +70,4 @@ def test_next_poses_of_a_profile_sensor_see_a_ball_within_the_limits() -> None:
     assert len(q)
     assert ((q >= robot.lower) & (q <= robot.upper)).all()
     values = {name: np.array([value]) for name, value in made.truth.items()}
-    assert Model(made.dataset).blocks.sensor.elsewhere.seen_from(values, robot.forward(q[None])[0])[1].all()
+    assert Model(made.dataset).blocks.sensor.new_poses.seen_from(values, robot.forward(q[None])[0])[1].all()

@@ -7,8 +7,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.sensors.elsewhere import Elsewhere
-from robolaser.model.sensors.placements import motion, vector
+from robolaser.model.sensors.new_poses import NewPoses
+from robolaser.model.sensors.placements import motion, places
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
@@ -20,7 +20,7 @@ ROWS = 24  # of a profile that would be seen
 
 
 @final
-class ProfileElsewhere(Elsewhere):
+class ProfileNewPoses(NewPoses):
     """Poses are good where the sensor's plane cuts a ball near its middle, within the range that was measured."""
 
     def __init__(self, sensor: Sensor, *, stands: bool) -> None:
@@ -39,7 +39,7 @@ class ProfileElsewhere(Elsewhere):
 
     def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """A profile of the ball that is nearest to the sensor's plane, where points lie within the range measured."""
-        balls = np.stack([vector(values, f"ball.{name}")[0] for name in self._balls])
+        balls = places(values, "ball", self._balls)[0]
         radii = np.array([self._sensor.dataset.radius_m[name] for name in self._balls])
         hand_eye = motion(values, "hand_eye")
         there = apply(T_base_flange[:, None], balls) if self._stands else balls

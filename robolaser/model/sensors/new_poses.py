@@ -1,4 +1,4 @@
-"""What a sensor would measure at other poses than those of its data set."""
+"""What a sensor measures at poses that no fit has seen: planned ones, and those that cross-validation leaves out."""
 
 from abc import ABC, abstractmethod
 from dataclasses import replace
@@ -6,17 +6,17 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.parameters import Values
 
 
-class Elsewhere(ABC):
-    """Plans of poses ask it."""
+class NewPoses(ABC):
+    """Plans of poses and cross-validation ask it."""
 
     @abstractmethod
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """What would be measured.
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
+        """What would be measured at planned poses.
 
         Args:
             values: All parameters.
@@ -24,15 +24,25 @@ class Elsewhere(ABC):
 
         Returns:
             Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
+            None where the flange cannot go elsewhere.
         """
 
     def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
         """Places on the flange, (a, 3), and where each must come for something to be seen; None where anywhere does."""
         return None
 
+    @property
+    def left_out_together(self) -> Ints | None:
+        """Group of each row, (m,), where cross-validation leaves out more than poses together; None: whole poses."""
+        return None
+
+    def located_apart(self, errors: Array) -> Array:
+        """Errors of rows left out (m, k) once what only they can locate is located from them."""
+        return errors
+
 
 @final
-class NamedPoints(Elsewhere):
+class NamedPoints(NewPoses):
     """Each named point once, from everywhere."""
 
     def __init__(self, dataset: Dataset) -> None:

@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.sensors import scanner_geometry
-from robolaser.model.sensors.elsewhere import Elsewhere
+from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion
 from robolaser.parameters import Values
 
@@ -16,7 +16,7 @@ SEEN_ALONG = 5  # points of the stripe that stand for all of them
 
 
 @final
-class StripeElsewhere(Elsewhere):
+class StripeNewPoses(NewPoses):
     """Poses are good where the stripe lies on the target and in the image."""
 
     def __init__(self, dataset: Dataset) -> None:

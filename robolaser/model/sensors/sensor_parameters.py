@@ -1,0 +1,91 @@
+"""The parameters of a sensor: which must be given, which follow from the data, which no data can tell."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+from robolaser.arrays import Array
+from robolaser.data.sensor_format import SensorFormat
+from robolaser.errors import DataError
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Parameter, Values
+
+
+class Reduction(ABC):
+    """How searches get by with fewer parameters, and with fewer operations."""
+
+    @property
+    @abstractmethod
+    def linear(self) -> tuple[str, ...]:
+        """Free parameters that `solve` finds from the other free ones."""
+
+    @abstractmethod
+    def solve(
+        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+    ) -> Values:
+        """The linear and the derived parameters that fit best with the others, (c,) each.
+
+        Args:
+            values: All parameters; those to be found are where the model is linearized.
+            T_base_flange: (c or 1, n, 4, 4).
+            perturb: The effects of the model.
+            bounds: All parameters by name.
+        """
+
+    @abstractmethod
+    def costs(self, values: Values, T_base_flange: Array) -> Array | None:
+        """J of eq. 18 without effects by few operations, (c,) [unit²]; None where there is no shorter way."""
+
+
+def _as_they_are(values: Values) -> Values:
+    return values
+
+
+def _usual(values: Mapping[str, float]) -> Mapping[str, float]:
+    return {}
+
+
+@final
+@dataclass(frozen=True)
+class SensorParameters:
+    """Names of the parameters, and what is known of them before any data.
+
+    Attributes:
+        free: Parameters whose nominal values and bounds the data set gives; none where all follow from the data.
+        derived: Parameters that `initialize` finds from the others; the data set may leave them out.
+        fixed: Those that stay at their nominal values because the model has a freedom that no data can fix.
+        fix_gauge: Takes values (c,) by name to those of the same model, as far as any data can tell, whose fixed
+            parameters are at their nominal values.
+        closed_form: What `initialize` finds free parameters from that nobody gives: "the board's corners"; "" where the
+            data set must give them.
+        spans: How far parameters may be from where a closed form starts them, by name, from all values; those that it
+            leaves out by a metre or half a turn.
+        two_axes: Whether the flange must turn about two axes for any fit to find them: unknown places at both ends of
+            the arm, A X = Z B.
+        reduction: How searches get by with fewer of them.
+    """
+
+    free: tuple[str, ...] = ()
+    derived: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    fix_gauge: Callable[[Values], Values] = _as_they_are
+    closed_form: str = ""
+    spans: Callable[[Mapping[str, float]], Mapping[str, float]] = _usual
+    two_axes: bool = False
+    reduction: Reduction | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them."""
+        return self.free + self.derived
+
+
+def not_given(sensor: SensorFormat, missing: Sequence[str], otherwise: str = "") -> DataError:
+    """The error of free parameters that the data set must give, and what to do otherwise."""
+    return DataError(
+        f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {sensor.kind} sensor needs "
+        f"{{ nominal, lower, upper }} for each.{otherwise}",
+        file="dataset.toml",
+        column="[parameters]",
+    )
