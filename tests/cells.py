@@ -171,7 +171,7 @@ def on_board(cell: Cell, pixel: Array) -> Array:
     perturb = model.perturb(values)
     T_target_camera = (
         inverse(motion(values, "target"))
-        @ (model.flange(values, perturb) @ model.blocks.sensor.mount(values, perturb))[0]
+        @ (model.flange(values, perturb) @ model.blocks.sensor.in_cell(values, perturb).mount)[0]
     )[cell.dataset.points.pose]
     ray = rays(undistort(metric(pixel[None], values), values["k"]), values["f"], "u")[0]
     direction = np.einsum("mij,mj->mi", T_target_camera[:, :3, :3], ray)

@@ -113,7 +113,7 @@ def test_the_bracket_turns_before_the_small_angles(made: Simulated) -> None:
     v = model.parameters.values(truth_of(made, model))
     R = from_quaternion(np.array(made.dataset.bracket_quat)) @ from_angles(v["w"], v["phi"], v["psi"])
     t = np.stack([v["t_x"], v["t_y"], v["t_z"]], axis=-1)
-    np.testing.assert_allclose(model.blocks.sensor.mount(v, model.perturb(v))[:, 0], pose(R, t), atol=1e-15)
+    np.testing.assert_allclose(model.blocks.sensor.in_cell(v, model.perturb(v)).mount[:, 0], pose(R, t), atol=1e-15)
 
 
 def test_measured_flange_poses_do_as_well_as_joint_angles(made: Simulated) -> None:

@@ -94,14 +94,15 @@ class TestOnABoard:
         assert isinstance(model.blocks.sensor, Stripe)
         values = model.parameters.values(cell.truth(model)[None])
         perturb = model.perturb(values)
-        return pixel_moves(model.blocks.sensor, values, model.flange(values, perturb), perturb)
+        return pixel_moves(model.dataset, values, model.flange(values, perturb), perturb)
 
     def test_pixel_noise_moves_a_residual_along_its_viewing_ray_only(self):
         model = self.cell.model()
         values = at_truth(model.parameters.names)
         perturb = model.perturb(values)
         T_base_flange = model.flange(values, perturb)
-        centre = (T_base_flange @ model.blocks.sensor.mount(values, perturb))[0, self.cell.dataset.points.pose, :3, 3]
+        T_flange_camera = model.blocks.sensor.in_cell(values, perturb).mount
+        centre = (T_base_flange @ T_flange_camera)[0, self.cell.dataset.points.pose, :3, 3]
         ray = model.blocks.sensor.in_base(values, T_base_flange, perturb)[0] - centre
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
         effect = self.effect(self.cell)

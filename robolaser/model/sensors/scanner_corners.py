@@ -15,7 +15,7 @@ from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import six_names
-from robolaser.model.sensors.scanner_start import camera_start, spans, target_start
+from robolaser.model.sensors.scanner_start import camera_start, spans, target_by_corners
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.sensors.stripe import Stripe
@@ -85,7 +85,7 @@ class ScannerCorners(Sensor, registered=False):
             return camera_start(self.dataset, values, T_base_flange[:1])
         if all(name in values for name in self.parameters.derived):
             return {name: values[name] for name in self.parameters.derived}
-        return target_start(self.dataset, values, T_base_flange)
+        return target_by_corners(self.dataset, values, T_base_flange)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Seen less predicted, (c, m, 2) [px]; NaN behind the camera."""

@@ -5,7 +5,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
-from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
+from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, pose
 from robolaser.model.sensors.in_cell import CameraView
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation, Stage
@@ -25,6 +25,18 @@ def in_camera(pixel: Array, values: Values, perturb: Perturbation, stripe_axis: 
     """Points on the laser plane that pixels (c or 1, m, 2) show, in the camera frame, (c, m, 3) [m]. Eqs. 1-6."""
     ray = rays(in_image(pixel, values, perturb), values["f"], stripe_axis)
     return perturb(Stage.POINTS, intersect(ray, perturb(Stage.LASER_PLANE, laser_plane(values))))
+
+
+def in_base(
+    dataset: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None
+) -> Array:
+    """Points that pixels (1, m, 2) show, those measured if none are given, in the base frame, (c, m, 3) [m].
+
+    Eqs. 9, 11, 13.
+    """
+    pixel = dataset.points["pixel"][None] if pixel is None else pixel
+    seen = in_camera(pixel, values, perturb, dataset.stripe_axis)
+    return carry(T_base_flange @ mount(dataset, values, perturb), dataset.points.pose, seen)
 
 
 def view_of(dataset: Dataset, values: Values) -> View:

@@ -7,11 +7,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
-from robolaser.geometry.rigid_motion import carry, from_quaternion, inverse, to_angles
+from robolaser.geometry.rigid_motion import carry, from_quaternion, inverse, rigid_fit, to_angles
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.camera_start import CameraStart
 from robolaser.model.sensors.placements import motion, six_names, six_of
-from robolaser.model.stages import Perturbation
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 FOCAL_LENGTH_M = 8e-3  # images do not tell the focal length from the size of a pixel: a usual lens
@@ -51,7 +51,7 @@ def camera_start(corners: Dataset, known: Values, T_base_flange: Array) -> dict[
     }
 
 
-def target_start(corners: Dataset, values: Values, T_base_flange: Array) -> dict[str, Array]:
+def target_by_corners(corners: Dataset, values: Values, T_base_flange: Array) -> dict[str, Array]:
     """`target.*` by the boards that a known camera sees, (c,) each; arguments as those of `camera_start`."""
     f, K = values["f"], values["k"] * values["f"] ** 2
     series = {"k1": -K, "k2": 3.0 * K**2, "k3": -12.0 * K**3}  # of the paper's polynomial inverted
@@ -62,6 +62,17 @@ def target_start(corners: Dataset, values: Values, T_base_flange: Array) -> dict
     closed = CameraStart(corners, corners.image_px or scanner_geometry.USUAL_IMAGE_PX, rides=True)
     found = closed.initialize(known, T_base_flange)
     return {name: found[name] for name in six_names("target")}
+
+
+def target_by_stripe(stripe: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation) -> dict[str, Array]:
+    """`target.*` by a rigid fit of the stripe's points, (c,) each; candidates at a pole get the identity."""
+    seen = scanner_geometry.in_base(stripe, values, T_base_flange, perturb)
+    known = np.broadcast_to(perturb(Stage.TARGET, stripe.points["xyz"][None]), seen.shape)
+    good = np.isfinite(seen).all(axis=(1, 2))
+    T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
+    if good.any():
+        T[good] = rigid_fit(known[good], seen[good])
+    return six_of(T, "target")
 
 
 def laser_start(stripe: Dataset, known: Values, T_base_flange: Array) -> dict[str, Array]:

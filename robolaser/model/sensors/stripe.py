@@ -9,13 +9,12 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
-from robolaser.geometry.rigid_motion import carry, rigid_fit
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.new_poses import NewPoses
-from robolaser.model.sensors.placements import motion, six_names, six_of
-from robolaser.model.sensors.scanner_start import laser_start, spans
+from robolaser.model.sensors.placements import motion, six_names
+from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_stripe
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
 from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
@@ -59,7 +58,6 @@ class Stripe(Sensor):
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._pixel = dataset.points["pixel"][None]
-        self._xyz = dataset.points["xyz"][None]
 
     @cached_property
     def parameters(self) -> SensorParameters:
@@ -71,7 +69,7 @@ class Stripe(Sensor):
             fix_gauge=self._fix_gauge,
             closed_form="the stripe on the target",
             spans=self._spans,
-            reduction=StripeReduction(self),
+            reduction=StripeReduction(self.dataset),
         )
 
     def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
@@ -88,7 +86,7 @@ class Stripe(Sensor):
         return InCell(
             scanner_geometry.frames(self.dataset, values, perturb),
             published=("camera_optical",),
-            mount=self.mount(values, perturb),
+            mount=scanner_geometry.mount(self.dataset, values, perturb),
             camera=scanner_geometry.camera_view(values, perturb),
         )
 
@@ -97,27 +95,16 @@ class Stripe(Sensor):
         """The stripe across the target."""
         return StripeNewPoses(self.dataset)
 
-    def in_camera(self, values: Values, perturb: Perturbation, pixel: Array | None = None) -> Array:
+    def in_camera(self, values: Values, perturb: Perturbation) -> Array:
         """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return scanner_geometry.in_camera(
-            self._pixel if pixel is None else pixel, values, perturb, self.dataset.stripe_axis
-        )
+        return scanner_geometry.in_camera(self._pixel, values, perturb, self.dataset.stripe_axis)
 
-    def mount(self, values: Values, perturb: Perturbation) -> Array:
-        """T_flange_camera, (c, n or 1, 4, 4)."""
-        return scanner_geometry.mount(self.dataset, values, perturb)
-
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation, pixel: Array | None = None) -> Array:
-        """Points that the pixels show, in the base frame, (c, m, 3) [m]. Eqs. 9, 11, 13."""
-        T_base_camera = T_base_flange @ self.mount(values, perturb)
-        return carry(T_base_camera, self.dataset.points.pose, self.in_camera(values, perturb, pixel))
-
-    def target(self, values: Values, perturb: Perturbation) -> Array:
-        """The target points, in the base frame, (c, m, 3) [m]."""
-        return scanner_geometry.target(self.dataset, values, perturb)
+    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+        """The same in the base frame."""
+        return scanner_geometry.in_base(self.dataset, values, T_base_flange, perturb)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """T_base_target by a rigid fit; candidates with a pole among their points get the identity.
+        """T_base_target by a rigid fit.
 
         The laser plane where only that is missing: the camera is known, and the target has a place.
         """
@@ -125,22 +112,16 @@ class Stripe(Sensor):
             if not {name for name in self.parameters.names if name not in values} <= LASER:
                 raise not_given(self.format, missing, NO_START)
             return laser_start(self.dataset, values, T_base_flange[:1])
-        seen = self.in_base(values, T_base_flange, perturb)
-        known = np.broadcast_to(perturb(Stage.TARGET, self._xyz), seen.shape)
-        good = np.isfinite(seen).all(axis=(1, 2))
-        T = np.broadcast_to(np.eye(4), (len(seen), 4, 4)).copy()
-        if good.any():
-            T[good] = rigid_fit(known[good], seen[good])
-        return six_of(T, "target")
+        return target_by_stripe(self.dataset, values, T_base_flange, perturb)
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The target points, in the base frame, (c or 1, m, 3) [m]."""
-        return self.target(values, perturb)
+        return scanner_geometry.target(self.dataset, values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`pixel` [px], each row's own, and `target` [m], isotropic, shared by a point's repeats; `board_errors`."""
         points, noise = self.dataset.points, self.dataset.noise
-        moves = pixel_moves(self, values, T_base_flange, perturb)
+        moves = pixel_moves(self.dataset, values, T_base_flange, perturb)
         rows = np.arange(len(points))
         sources = [
             ErrorSource("pixel", moves, rows, unit="px", stated=noise.pixel_px),
@@ -161,4 +142,4 @@ class Stripe(Sensor):
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        return self.target(values, perturb) - self.in_base(values, T_base_flange, perturb)
+        return self.known(values, T_base_flange, perturb) - self.in_base(values, T_base_flange, perturb)

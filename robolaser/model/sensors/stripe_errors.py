@@ -6,12 +6,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.board import Board
-from robolaser.data.dataset import Points
+from robolaser.data.dataset import Dataset, Points
 from robolaser.duals import Dual, bare
 from robolaser.model.chain_rule import ChainRule
 from robolaser.model.error_source import ErrorSource
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.placements import motion
-from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -20,7 +20,7 @@ LARGEST_PX = 0.1
 """Of a corner that was found: what moves the rows of an image together by more is no error of corners."""
 
 
-def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
+def pixel_moves(dataset: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
     """Move of each residual with its own pixel's u and v, one candidate, (m, 3, 2) [m/px].
 
     Where points come from images of a board, the known place of a row is its very pixel carried to the board by the
@@ -29,19 +29,18 @@ def pixel_moves(sensor: StripeScanner, values: Values, T_base_flange: Array, per
     (λ_b − λ_s) r, and near the optimum, where λ_b ≈ λ_s, its derivative is r (∂λ_b − ∂λ_s). The board is z = 0 of
     the target's frame where the parameters place it, else the plane through all target points.
     """
-    dataset = sensor.dataset
     pixel = dataset.points["pixel"]
 
     chain = cast("Perturbation", ChainRule.of(perturb, np.full(2, PIXEL_STEP_PX)))
     at: Any = Dual(pixel[None], np.broadcast_to(np.eye(2)[:, None, None], (2, 1, *pixel.shape)), (0, 1))
-    seen: Any = sensor.in_base(values, T_base_flange, chain, pixel=at)[0]
+    seen: Any = scanner_geometry.in_base(dataset, values, T_base_flange, chain, pixel=at)[0]
     if dataset.board is None:
         return np.asarray(-np.moveaxis(seen.slopes, 0, -1))
 
-    centre = (T_base_flange @ sensor.mount(values, perturb))[0, :, :3, 3]
+    centre = (T_base_flange @ scanner_geometry.mount(dataset, values, perturb))[0, :, :3, 3]
     centre = np.broadcast_to(centre, (len(dataset.poses), 3))[dataset.points.pose]
     if dataset.placed:
-        known = sensor.target(values, perturb)[0]
+        known = scanner_geometry.target(dataset, values, perturb)[0]
         origin, normal = known.mean(axis=0), np.linalg.svd(known - known.mean(axis=0), full_matrices=False)[2][2]
     else:
         T_base_target = motion(values, "target")[0]

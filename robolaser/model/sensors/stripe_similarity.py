@@ -6,10 +6,12 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, inverse, nearest_rotation
+from robolaser.model.sensors import scanner_geometry
+from robolaser.model.sensors.scanner_start import target_by_stripe
 from robolaser.model.sensors.sensor_parameters import Reduction
 from robolaser.model.sensors.stripe_cost import StripeCost
-from robolaser.model.sensors.stripe_scanner import StripeScanner
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
@@ -23,32 +25,32 @@ class StripeReduction(Reduction):
 
     linear = SIMILARITY
 
-    def __init__(self, sensor: StripeScanner) -> None:
-        self._sensor = sensor
+    def __init__(self, dataset: Dataset) -> None:
+        self._dataset = dataset
         self._cost: StripeCost | None = None
 
     def solve(
         self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
     ) -> Values:
         """A similarity from seen to known points, and T_base_target in turn with it, within the bounds."""
-        return solve_similarity(self._sensor, values, T_base_flange, perturb, bounds)
+        return solve_similarity(self._dataset, values, T_base_flange, perturb, bounds)
 
     def costs(self, values: Values, T_base_flange: Array) -> Array | None:
         """Where the target is placed."""
-        if not self._sensor.dataset.placed:
+        if not self._dataset.placed:
             return None
         if self._cost is None or self._cost.T_base_flange is not T_base_flange:
-            self._cost = StripeCost(self._sensor.dataset, T_base_flange)
+            self._cost = StripeCost(self._dataset, T_base_flange)
         return self._cost(values)
 
 
 def solve_similarity(
-    sensor: StripeScanner, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
+    dataset: Dataset, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
 ) -> Values:
     """The other parameters, within their bounds: points grow with the baseline, exactly where the plane is flat.
 
     Args:
-        sensor: The model's.
+        dataset: What the scanner saw.
         values: All parameters, (c,) each; the baseline among them is the one at which points are taken.
         T_base_flange: (c or 1, n, 4, 4).
         perturb: The effects; those at the mount are taken as if the camera's frame were the flange's.
@@ -57,35 +59,31 @@ def solve_similarity(
     Returns:
         `SIMILARITY`, and `target.*` of an unplaced target, (c,) each; those of candidates at a pole as they were.
     """
-    pose = sensor.dataset.points.pose
+    pose = dataset.points.pose
     moved = perturb(Stage.MOUNT, np.eye(4)[None, None])
-    moved = np.broadcast_to(moved, (len(moved), len(sensor.dataset.poses), 4, 4))
-    seen = sensor.in_camera(values, perturb)
+    moved = np.broadcast_to(moved, (len(moved), len(dataset.poses), 4, 4))
+    seen = scanner_geometry.in_camera(dataset.points["pixel"][None], values, perturb, dataset.stripe_axis)
     good = np.asarray(np.isfinite(seen).all(axis=(1, 2)) & np.isfinite(T_base_flange).all(axis=(1, 2, 3)))
     seen = carry(moved, pose, np.where(good[:, None, None], seen, 0.0))
     T = T_base_flange[:, pose]
-    if sensor.dataset.placed:
-        known = apply(inverse(T), sensor.target(values, perturb))
-        found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, bounds), strict=True))
+    if dataset.placed:
+        known = apply(inverse(T), scanner_geometry.target(dataset, values, perturb))
+        found = dict(zip(SIMILARITY, _mounted(dataset, values, seen, known, bounds), strict=True))
     else:
-        known = _of_loop(seen, perturb(Stage.TARGET, sensor.target({**values, **_at_origin(values)}, perturb)), T)
+        known = _of_loop(seen, perturb(Stage.TARGET, dataset.points["xyz"][None]), T)
         found = {}
         for _ in range(ALTERNATIONS):
-            found = dict(zip(SIMILARITY, _mounted(sensor, values, seen, known, bounds), strict=True))
-            found |= sensor.initialize({**values, **found}, T_base_flange, perturb)
-            known = apply(inverse(T), sensor.target({**values, **found}, perturb))
+            found = dict(zip(SIMILARITY, _mounted(dataset, values, seen, known, bounds), strict=True))
+            found |= target_by_stripe(dataset, {**values, **found}, T_base_flange, perturb)
+            known = apply(inverse(T), scanner_geometry.target(dataset, {**values, **found}, perturb))
     return {
         name: np.where(good, np.clip(_unwound(value, item := bounds[name]), item.lower, item.upper), values[name])
         for name, value in found.items()
     }
 
 
-def _at_origin(values: Values) -> Values:
-    return {name: np.zeros_like(value) for name, value in values.items() if name.startswith("target.")}
-
-
 def _mounted(
-    sensor: StripeScanner, values: Values, seen: Array, known: Array, parameters: Mapping[str, Parameter]
+    dataset: Dataset, values: Values, seen: Array, known: Array, parameters: Mapping[str, Parameter]
 ) -> tuple[Array, ...]:
     """`SIMILARITY` that brings seen points (c, m, 3) in the camera frame nearest to known ones on the flange.
 
@@ -93,7 +91,7 @@ def _mounted(
     """
     bounds = [parameters[name] for name in SIMILARITY]
     reach = np.sort([bound / values["b"] for bound in (bounds[0].lower, bounds[0].upper)], axis=0)
-    bracket, order = from_quaternion(np.array(sensor.dataset.bracket_quat)), sensor.dataset.angles
+    bracket, order = from_quaternion(np.array(dataset.bracket_quat)), dataset.angles
     best, least = np.zeros((len(SIMILARITY), len(seen))), np.full(len(seen), np.inf)
     for sign in (1.0, -1.0) if reach[0].min() < 0.0 else (1.0,):
         R, scale = _similarity(seen, known, reach, sign)

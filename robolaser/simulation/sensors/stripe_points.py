@@ -10,8 +10,8 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.placements import motion
-from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 from robolaser.robot.visibility import View
@@ -54,7 +54,7 @@ def stripe_points(
     points = Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.zeros((n * k, 3)))
     dataset = replace(dataset, points=points)
     plain = Model(dataset)
-    shown = _sensor(plain).in_base(values, plain.flange(values), plain.perturb(values))[0]
+    shown = scanner_geometry.in_base(dataset, values, plain.flange(values), plain.perturb(values))[0]
     given = apply(inverse(T_base_target), shown)
     for _ in range(ROUNDS):
         dataset = replace(dataset, points=replace(points, pixel=pixel, xyz=given))
@@ -65,20 +65,14 @@ def stripe_points(
         left = np.maximum(left, np.abs(given[:, 2] - level))
         if (left < EXACT_M).all():
             break
-        pixel, given = _on_target(_sensor(model), values, T, perturb, pixel, 1 - along, T_base_target, level)
-    shown = _sensor(model).in_camera(values, perturb)[0]
+        pixel, given = _on_target(dataset, values, T, perturb, pixel, 1 - along, T_base_target, level)
+    shown = scanner_geometry.in_camera(dataset.points["pixel"][None], values, perturb, dataset.stripe_axis)[0]
     good = (left < EXACT_M) & view.contains(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
     return dataset, np.asarray(good.reshape(n, k).all(axis=1))
 
 
-def _sensor(model: Model) -> Stripe:
-    sensor = model.blocks.sensor
-    assert isinstance(sensor, Stripe)
-    return sensor
-
-
 def _on_target(
-    sensor: Stripe,
+    dataset: Dataset,
     values: Values,
     T_base_flange: Array,
     perturb: Perturbation,
@@ -93,7 +87,7 @@ def _on_target(
     def off(moved: Array) -> tuple[Array, Array]:
         there = pixel.copy()
         there[:, across] = moved
-        shown = sensor.in_base(values, T_base_flange, perturb, pixel=there[None])[0]
+        shown = scanner_geometry.in_base(dataset, values, T_base_flange, perturb, pixel=there[None])[0]
         given = nominal_points(apply(T_target_base, shown), perturb)
         return given[:, 2] - level, given
 
