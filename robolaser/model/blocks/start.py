@@ -75,7 +75,10 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
     derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.derived))
     given = {name: known[name] for name in free + derived if name in known}
     if any(name not in given for name in free):
-        given = _around(blocks, _started(blocks, given, T_base_flange)) | given
+        _check_closed_form(blocks, given)
+        values = {name: np.array([item.nominal]) for name, item in given.items()}
+        started = _initialized(blocks, values, T_base_flange, Perturbation()) | values
+        given = _around(blocks, {name: float(value[0]) for name, value in started.items()}) | given
     if any(name not in given for name in derived):
         fixed = [name for name in derived if name in given and given[name].fixed]
         fixed += [block.named[name] for block in blocks for name in block.sensor.parameters.fixed]
@@ -84,6 +87,15 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
         at = {name: float(found[name][0]) for name in derived if name not in given}
         given = _around(blocks, {name: item.nominal for name, item in given.items()} | at) | given
     return given
+
+
+def _check_closed_form(blocks: Sequence[Block], given: Mapping[str, Parameter]) -> None:
+    """See that free parameters that nobody gives can be found."""
+    for block in blocks:
+        sensor, own = block.sensor, block.values(given)
+        missing = [name for name in sensor.parameters.free if name not in own]
+        if missing and not sensor.parameters.closed_form:
+            raise not_given(sensor.format, missing)
 
 
 def _around(blocks: Sequence[Block], values: Mapping[str, float]) -> dict[str, Parameter]:
@@ -103,27 +115,13 @@ def _largest_first(blocks: Sequence[Block]) -> list[Block]:
     return sorted(blocks, key=lambda block: -len(block.rows))
 
 
-def _started(blocks: Sequence[Block], given: Mapping[str, Parameter], T_base_flange: Array) -> dict[str, float]:
-    """Free parameters of one sensor in closed form: what sessions share from the one with the most rows."""
-    found = {name: item.nominal for name, item in given.items()}
-    for block in _largest_first(blocks):
-        own = block.values(found)
-        sensor, missing = block.sensor, [name for name in block.sensor.parameters.free if name not in own]
-        if missing and not sensor.parameters.closed_form:
-            raise not_given(sensor.format, missing)
-        values = {name: np.array([value]) for name, value in own.items()}
-        started = sensor.initialize(values, T_base_flange, Perturbation())
-        found = block.of_problem({name: float(value[0]) for name, value in started.items()}) | found
-    return found
-
-
 def _initialized(
     blocks: Sequence[Block], values: Values, T_base_flange: Array, perturb: Perturbation
 ) -> dict[str, Array]:
-    """Derived parameters of one sensor; what sessions share, from the one with the most rows."""
+    """Derived parameters of one sensor, and free ones that are missing; what sessions share, from the most rows."""
     found: dict[str, Array] = {}
     for block in _largest_first(blocks):
-        own = block.sensor.initialize(*block.at({**values, **found}, T_base_flange, perturb))
+        own = block.sensor.initialize(*block.at({**found, **values}, T_base_flange, perturb))
         found = block.of_problem(own) | found
     return found
 

@@ -76,8 +76,8 @@ class CameraSensor(Sensor):
     @cached_property
     def parameters(self) -> SensorParameters:
         """The intrinsics, the hand-eye, and the target where it is not placed: all follow from the images."""
-        places = ("hand_eye",) if self.dataset.placed else ("hand_eye", "target")
-        derived = (*INTRINSICS, *(name for place in places for name in six_names(place)))
+        things = ("hand_eye",) if self.dataset.placed else ("hand_eye", "target")
+        derived = (*INTRINSICS, *(name for thing in things for name in six_names(thing)))
         return SensorParameters(derived=derived, spans=self._spans)
 
     @cached_property

@@ -60,8 +60,8 @@ class Pose(Sensor):
     @cached_property
     def parameters(self) -> SensorParameters:
         """T_world_base and T_flange_body of each body."""
-        places = ("base", *(f"tool.{name}" for name in self._bodies))
-        return SensorParameters(derived=tuple(name for place in places for name in six_names(place)), two_axes=True)
+        things = ("base", *(f"tool.{name}" for name in self._bodies))
+        return SensorParameters(derived=tuple(name for thing in things for name in six_names(thing)), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""

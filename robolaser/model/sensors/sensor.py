@@ -31,6 +31,9 @@ class Sensor(ABC):
     A row of residuals has k numbers, `format.numbers`: a point in space three in metres, a camera's corner two in
     pixels. Whitened numbers are the currency of estimation and diagnosis; metres are for people.
 
+    `format`, `parameters`, `residuals` and `row_errors` must be written; `stages`, `initialize`, `in_metres`, `known`,
+    `in_cell` and `new_poses` may be. The rest follows from them and is final.
+
     Attributes:
         format: Its name, what it needs in a data set, and the numbers of a row with their unit.
         stages: Those that its values pass: effects at others have no meaning for it.

@@ -43,8 +43,8 @@ class Socket(Sensor):
     @cached_property
     def parameters(self) -> SensorParameters:
         """The ball in the flange frame and the sockets in the base frame."""
-        places = ("tool.ball", *(f"socket.{name}" for name in self._sockets))
-        return SensorParameters(derived=tuple(f"{place}.{part}" for place in places for part in "xyz"))
+        things = ("tool.ball", *(f"socket.{name}" for name in self._sockets))
+        return SensorParameters(derived=tuple(f"{thing}.{part}" for thing in things for part in "xyz"))
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Linear least squares: R ball + t = socket for every row; each socket is the mean of its ball's places."""

@@ -70,9 +70,7 @@ def solve_similarity(
         known = apply(inverse(T), scanner_geometry.target(dataset, values, perturb))
         found = dict(zip(SIMILARITY, _mounted(dataset, values, seen, known, bounds), strict=True))
     else:
-        known = _of_loop(
-            seen, perturb(Stage.TARGET, scanner_geometry.target(dataset, {**values, **_at_origin(values)}, perturb)), T
-        )
+        known = _of_loop(seen, perturb(Stage.TARGET, dataset.points["xyz"][None]), T)
         found = {}
         for _ in range(ALTERNATIONS):
             found = dict(zip(SIMILARITY, _mounted(dataset, values, seen, known, bounds), strict=True))
@@ -82,10 +80,6 @@ def solve_similarity(
         name: np.where(good, np.clip(_unwound(value, item := bounds[name]), item.lower, item.upper), values[name])
         for name, value in found.items()
     }
-
-
-def _at_origin(values: Values) -> Values:
-    return {name: np.zeros_like(value) for name, value in values.items() if name.startswith("target.")}
 
 
 def _mounted(
