@@ -20,7 +20,7 @@ from robolaser.model.effects.run import Course
 from robolaser.model.sensors.known_distances import KnownDistances
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
-from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
+from robolaser.robot.flange_motion import moved_by_twists
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -148,13 +148,14 @@ class Model:
             still: Array | Dual = chain(Stage.FLANGE, self._nominal_flange)
             return still
         q, placements = chain(Stage.JOINTS, poses.q[None]), chain(Stage.LINKS, robot.placements[None, None])
-        frames, by_joints = robot.joint_frames_and_twists(bare(q), bare(placements))
-        T, moved = frames[:, :, -1] @ robot.end, []
+        motion = robot.motion(bare(q), bare(placements), by_placements=isinstance(placements, Dual))
+        T, moved = motion.T_base_flange, []
         if isinstance(q, Dual):
-            moved.append((q.of, twists_by_joints(by_joints, q.slopes.swapaxes(0, 1))))
+            moved.append((q.of, motion.twists_by_joints(q.slopes.swapaxes(0, 1))))
         if isinstance(placements, Dual):
-            by_links = twists_by_placements(robot, frames, placements.value, placements.slopes.swapaxes(0, 1))
-            moved.append((placements.of, by_links))
+            moved.append(
+                (placements.of, motion.twists_by_placements(placements.value, placements.slopes.swapaxes(0, 1)))
+            )
         slopes = moved_by_twists(T, np.concatenate([twists for _, twists in moved], axis=1))
         of = tuple(number for numbers, _ in moved for number in numbers)
         out: Array | Dual = chain(Stage.FLANGE, Dual(T, slopes.swapaxes(0, 1), of))

@@ -3,52 +3,61 @@
 Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 2.8.
 """
 
+from dataclasses import dataclass
+from typing import final
+
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import inverse, skew
-from robolaser.robot.kinematics import Robot
 
 
-def twists_by_joints(twists: Array, moves: Array) -> Array:
-    """Twists of the flange by small motions of the joints.
+@final
+@dataclass(frozen=True, eq=False)
+class FlangeMotion:
+    """Where the flange is at each pose, and its twists: the shift of what is at the base's origin, and the turn.
 
-    Args:
-        twists: Per unit of each joint, as of `Robot.joint_frames_and_twists`, (c, n, 6, j).
-        moves: Of the joints, in q directions, (c or 1, q, n or 1, j) [rad or m].
-
-    Returns:
-        Shift of what is at the base's origin, and turn, in the base frame, (c, q, n, 6) [m, rad].
+    Twists are in the base frame [m, rad].
     """
-    return np.moveaxis(twists @ np.moveaxis(moves, 1, -1), -1, 1)
 
+    T_base_flange: Array  # (c, n, 4, 4)
+    by_joints: Array  # per unit of each joint, (c, n, 6, j)
+    by_placements: Array | None  # per unit of each joint's shift and turn in its own frame, (c, n, 6, j, 6)
 
-def twists_by_placements(robot: Robot, frames: Array, placements: Array, moves: Array) -> Array:
-    """Twists of the flange by small motions of the joints' placements.
+    def jacobian(self, points: Array | None = None) -> Array:
+        """Velocity and angular velocity of points that the flange carries, (c or 1, n, 3), or of its origin.
 
-    Args:
-        robot: The arm.
-        frames: Its `joint_frames`, (c, n, len(chain), 4, 4).
-        placements: Of the joints, (c or 1, n or 1, j, 4, 4).
-        moves: What is added to them in q directions, (c or 1, q, n or 1, j, 4, 4).
+        Returns:
+            Per unit speed of each joint, (c, n, 6, j).
+        """
+        points = self.T_base_flange[..., :3, 3] if points is None else points
+        shift, turn = self.by_joints[..., :3, :], self.by_joints[..., 3:, :]
+        return np.concatenate([shift - skew(points) @ turn, turn], axis=-2)
 
-    Returns:
-        As of `twists_by_joints`, (c, q, n, 6).
-    """
-    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], frames.shape[1], 6))
-    for k, i in enumerate(robot.chain):
-        which = moves[:, :, :, i].any(axis=(0, 2, 3, 4))
-        if not which.any():
-            continue
-        W = moves[:, :, :, i][:, which] @ inverse(placements[:, :, i])[:, None]
-        shift, turn = W[..., :3, 3], np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
-        if k:
-            R, t = frames[:, None, :, k - 1, :3, :3], frames[:, None, :, k - 1, :3, 3]
-            shift, turn = (R @ shift[..., None])[..., 0], (R @ turn[..., None])[..., 0]
-            shift = shift + np.cross(t, turn)
-        out[:, which, :, :3] += shift
-        out[:, which, :, 3:] += turn
-    return out
+    def twists_by_joints(self, moves: Array) -> Array:
+        """Twists by small motions of the joints in q directions, (c or 1, q, n or 1, j) [rad or m] -> (c, q, n, 6)."""
+        return np.moveaxis(self.by_joints @ np.moveaxis(moves, 1, -1), -1, 1)
+
+    def twists_by_placements(self, placements: Array, moves: Array) -> Array:
+        """Twists by small motions of the joints' placements.
+
+        Args:
+            placements: Of the joints, (c or 1, n or 1, j, 4, 4).
+            moves: What is added to them in q directions, (c or 1, q, n or 1, j, 4, 4).
+
+        Returns:
+            (c, q, n, 6).
+        """
+        assert self.by_placements is not None  # the caller asked for them
+        c, n = self.by_placements.shape[:2]
+        out = np.zeros((max(c, len(moves)), moves.shape[1], n, 6))
+        for i in range(moves.shape[3]):
+            which = moves[:, :, :, i].any(axis=(0, 2, 3, 4))
+            if which.any():
+                W = inverse(placements[:, :, i])[:, None] @ moves[:, :, :, i][:, which]
+                own = np.stack([*np.moveaxis(W[..., :3, 3], -1, 0), W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
+                out[:, which] += np.moveaxis(self.by_placements[:, :, :, i] @ np.moveaxis(own, 1, -1), -1, 1)
+        return out
 
 
 def moved_by_twists(T: Array, twists: Array) -> Array:
