@@ -8,7 +8,7 @@ from typing import Any, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.geometry.rigid_motion import inverse, log_so3
+from robolaser.geometry.rigid_motion import exp_so3, inverse, log_so3, pose
 from robolaser.robot import damped_newton
 from robolaser.robot.flange_motion import FlangeMotion
 from robolaser.robot.pinocchio_model import PinocchioModel
@@ -233,14 +233,21 @@ class Robot:
         """Whether any link that a listed joint moves has a mass."""
         return bool((self.by_pinocchio.masses > 0.0).any())
 
-    def with_placements(self, placements: Array) -> Self:
-        """The same arm with its joints placed anew, (j, 4, 4), as `placements` means them."""
-        text = self.urdf_with(placements)
-        return type(self).from_urdf(text, flange=self.flange, joints=self.joints, gravity=self.gravity)
+    def with_placements(self, placements: Array, offsets: Array | None = None) -> Self:
+        """The same arm with its joints placed anew, (j, 4, 4), and their zeros moved by offsets, (j,) [rad or m].
 
-    def urdf_with(self, placements: Array) -> str:
-        """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
-        on_parent_link = {link.joint: link.T_parent_link for link in self.by_pinocchio.links}
-        columns, shift = self.by_pinocchio.columns, inverse(self.placements) @ placements
-        moved = [i for i in range(len(self.joints)) if not np.array_equal(placements[i], self.placements[i])]
-        return with_placements(self.urdf, {self.joints[i]: on_parent_link[columns[i]] @ shift[i] for i in moved})
+        Joints that follow one follow its true value, so that their zeros move, too.
+        """
+        arm, placed = self.by_pinocchio, self.by_pinocchio.placements.copy()
+        placed[arm.columns] = placements
+        if offsets is not None:
+            along = arm.axes * (arm.ratios @ offsets)[:, None]
+            turn, shift = (np.where(arm.slides[:, None] == slides, along, 0.0) for slides in (False, True))
+            placed = placed @ pose(exp_so3(turn), shift)
+        moved = {
+            arm.moving[link.joint]: link.T_parent_link @ inverse(arm.placements[link.joint]) @ placed[link.joint]
+            for link in arm.links
+            if link.joint is not None and not np.array_equal(placed[link.joint], arm.placements[link.joint])
+        }
+        text = with_placements(self.urdf, moved)
+        return type(self).from_urdf(text, flange=self.flange, joints=self.joints, gravity=self.gravity)

@@ -181,9 +181,9 @@ def test_the_last_joint_carries_the_flange_and_each_joint_turns_only_what_comes_
 
 def test_an_exported_urdf_moves_as_the_moved_joints_did(robot, rng):
     q, moved = rng.uniform(-2, 2, (1, 5, 3)), turned_a_little(robot, rng, 1, 1)
-    again = Robot.from_urdf(robot.urdf_with(moved[0, 0]), flange="flange")
+    again = robot.with_placements(moved[0, 0])
     np.testing.assert_allclose(again.forward(q), robot.forward(q, moved), rtol=0, atol=1e-14)
-    assert robot.urdf_with(robot.placements).count("origin") == MIXED.count("origin")
+    assert robot.with_placements(robot.placements).urdf.count("origin") == MIXED.count("origin")
 
 
 def test_a_continuous_joint_has_no_limits_and_the_others_have_theirs(robot):
