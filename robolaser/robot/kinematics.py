@@ -1,7 +1,7 @@
 """A robot's arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, Self, final
 
@@ -33,7 +33,8 @@ class Robot:
     flange: str  # the link that carries the sensor
     gravity: tuple[float, float, float]  # in the base frame [m/s²]
     urdf: str  # the URDF as it was read
-    by_pinocchio: PinocchioModel  # joints that are not listed and follow none of these are fixed at neutral
+    # joints that are not listed and follow none of these are fixed at neutral
+    by_pinocchio: PinocchioModel = field(repr=False, compare=False)
 
     @classmethod
     def from_urdf(
