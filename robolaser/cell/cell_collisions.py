@@ -8,7 +8,6 @@ from robolaser.arrays import Array
 from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import from_quaternion, pose
-from robolaser.geometry.urdf import parse
 from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies, link_radius
 from robolaser.robot.collisions import CollisionModel
 
@@ -26,12 +25,11 @@ def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] =
     arm = description.robot
     assert arm is not None  # the caller checked it
     radius = limits.link_radius_m or link_radius(arm)
-    root = parse(arm.urdf).root
     carried = carried_bodies(SENSOR, arm, tool_points(description), radius)
     stated = [
         Body(
             box.name,
-            box.link or root,
+            box.link or arm.base,
             "box",
             box.size_m,
             pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)),

@@ -11,9 +11,8 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import QUATERNION_SLACK, Text, check_format, describe
 from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
 from robolaser.errors import DataError
-from robolaser.geometry.urdf import parse
-from robolaser.geometry.urdf.tree import unknown_frame
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.urdf.checking import unknown_frame
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"
@@ -218,7 +217,7 @@ def _check_arm(arm: ArmLine, joints: int) -> None:
 
 
 def _check_boxes(boxes: tuple[Box, ...], robot: Robot) -> None:
-    links = parse(robot.urdf).links
+    links = robot.links
     names = [box.name for box in boxes]
     for number, box in enumerate(boxes):
         if box.name in links or box.name in names[:number]:

@@ -14,7 +14,8 @@ WORDS = frozenset({"name", "source", "licence", "folder", "warnings"})
 def fingerprint(*values: Any) -> str:
     """A digest of values of any kind, 64 hexadecimal digits.
 
-    All fields of a data set count except `WORDS`, so new fields are included without a change here.
+    All fields of a data set count except `WORDS` and those that follow from others (`compare=False`), so new fields are
+    included without a change here.
 
     Args:
         values: Data sets, further dataclasses, mappings, sequences, arrays, texts and numbers, one within another.
@@ -30,7 +31,7 @@ def _parts(value: Any) -> Iterator[bytes]:
         yield f"{value.dtype.str} {value.shape}".encode()
         yield value.tobytes()
     elif is_dataclass(value) and not isinstance(value, type):
-        names = [one.name for one in fields(value)]
+        names = [one.name for one in fields(value) if one.compare]
         uncounted = WORDS if {"poses", "points"} <= set(names) else frozenset()
         yield type(value).__name__.encode()
         yield from _parts({name: getattr(value, name) for name in names if name not in uncounted})

@@ -46,10 +46,16 @@ def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
         return
     if a.flange != b.flange:
         yield f'[robot] flange is "{a.flange}" in {one.name} and "{b.flange}" in {other.name}'
-    apart = np.abs(a.placements - b.placements).max(axis=(1, 2))
-    turned = np.abs(a.axes - b.axes).max(axis=1)
+    first, second = a.by_pinocchio, b.by_pinocchio
+    if first.moving != second.moving:
+        yield f"their URDFs move {', '.join(first.moving)} and {', '.join(second.moving)}"
+        return
+    apart = np.abs(first.placements - second.placements).max(axis=(1, 2))
+    turned = np.abs(first.axes - second.axes).max(axis=1)
     for joint in np.flatnonzero(np.maximum(apart, turned) > SAME)[:1]:
-        yield f"their URDFs place {a.joints[joint]} differently"
+        yield f"their URDFs place {first.moving[joint]} differently"
+    if max(np.abs(first.ratios - second.ratios).max(), np.abs(first.offsets - second.offsets).max()) > SAME:
+        yield "in their URDFs, joints follow others (mimic) by other numbers"
     if np.abs(a.end - b.end).max() > SAME:
         yield "their URDFs place the flange differently on the last joint"
 

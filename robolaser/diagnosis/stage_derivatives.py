@@ -11,7 +11,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
-from robolaser.robot.flange_motion import moved_by_twists, twists_by_joints, twists_by_placements
+from robolaser.robot.flange_motion import FlangeMotion, moved_by_twists
 
 REMEMBERED = 3
 """Fits whose derivatives are kept."""
@@ -96,24 +96,24 @@ class StageDerivatives:
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6): they move the flange in six ways, and rows by these."""
         robot, _ = self._model.dataset.arm
-        placements, frames, by_joints = self._arm
+        placements, motion = self._arm
         i = robot.joints.index(joint)
         if stage is Stage.JOINTS:
-            twists = twists_by_joints(by_joints, np.eye(len(robot.joints))[None, [i], None])
+            twists = motion.twists_by_joints(np.eye(len(robot.joints))[None, [i], None])
         else:
             moves = np.zeros((1, len(TWISTS), *placements.shape[1:]))
             moves[:, :, :, i] = TWISTS[:, None]
-            twists = twists_by_placements(robot, frames, placements, placements[:, None] @ moves)
+            twists = motion.twists_by_placements(placements, placements[:, None] @ moves)
         moved: Array = np.einsum("qkd,kd->kq", twists[0][:, self._fit.pose_of_number], self._by_flange)
         return moved
 
     @cached_property
-    def _arm(self) -> tuple[Array, Array, Array]:
-        """The placements of the joints, (1, n or 1, j, 4, 4), and their frames and twists at each pose."""
+    def _arm(self) -> tuple[Array, FlangeMotion]:
+        """The placements of the joints, (1, n or 1, j, 4, 4), and how the flange moves with them at each pose."""
         robot, q = self._model.dataset.arm
         perturb = self._model.perturb(self._fit.problem.parameters.values(self._fit.x[None]))
         placements = perturb(Stage.LINKS, robot.placements[None, None])
-        return placements, *robot.joint_frames_and_twists(perturb(Stage.JOINTS, q[None]), placements)
+        return placements, robot.motion(perturb(Stage.JOINTS, q[None]), placements)
 
     @cached_property
     def _by_flange(self) -> Array:

@@ -1,17 +1,31 @@
 """The links of a URDF as rigid bodies for a physics engine, each on the one before it."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.urdf.parsing import origin_of, parse, read_xml
-from robolaser.geometry.urdf.tree import Joint
+from robolaser.model.effects.mechanism import Follower
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.pinocchio_model import PinocchioModel
+from robolaser.robot.urdf.checking import origin_of, read_xml
 
 RADIUS_M = 0.05  # of the ball that stands for a body whose inertia no body can have
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class BodyJoint:
+    """A joint of one degree of freedom."""
+
+    name: str
+    axis: Array  # unit axis in the body's frame, (3,)
+    slides: bool
+    limits: Array  # least and largest value, (2,) [rad or m]; infinite: none
+    follows: Follower | None  # None: it moves by itself
 
 
 @final
@@ -22,45 +36,46 @@ class RigidBody:
     name: str  # of its link
     parent: str | None  # the body that carries it; None: the root
     T: Array  # its placement on the parent, (4, 4)
-    joint: Joint | None  # what moves it on its parent; None: nothing does
+    joint: BodyJoint | None  # what moves it on its parent; None: nothing does
     mass: float  # [kg]
     com: Array  # centre of mass in its own frame, (3,) [m]
     inertia: Array  # about the centre of mass, along its own axes, (3, 3) [kg m²]
 
 
-def bodies(text: str, moving: Collection[str]) -> Iterator[RigidBody]:
-    """Each link of a URDF after the one that carries it; joints that are not listed are held at neutral."""
-    tree = parse(text)
-    described = {
-        element.get("name"): element.find("inertial") for element in read_xml(text, tree.source).findall("link")
-    }
-    children: dict[str, list[Joint]] = {}
-    for joint in tree.joints.values():
-        children.setdefault(joint.parent, []).append(joint)
-    waiting: list[tuple[str, Joint | None]] = [(tree.root, None)]
-    while waiting:
-        name, above = waiting.pop(0)
-        waiting += [(joint.child, joint) for joint in children.get(name, [])]
-        link = tree.links[name]
-        yield RigidBody(
-            name=name,
-            parent=above.parent if above else None,
-            T=above.origin if above else np.eye(4),
-            joint=above if above and above.name in moving else None,
-            mass=link.mass,
-            com=link.com,
-            inertia=_inertia(described[name], link.mass),
-        )
+def bodies(text: str, robot: Robot) -> Iterator[RigidBody]:
+    """Each link of a URDF after the one that carries it.
+
+    Args:
+        text: The URDF.
+        robot: Names the joints that are read and the flange; others follow these, or are held at neutral.
+    """
+    arm = Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).by_pinocchio
+    inertials = {link.get("name"): link.find("inertial") for link in read_xml(text).findall("link")}
+    for link in arm.links:
+        mass, com, inertia = _inertial(inertials[link.name])
+        joint = None if link.joint is None else _joint(arm, link.joint)
+        yield RigidBody(link.name, link.parent or None, link.T_parent_link, joint, mass, com, inertia)
 
 
-def _inertia(inertial: ET.Element | None, mass: float) -> Array:
-    """As described, if a body can have it; else that of a ball."""
-    ball = 0.4 * max(mass, 0.0) * RADIUS_M**2 * np.eye(3)
-    stated = None if inertial is None else inertial.find("inertia")
-    if inertial is None or stated is None:
-        return ball
+def _joint(arm: PinocchioModel, number: int) -> BodyJoint:
+    follows = None
+    if number not in arm.columns:
+        leader = int(np.abs(arm.ratios[number]).argmax())
+        other, ratio = arm.moving[arm.columns[leader]], float(arm.ratios[number, leader])
+        follows = Follower(arm.moving[number], other, ratio, float(arm.offsets[number]))
+    limits = np.array([limit[number] for limit in arm.limits])
+    return BodyJoint(arm.moving[number], arm.axes[number], bool(arm.slides[number]), limits, follows)
+
+
+def _inertial(inertial: ET.Element | None) -> tuple[float, Array, Array]:
+    """Mass, centre and inertia as described, if a body can have it; else that of a ball."""
+    if inertial is None:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    mass, T = float(inertial.find("mass").get("value", "0")), origin_of(inertial, "a body", "the URDF")  # type: ignore[union-attr]
+    ball, stated = 0.4 * mass * RADIUS_M**2 * np.eye(3), inertial.find("inertia")
+    if stated is None:
+        return mass, T[:3, 3], ball
     xx, yy, zz, xy, xz, yz = (float(stated.get(key, "0")) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    R = origin_of(inertial, "a body", "robot.urdf")[:3, :3]
-    inertia: Array = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    inertia: Array = T[:3, :3] @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ T[:3, :3].T
     least, middle, most = np.linalg.eigvalsh(inertia)
-    return inertia if least > 0.0 and most < least + middle else ball
+    return mass, T[:3, 3], inertia if least > 0.0 and most < least + middle else ball

@@ -10,10 +10,11 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
-from robolaser.geometry.urdf.parsing import parse
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.mechanism import Part, Spring
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.urdf.checking import read_xml
+from robolaser.robot.urdf.editing import names_in
 
 SEARCHED_KG = (np.linspace(0.0, 20.0, 201), np.linspace(-0.1, 0.1, 201))
 SOFTEST = 1e-12  # least compliance [rad/Nm] that is a spring at all
@@ -44,8 +45,8 @@ class CorrectedArm:
 
     @cached_property
     def _taken(self) -> frozenset[str]:
-        tree = parse(self.urdf)
-        return frozenset((*tree.links, *tree.joints))
+        urdf = read_xml(self.urdf)
+        return frozenset((*names_in(urdf, "link"), *names_in(urdf, "joint")))
 
     def unused_name(self, name: str) -> str:
         """The name, or one like it that no link and no joint of the URDF has."""

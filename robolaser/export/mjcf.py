@@ -1,17 +1,17 @@
 """The calibrated arm for MuJoCo (MJCF): rigid links, and joints behind joints for what is not rigid."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.export.bodies import RADIUS_M, RigidBody, bodies
+from robolaser.export.bodies import RADIUS_M, BodyJoint, RigidBody, bodies
 from robolaser.export.corrected_arm import CorrectedArm, comment
 from robolaser.geometry.rigid_motion import to_quaternion
-from robolaser.geometry.urdf.writing import digits
 from robolaser.model.effects.mechanism import Follower, Footing, Play, Spring
+from robolaser.robot.urdf.elements import digits
 
 RELAXES_S = 0.02  # time in which a spring comes to rest where nothing is carried; where it rests does not depend on it
 ROTOR = 0.1  # inertia of what stands between two joints about one axis [kg m² or kg]: an engine asks for some
@@ -41,7 +41,8 @@ def mjcf(calibration: Calibration) -> str | None:
         option.set("noslip_iterations", "5")  # friction that creeps would use the play up
     world = ET.SubElement(root, "worldbody")
     elements: dict[str, ET.Element] = {}
-    for body in bodies(arm.urdf, arm.robot.joints):
+    mimics = []
+    for body in bodies(arm.urdf, arm.robot):
         if body.parent is None:
             elements[body.name] = _root(world, arm, body)
         else:
@@ -49,13 +50,14 @@ def mjcf(calibration: Calibration) -> str | None:
                 elements[body.parent], "body", {"name": body.name, **_placement(body.T)}
             )
             if body.joint is not None:
-                _joints(elements[body.name], body, arm)
+                _joints(elements[body.name], body.joint, arm)
+                mimics += [body.joint.follows] if body.joint.follows else []
         _mass(elements[body.name], body)
     if arm.payload_kg > 0:
         payload = ET.SubElement(elements[arm.robot.flange], "body", name=arm.unused_name("payload"))
         ball = digits(np.full(3, 0.4 * arm.payload_kg * RADIUS_M**2))
         ET.SubElement(payload, "inertial", pos="0 0 0", mass=repr(arm.payload_kg), diaginertia=ball)
-    _constraints(root, arm)
+    _constraints(root, arm, mimics)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 
@@ -73,12 +75,10 @@ def _root(world: ET.Element, arm: CorrectedArm, body: RigidBody) -> ET.Element:
     return element
 
 
-def _joints(element: ET.Element, body: RigidBody, arm: CorrectedArm) -> None:
-    joint = body.joint
-    assert joint is not None  # who calls this has looked
-    line = {"axis": digits(joint.axis), "type": "slide" if joint.kind == "prismatic" else "hinge"}
-    limits = np.array([joint.lower, joint.upper])
-    limited = {"range": digits(limits)} if np.isfinite(limits).all() and limits[0] < limits[1] else {}
+def _joints(element: ET.Element, joint: BodyJoint, arm: CorrectedArm) -> None:
+    line = {"axis": digits(joint.axis), "type": "slide" if joint.slides else "hinge"}
+    limited = np.isfinite(joint.limits).all() and joint.limits[0] < joint.limits[1]
+    limited = {"range": digits(joint.limits)} if limited else {}
     ET.SubElement(element, "joint", {"name": joint.name, **line, **limited})
     for part in arm.parts:
         if isinstance(part, Footing) or part.joint != joint.name:
@@ -102,15 +102,17 @@ def _spring(name: str, line: Mapping[str, str], stiffness: float) -> dict[str, s
     return {"name": name, **line, "stiffness": repr(stiffness), "damping": damping, "armature": repr(ROTOR)}
 
 
-def _constraints(root: ET.Element, arm: CorrectedArm) -> None:
+def _constraints(root: ET.Element, arm: CorrectedArm, mimics: Sequence[Follower]) -> None:
     """What ties joints to others: gears that follow, and friction of links that have play."""
     followers = [part for part in arm.parts if isinstance(part, Follower)]
     plays = [part for part in arm.parts if isinstance(part, Play)]
-    if followers:
+    tied = [(arm.unused_name(f"{part.joint}_follower"), part) for part in followers]
+    tied += [(mimic.joint, mimic) for mimic in mimics]
+    if tied:
         equality = ET.SubElement(root, "equality")
-        for part in followers:
-            tied = {"joint1": arm.unused_name(f"{part.joint}_follower"), "joint2": part.other}
-            ET.SubElement(equality, "joint", {**tied, "polycoef": f"{part.offset!r} {part.ratio!r} 0 0 0", **_hard()})
+        for name, part in tied:
+            ratio = f"{part.offset!r} {part.ratio!r} 0 0 0"
+            ET.SubElement(equality, "joint", {"joint1": name, "joint2": part.other, "polycoef": ratio, **_hard()})
     if plays:
         tendon = ET.SubElement(root, "tendon")
         for play in plays:

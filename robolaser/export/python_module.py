@@ -9,12 +9,9 @@ from robolaser.calibration.result import Calibration
 from robolaser.export import runtime
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.sources import Sources
-from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import apply
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
-from robolaser.robot.kinematics import Robot
 
 OF_THE_ARM = (Stage.JOINTS, Stage.LINKS, Stage.FLANGE)
 KNOWN = {*dir(runtime.Conditions), *(each.name for each in fields(runtime.Conditions))}
@@ -97,16 +94,22 @@ def corrected_module(calibration: Calibration) -> str | None:
 def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
     """What `runtime` computes with."""
     robot, temperature = arm.robot, run.poses.temperature_c
+    model = robot.by_pinocchio
     spans = [run.poses.time_s[path] for path in run.paths] if run.poses.time_s is not None else []
     duration = len(run.poses) - 1.0 if run.dataset.time_is_order else max(map(np.ptp, spans), default=0.0)
     return {
         "JOINTS": robot.joints,
-        "PLACEMENTS": robot.placements,
-        "AXES": robot.axes,
-        "SLIDES": robot.prismatic,
         "CHAIN": robot.chain,
-        "END": robot.end,
-        "MASSES": np.array([(mass, *centre) for mass, centre in masses(robot, 0.0)]),
+        "COLUMNS": model.columns,
+        "RATIOS": model.ratios,
+        "OFFSETS": model.offsets,
+        "PARENTS": model.parents.tolist(),
+        "PLACEMENTS": model.placements,
+        "AXES": model.axes,
+        "SLIDES": model.slides,
+        "MASSES": np.column_stack([model.masses, model.centres]),
+        "TIP": model.tip,
+        "END": model.end,
         "GRAVITY": robot.gravity,
         "PAYLOAD_KG": arm.stated_payload_kg,
         "DURATION": float(duration) or 1.0,
@@ -127,25 +130,6 @@ def _written(value: Any) -> str:
     if isinstance(value, dict):
         return "{" + ", ".join(f"{name!r}: {_written(each)}" for name, each in value.items()) + "}"
     return f"np.array({value.tolist()!r})" if isinstance(value, np.ndarray) else repr(value)
-
-
-def masses(robot: Robot, payload_kg: float) -> list[tuple[float, list[float]]]:
-    """Mass [kg] and its centre [m] in the frame of each joint of the chain, the payload at the flange's origin."""
-    tree = urdf.parse(robot.urdf)
-    place = {robot.joints[i]: n for n, i in enumerate(robot.chain)}
-    mass, moment = np.zeros(len(place)), np.zeros((len(place), 3))
-    mass[-1], moment[-1] = payload_kg, payload_kg * robot.end[:3, 3]
-    for link in tree.links.values():
-        carrier, T = -1, np.eye(4)
-        for joint in tree.path(link.name):
-            T = T @ joint.origin
-            if joint.name in place:
-                carrier, T = place[joint.name], np.eye(4)
-        if link.mass > 0 and carrier >= 0:
-            mass[carrier] += link.mass
-            moment[carrier] += link.mass * apply(T, link.com)
-    centres = moment / np.where(mass > 0, mass, 1.0)[:, None]
-    return [(m, centre) for m, centre in zip(mass.tolist(), centres.tolist(), strict=True)]
 
 
 def _plain(text: str) -> str:

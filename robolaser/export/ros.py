@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames, published_frames
@@ -73,7 +72,7 @@ def _at(calibration: Calibration) -> tuple[Blocks, Values, Perturbation]:
 def _links(calibration: Calibration) -> tuple[str, str]:
     """Names of the base and the flange."""
     robot = calibration.model.dataset.robot
-    return ("base", "flange") if robot is None else (urdf.parse(robot.urdf).root, robot.flange)
+    return ("base", "flange") if robot is None else (robot.base, robot.flange)
 
 
 def _numbers(T: Array) -> list[str]:

@@ -12,12 +12,17 @@ from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.gravity_load import carried_masses, gravity_torques, link_load, torques_of_one_kg
 
 JOINTS: tuple[str, ...] = ()  # from here on, an arm's own numbers stand in their place
+CHAIN: tuple[int, ...] = ()
+COLUMNS: list[int] = []
+RATIOS: Array = np.zeros((0, 0))
+OFFSETS: Array = np.zeros(0)
+PARENTS: list[int] = []
 PLACEMENTS: Array = np.zeros((0, 4, 4))
 AXES: Array = np.zeros((0, 3))
 SLIDES: Array = np.zeros(0, dtype=bool)
-CHAIN: tuple[int, ...] = ()
-END: Array = np.eye(4)
 MASSES: Array = np.zeros((0, 4))
+TIP = 0
+END: Array = np.eye(4)
 GRAVITY: tuple[float, ...] = ()
 PAYLOAD_KG = 0.0
 DURATION = 0.0
@@ -33,54 +38,67 @@ STEP, ENOUGH, ROUNDS = 1e-6, 1e-12, 100
 
 @final
 class NominalArm:
-    """The arm without its effects."""
+    """The arm without its effects: m moving joints, some of which follow the j that are read."""
 
-    joints, placements, axes, prismatic, chain, end, gravity = JOINTS, PLACEMENTS, AXES, SLIDES, CHAIN, END, GRAVITY
+    joints, chain, gravity = JOINTS, CHAIN, GRAVITY
+    placements, axes, prismatic = PLACEMENTS[COLUMNS], AXES[COLUMNS], SLIDES[COLUMNS]
+
+    def frames(self, q: Array, placements: Array | None = None) -> Array:
+        """T_base_joint of all joints, each moved by its value, (c or 1, n, j) -> (c, n, m, 4, 4)."""
+        placed = [placement[None, None] for placement in PLACEMENTS]
+        if placements is not None:
+            for i, number in enumerate(COLUMNS):
+                placed[number] = placements[:, :, i]
+        values = q @ RATIOS.T + OFFSETS
+        frames: list[Array] = []
+        for number, parent in enumerate(PARENTS):
+            value = values[..., number, None] * AXES[number]
+            motion = pose(np.eye(3), value) if SLIDES[number] else pose(exp_so3(value), np.zeros(3))
+            frames.append((frames[parent] if parent >= 0 else np.eye(4)) @ placed[number] @ motion)
+        return np.stack(np.broadcast_arrays(*frames), axis=2)
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
-        """T_base_joint along the chain, each joint moved by its value, (c or 1, n, j) -> (c, n, chain, 4, 4)."""
-        placed = self.placements[None, None] if placements is None else placements
-        T, frames = np.eye(4), []
-        for i in self.chain:
-            value = q[..., i, None] * self.axes[i]
-            motion = pose(np.eye(3), value) if self.prismatic[i] else pose(exp_so3(value), np.zeros(3))
-            T = T @ placed[:, :, i] @ motion
-            frames.append(T)
-        return np.stack(frames, axis=2)
+        """T_base_joint along the chain, (c or 1, n, j) -> (c, n, chain, 4, 4)."""
+        return self.frames(q, placements)[:, :, [COLUMNS[i] for i in CHAIN]]
 
     def forward(self, q: Array, placements: Array | None = None) -> Array:
         """T_base_flange, (c or 1, n, j) -> (c, n, 4, 4)."""
-        return np.asarray(self.joint_frames(q, placements)[:, :, -1] @ self.end)
+        return np.asarray(self.frames(q, placements)[:, :, TIP] @ END)
 
     def jacobian(self, q: Array) -> Array:
         """Velocity of the flange's origin per unit speed of each joint, (c, n, j) -> (c, n, 3, j)."""
-        frames, chain = self.joint_frames(q), list(self.chain)
-        axes = np.einsum("cnkab,kb->cnka", frames[..., :3, :3], self.axes[chain])
-        flange = (frames[:, :, -1] @ self.end)[:, :, None, :3, 3]
-        turns = np.cross(axes, flange - frames[..., :3, 3])
-        moves = np.zeros((*q.shape[:2], 3, q.shape[2]))
-        moves[..., chain] = np.swapaxes(np.where(self.prismatic[chain][:, None], axes, turns), 2, 3)
-        return moves
+        frames = self.frames(q)
+        axes = np.einsum("cnkab,kb->cnka", frames[..., :3, :3], AXES)
+        flange = (frames[:, :, TIP] @ END)[:, :, None, :3, 3]
+        moves = np.where(SLIDES[:, None], axes, np.cross(axes, flange - frames[..., :3, 3]))
+        way = [TIP]
+        while PARENTS[way[-1]] >= 0:
+            way.append(PARENTS[way[-1]])
+        return np.asarray(np.swapaxes(moves[:, :, way], 2, 3) @ RATIOS[way])
+
+    def beyond(self, q: Array) -> tuple[Array, Array, Array]:
+        """Frames of all joints, (n, m, 4, 4), the mass that each carries, (m,) [kg], its first moment, (n, m, 3)."""
+        frames, mass = self.frames(q[None])[0], MASSES[:, 0].copy()
+        centres = frames[..., :3, 3] + np.einsum("nkab,kb->nka", frames[..., :3, :3], MASSES[:, 1:])
+        moments = mass[:, None] * centres
+        for number in range(len(PARENTS) - 1, 0, -1):
+            if PARENTS[number] >= 0:
+                mass[PARENTS[number]] += mass[number]
+                moments[:, PARENTS[number]] += moments[:, number]
+        return frames, mass, moments
 
     def carried(self, q: Array) -> tuple[Array, Array]:
         """The mass that each joint carries, (j,) [kg], and where its centre is, (n, j) -> (n, j, 3) [m]."""
-        frames = self.joint_frames(q[None])[0]
-        centres = frames[..., :3, 3] + np.einsum("nkab,kb->nka", frames[..., :3, :3], MASSES[:, 1:])
-        moments = np.cumsum((MASSES[:, :1] * centres)[:, ::-1], axis=1)[:, ::-1]
-        beyond = np.cumsum(MASSES[::-1, 0])[::-1]
-        mass, centre = np.zeros(q.shape[1]), np.zeros((*q.shape, 3))
-        mass[list(self.chain)] = beyond
-        centre[:, list(self.chain)] = moments / np.where(beyond > 0, beyond, 1.0)[:, None]
-        return mass, centre
+        _, mass, moments = self.beyond(q)
+        centres = moments / np.where(mass > 0, mass, 1.0)[:, None]
+        return mass[COLUMNS], centres[:, COLUMNS]
 
     def gravity_torques(self, q: Array) -> Array:
         """What each joint must bear to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
-        frames, (mass, centre) = self.joint_frames(q[None])[0], self.carried(q)
-        chain, torques = list(self.chain), np.zeros_like(q)
-        axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], self.axes[chain])
-        levers = np.cross(axes, centre[:, chain] - frames[..., :3, 3])
-        torques[:, chain] = -mass[chain] * (np.where(self.prismatic[chain][:, None], axes, levers) @ self.gravity)
-        return torques
+        frames, mass, moments = self.beyond(q)
+        axes = np.einsum("nkab,kb->nka", frames[..., :3, :3], AXES)
+        levers = np.cross(axes, moments - mass[:, None] * frames[..., :3, 3])
+        return np.asarray(-np.where(SLIDES[:, None], mass[:, None] * axes, levers) @ self.gravity @ RATIOS)
 
 
 @final
@@ -145,7 +163,7 @@ class Conditions:
     def link_load(self, joint: str) -> Any:
         """What hangs on the link before a joint that is not the first."""
         at, frames = self.robot.chain.index(self.robot.joints.index(joint)), self.robot.joint_frames(self.q[None])[0]
-        return link_load(self.robot, frames, self.flange[:, :3, 3], self.carried, at)  # type: ignore[arg-type]
+        return link_load(self.robot, self.q, frames, self.flange[:, :3, 3], self.carried, at)  # type: ignore[arg-type]
 
     @cached_property
     def overturning_moment(self) -> Array:
@@ -187,7 +205,7 @@ def forward(q: Any, before: Any = None, time_s: Any = None, temperature_c: Any =
                 value = effect.apply(value, run)
         return value
 
-    angles, placements = passed("JOINTS", run.q[None]), passed("LINKS", PLACEMENTS[None, None])
+    angles, placements = passed("JOINTS", run.q[None]), passed("LINKS", run.robot.placements[None, None])
     T = passed("FLANGE", run.robot.forward(angles, placements))
     return np.asarray(T[0, -len(poses) :].reshape(*read.shape[:-1], 4, 4))
 

@@ -7,9 +7,10 @@ import numpy as np
 from robolaser.calibration.result import Calibration
 from robolaser.export.bodies import RigidBody, bodies
 from robolaser.export.corrected_arm import CorrectedArm, comment
-from robolaser.geometry.urdf.writing import origin_attributes
+from robolaser.robot.urdf.elements import origin_attributes
 
 VERSION = "1.7"  # the first in which a pose can be relative to a link
+MIMIC_VERSION = "1.11"  # the first in which a joint can follow another
 LEAST_KG = 1e-6  # mass of a frame that weighs nothing: an engine asks for some
 
 
@@ -26,7 +27,9 @@ def sdf(calibration: Calibration) -> str | None:
         if not one.effect.in_urdf:
             root.append(ET.Comment(f" Not contained: {comment(arm.said(one))}. "))
     model = ET.SubElement(root, "model", name=arm.robot.name)
-    for body in bodies(arm.urdf, arm.robot.joints):
+    for body in bodies(arm.urdf, arm.robot):
+        if body.joint is not None and body.joint.follows is not None:
+            root.set("version", MIMIC_VERSION)
         _link(model, body)
         _joint(model, body)
     ET.indent(root)
@@ -55,7 +58,7 @@ def _link(model: ET.Element, body: RigidBody) -> None:
 
 def _joint(model: ET.Element, body: RigidBody) -> None:
     moves = body.joint
-    kind = "fixed" if moves is None else "prismatic" if moves.kind == "prismatic" else "revolute"
+    kind = "fixed" if moves is None else "prismatic" if moves.slides else "revolute"
     joint = ET.SubElement(model, "joint", name=moves.name if moves else f"{_name(body.name)}_fixed", type=kind)
     ET.SubElement(joint, "parent").text = _name(body.parent)
     ET.SubElement(joint, "child").text = _name(body.name)
@@ -63,5 +66,10 @@ def _joint(model: ET.Element, body: RigidBody) -> None:
         axis = ET.SubElement(joint, "axis")
         ET.SubElement(axis, "xyz").text = " ".join(repr(float(value)) for value in moves.axis)
         limit = ET.SubElement(axis, "limit")
-        for key, value in (("lower", moves.lower), ("upper", moves.upper)):
-            ET.SubElement(limit, key).text = repr(float(value))
+        for key, value in zip(("lower", "upper"), moves.limits.tolist(), strict=True):
+            ET.SubElement(limit, key).text = repr(value)
+        if moves.follows is not None:
+            mimic = ET.SubElement(axis, "mimic", joint=moves.follows.other)
+            ET.SubElement(mimic, "multiplier").text = repr(moves.follows.ratio)
+            ET.SubElement(mimic, "offset").text = repr(moves.follows.offset)
+            ET.SubElement(mimic, "reference").text = "0"

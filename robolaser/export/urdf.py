@@ -1,13 +1,10 @@
 """URDFs with the sensor at its calibrated place."""
 
-from collections.abc import Mapping
-
-from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.geometry import urdf
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
+from robolaser.robot.urdf.editing import with_fixed_frames
 
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
 """The robot of a data set with measured flange poses."""
@@ -52,22 +49,8 @@ def _with_sensor(text: str, calibration: Calibration) -> str:
     flange = robot.flange if robot else "flange"
     values, perturb = _values(calibration), _perturbation(calibration)
     blocks = calibration.model.blocks
-    if robot is not None:
-        base = urdf.parse(text).root
-    elif standing := base_frames(blocks, values, perturb):
-        return _with_frames(BASE_ONLY, "base", standing)
-    text = _with_frames(text, flange, flange_frames(blocks, values, perturb))
-    return text if robot is None else _with_frames(text, base, base_frames(blocks, values, perturb))
-
-
-def _with_frames(text: str, parent: str, frames: Mapping[str, Array]) -> str:
-    for name, T_parent_frame in frames.items():
-        text = _with_frame(text, parent, name, T_parent_frame)
-    return text
-
-
-def _with_frame(text: str, parent: str, name: str, T_parent_child: Array) -> str:
-    taken, free, count = urdf.parse(text).links, name, 2
-    while free in taken:
-        free, count = f"{name}_{count}", count + 1
-    return urdf.with_fixed_frame(text, parent, free, T_parent_child)
+    standing = base_frames(blocks, values, perturb)
+    if robot is None and standing:
+        return with_fixed_frames(BASE_ONLY, "base", standing)
+    text = with_fixed_frames(text, flange, flange_frames(blocks, values, perturb))
+    return text if robot is None else with_fixed_frames(text, robot.base, standing)

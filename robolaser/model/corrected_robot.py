@@ -3,7 +3,6 @@
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import perturb_with
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
@@ -25,7 +24,4 @@ def corrected_robot(model: Model, x: Array) -> Robot | None:
         return robot
     perturb = perturb_with(written, model.run)
     offset = perturb(Stage.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
-    along = robot.axes * offset[:, None]
-    turn = np.where(robot.prismatic[:, None], 0.0, along)
-    shift = np.where(robot.prismatic[:, None], along, 0.0)
-    return robot.with_placements(perturb(Stage.LINKS, robot.placements[None, None])[0, 0] @ pose(exp_so3(turn), shift))
+    return robot.with_placements(perturb(Stage.LINKS, robot.placements[None, None])[0, 0], offset)

@@ -17,7 +17,6 @@ from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
-from robolaser.robot.flange_motion import moving_flange
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -129,7 +128,7 @@ class Model:
         if robot is None or poses.q is None or (q is None and not self._robot_bends):
             return perturb(Stage.FLANGE, self._nominal_flange)
         q, placements = perturb(Stage.JOINTS, poses.q[None] if q is None else q), robot.placements[None, None]
-        return perturb(Stage.FLANGE, moving_flange(robot, q, perturb(Stage.LINKS, placements)))
+        return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, placements)))
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))

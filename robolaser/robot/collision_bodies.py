@@ -1,5 +1,6 @@
 """Rigid bodies that stand for a robot's links and what is about them: boxes, spheres, cylinders and capsules."""
 
+import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -8,15 +9,18 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry import urdf
+from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import pose, rotation_to_axis
-from robolaser.geometry.urdf.tree import Joint
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.pinocchio_model import Link, PinocchioModel
+from robolaser.robot.urdf.checking import numbers, origin_of, read_xml
 
 SHARE_OF_ARM = 0.028
 """Radius of a link that has no geometry, as a share of the arm's length: a UR5e has 0.03 to 0.04, a SCORBOT 0.03."""
 LEAST_RADIUS_M, MOST_RADIUS_M = 0.004, 0.06
 USUAL_ARM_M = 0.6
+SIZES = {"box": {"size": 3}, "sphere": {"radius": 1}, "cylinder": {"radius": 1, "length": 1}}
+"""Attributes of each shape that a URDF draws, and how many numbers each has."""
 
 
 @final
@@ -57,14 +61,13 @@ def link_bodies(robot: Robot, radius_m: float | None = None) -> tuple[Body, ...]
         robot: Any arm.
         radius_m: Of the capsules; by default a share of the arm's length.
     """
-    tree = urdf.parse(robot.urdf)
-    drawn = urdf.collision_shapes(robot.urdf)
+    arm, drawn = robot.by_pinocchio, _drawn(robot.urdf)
     radius = link_radius(robot) if radius_m is None else radius_m
     bodies = []
-    for link in tree.links:
+    for link in robot.links:
         bodies += [Body(link, link, kind, size, T) for kind, size, T in drawn.get(link, ())]
         if link not in drawn:
-            corners = [_to_joint(joint) for joint in tree.joints.values() if joint.parent == link]
+            corners = [_to_joint(arm, child) for child in arm.links if child.parent == link]
             lines = [line for points in corners for line in pairwise(points) if np.ptp(line, axis=0).max() > radius / 2]
             bodies += capsules(link, link, lines, radius)
     return tuple(bodies)
@@ -85,8 +88,35 @@ def carried_bodies(name: str, robot: Robot, points: Array, radius: float) -> lis
     return capsules(name, robot.flange, [*pairwise([np.zeros(3), *points])], radius)
 
 
-def _to_joint(joint: Joint) -> list[Array]:
-    """Corners of the way from a link's origin to the origin of a joint that it carries, (3,) [m] each."""
-    end = joint.origin[:3, 3]
-    axis = joint.origin[:3, :3] @ joint.axis if joint.moves else np.zeros(3)
+def _to_joint(arm: PinocchioModel, child: Link) -> list[Array]:
+    """Corners of the way from a link's origin to the joint of a link that it carries, (3,) [m] each."""
+    end = child.T_parent_link[:3, 3]
+    axis = np.zeros(3) if child.joint is None else child.T_parent_link[:3, :3] @ arm.axes[child.joint]
     return [np.zeros(3), end - (end @ axis) * axis, end]
+
+
+def _drawn(text: str) -> dict[str, list[tuple[str, tuple[float, ...], Array]]]:
+    """Kind, size and placement on its link of each shape that a URDF draws for collisions.
+
+    Links with a mesh or with a shape whose size cannot be read are left out: their other shapes are but a part of them.
+    """
+    drawn = {}
+    for link in read_xml(text).findall("link"):
+        try:
+            shapes = [_shape(element) for element in link.findall("collision")]
+        except RobotError:
+            continue
+        if shapes:
+            drawn[link.get("name", "")] = shapes
+    return drawn
+
+
+def _shape(element: ET.Element) -> tuple[str, tuple[float, ...], Array]:
+    geometry = element.find("geometry/*")
+    kind = "" if geometry is None else geometry.tag
+    if geometry is None or kind not in SIZES:
+        raise RobotError(f"<{kind}> is no simple shape.")
+    size = np.concatenate([numbers(geometry.get(key), n, key, "the URDF") for key, n in SIZES[kind].items()])
+    if (size <= 0).any():
+        raise RobotError(f"A {kind} of no size.")
+    return kind, tuple(size.tolist()), origin_of(element, "collision", "the URDF")

@@ -1,16 +1,15 @@
 """Collisions of a robot with itself and its surroundings: signed distances between bodies, by Coal."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.geometry import urdf
-from robolaser.geometry.urdf.tree import Tree
 from robolaser.robot.collision_bodies import Body
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.pinocchio_model import Link
 from robolaser.robot.postures import random_configurations
 
 NEAR = 2.0
@@ -36,27 +35,21 @@ class CollisionModel:
 
         self._pinocchio = pinocchio
         self.bodies = tuple(bodies)
-        tree = urdf.parse(robot.urdf)
-        renamed = {name: f"joint_{i}" for i, name in enumerate(robot.joints)}
-        self._model = robot.by_pinocchio.model
-        self._columns = [self._model.joints[self._model.getJointId(new)].idx_q for new in renamed.values()]
+        self._arm, self._model = robot.by_pinocchio, robot.by_pinocchio.model
         self._data, self._scene = self._model.createData(), pinocchio.GeometryModel()
-        carriers = []
+        carriers, links = [], {link.name: link for link in self._arm.links}
         for number, body in enumerate(self.bodies):
-            path = tree.path(body.link)
-            last = max((i for i, joint in enumerate(path) if joint.name in renamed), default=-1)
-            T = np.linalg.multi_dot([np.eye(4), *(joint.origin for joint in path[last + 1 :]), body.T_link_body])
-            carrier = 0 if last < 0 else self._model.getJointId(renamed[path[last].name])
-            placement = pinocchio.SE3(T[:3, :3], T[:3, 3])
+            link = self._model.frames[self._model.getFrameId(body.link, pinocchio.BODY)]
+            placement = link.placement * pinocchio.SE3(body.T_link_body)
             shape = _shape(coal, body)
-            self._scene.addGeometryObject(pinocchio.GeometryObject(str(number), carrier, placement, shape))
-            carriers.append(carrier)
+            self._scene.addGeometryObject(pinocchio.GeometryObject(str(number), link.parentJoint, placement, shape))
+            carriers.append(link.parentJoint)
         is_link = [body.name == body.link for body in self.bodies]
 
         def are_neighbours(i: int, j: int) -> bool:
             a, b = carriers[i], carriers[j]
             adjoining = self._model.parents[a] == b or self._model.parents[b] == a
-            return a == b or (is_link[i] and is_link[j] and (adjoining or _near(tree, self.bodies[i], self.bodies[j])))
+            return a == b or (is_link[i] and is_link[j] and (adjoining or _near(links, self.bodies[i], self.bodies[j])))
 
         candidates = [(i, j) for i, j in combinations(range(len(self.bodies)), 2) if not are_neighbours(i, j)]
         self.pairs: tuple[tuple[int, int], ...] = ()
@@ -78,9 +71,8 @@ class CollisionModel:
 
     def gaps(self, q: Array) -> Array:
         """Distance of each pair at configurations (n, j), (n, pairs) [m]; below zero, how deep they overlap."""
-        row, gaps = np.zeros(self._model.nq), np.empty((len(q), len(self.pairs)))
-        for gap, values in zip(gaps, q, strict=True):
-            row[self._columns] = values
+        gaps = np.empty((len(q), len(self.pairs)))
+        for gap, row in zip(gaps, self._arm.rows(q), strict=True):
             self._pinocchio.updateGeometryPlacements(self._model, self._data, self._scene, self._found, row)
             self._pinocchio.computeDistances(self._scene, self._found)
             gap[:] = [result.min_distance for result in self._found.distanceResults]
@@ -88,8 +80,7 @@ class CollisionModel:
 
     def placements(self, q: Array) -> Array:
         """T_base_body of all bodies at one configuration (j,), (bodies, 4, 4)."""
-        row = np.zeros(self._model.nq)
-        row[self._columns] = q
+        row = self._arm.rows(q)
         self._pinocchio.updateGeometryPlacements(self._model, self._data, self._scene, self._found, row)
         return np.array([placement.homogeneous for placement in self._found.oMg]).reshape(-1, 4, 4)
 
@@ -108,14 +99,15 @@ def _shape(coal: Any, body: Body) -> Any:
     return kinds[body.kind](*body.size)
 
 
-def _near(tree: Tree, one: Body, other: Body) -> bool:
+def _near(links: Mapping[str, Link], one: Body, other: Body) -> bool:
     """Whether one of two capsules carries the other over a short piece of the arm."""
     if not one.kind == other.kind == "capsule":
         return False
     for lower, upper in ((one, other), (other, one)):
-        path = tree.path(upper.link)
-        if lower.link in {joint.parent for joint in path}:
-            between = path[len(tree.path(lower.link)) + 1 :]
-            way = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in between)
+        way, link = 0.0, links[upper.link]
+        while link.parent and link.parent != lower.link:
+            way += float(np.linalg.norm(link.T_parent_link[:3, 3]))
+            link = links[link.parent]
+        if link.parent:
             return way <= NEAR * (one.size[0] + other.size[0])
     return False

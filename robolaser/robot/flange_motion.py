@@ -3,77 +3,74 @@
 Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 2.8.
 """
 
-from typing import Any, cast
+from dataclasses import dataclass
+from typing import Any, cast, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.duals import bare, is_dual, joined
+from robolaser.duals import is_dual, joined
 from robolaser.geometry.rigid_motion import inverse, skew
-from robolaser.robot.kinematics import Robot
 
 
-def moving_flange(robot: Robot, q: Array, placements: Array) -> Array:
-    """T_base_flange, (c, n, 4, 4), with derivatives where joint values or placements carry some.
+@final
+@dataclass(frozen=True, eq=False)
+class FlangeMotion:
+    """Where the flange is at each pose, and its twists: the shift of what is at the base's origin, and the turn.
 
-    Args:
-        robot: The arm.
-        q: Joint values, (c or 1, n, j) [rad or m].
-        placements: Of the joints, (c or 1, n or 1, j, 4, 4).
+    Twists are in the base frame [m, rad].
     """
-    angles, placed = cast("Any", q), cast("Any", placements)
-    if not (is_dual(q) or is_dual(placements)):
-        return robot.forward(q, placements)
-    frames, by_joints = robot.joint_frames_and_twists(bare(q), bare(placements))
-    T, twists = frames[:, :, -1] @ robot.end, []
-    if is_dual(q):
-        twists.append((angles.of, twists_by_joints(by_joints, angles.slopes.swapaxes(0, 1))))
-    if is_dual(placements):
-        by_links = twists_by_placements(robot, frames, placed.value, placed.slopes.swapaxes(0, 1))
-        twists.append((placed.of, by_links))
-    moved: Any = joined(T, [(of, moved_by_twists(T, each).swapaxes(0, 1)) for of, each in twists])
-    return cast("Array", moved)
 
+    T_base_flange: Array  # (c, n, 4, 4)
+    by_joints: Array  # per unit of each joint, (c, n, 6, j)
+    by_placements: Array | None  # per unit of each joint's shift and turn in its own frame, (c, n, 6, j, 6)
 
-def twists_by_joints(twists: Array, moves: Array) -> Array:
-    """Twists of the flange by small motions of the joints.
+    def carried(self, q: Array, placements: Array) -> Array:
+        """T_base_flange with derivatives by what joint values or placements have derivatives by."""
+        angles, placed, twists = cast("Any", q), cast("Any", placements), []
+        if is_dual(q):
+            twists.append((angles.of, self.twists_by_joints(angles.slopes.swapaxes(0, 1))))
+        if is_dual(placements):
+            by_links = self.twists_by_placements(placed.value, placed.slopes.swapaxes(0, 1))
+            twists.append((placed.of, by_links))
+        T = self.T_base_flange
+        moved: Any = joined(T, [(of, moved_by_twists(T, each).swapaxes(0, 1)) for of, each in twists])
+        return cast("Array", moved)
 
-    Args:
-        twists: Per unit of each joint, as of `Robot.joint_frames_and_twists`, (c, n, 6, j).
-        moves: Of the joints, in q directions, (c or 1, q, n or 1, j) [rad or m].
+    def jacobian(self, points: Array | None = None) -> Array:
+        """Velocity and angular velocity of points that the flange carries, (c or 1, n, 3), or of its origin.
 
-    Returns:
-        Shift of what is at the base's origin, and turn, in the base frame, (c, q, n, 6) [m, rad].
-    """
-    return np.moveaxis(twists @ np.moveaxis(moves, 1, -1), -1, 1)
+        Returns:
+            Per unit speed of each joint, (c, n, 6, j).
+        """
+        points = self.T_base_flange[..., :3, 3] if points is None else points
+        shift, turn = self.by_joints[..., :3, :], self.by_joints[..., 3:, :]
+        return np.concatenate([shift - skew(points) @ turn, turn], axis=-2)
 
+    def twists_by_joints(self, moves: Array) -> Array:
+        """Twists by small motions of the joints in q directions, (c or 1, q, n or 1, j) [rad or m] -> (c, q, n, 6)."""
+        return np.moveaxis(self.by_joints @ np.moveaxis(moves, 1, -1), -1, 1)
 
-def twists_by_placements(robot: Robot, frames: Array, placements: Array, moves: Array) -> Array:
-    """Twists of the flange by small motions of the joints' placements.
+    def twists_by_placements(self, placements: Array, moves: Array) -> Array:
+        """Twists by small motions of the joints' placements.
 
-    Args:
-        robot: The arm.
-        frames: Its `joint_frames`, (c, n, len(chain), 4, 4).
-        placements: Of the joints, (c or 1, n or 1, j, 4, 4).
-        moves: What is added to them in q directions, (c or 1, q, n or 1, j, 4, 4).
+        Args:
+            placements: Of the joints, (c or 1, n or 1, j, 4, 4).
+            moves: What is added to them in q directions, (c or 1, q, n or 1, j, 4, 4).
 
-    Returns:
-        As of `twists_by_joints`, (c, q, n, 6).
-    """
-    out = np.zeros((max(len(frames), len(moves)), moves.shape[1], frames.shape[1], 6))
-    for k, i in enumerate(robot.chain):
-        which = moves[:, :, :, i].any(axis=(0, 2, 3, 4))
-        if not which.any():
-            continue
-        W = moves[:, :, :, i][:, which] @ inverse(placements[:, :, i])[:, None]
-        shift, turn = W[..., :3, 3], np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
-        if k:
-            R, t = frames[:, None, :, k - 1, :3, :3], frames[:, None, :, k - 1, :3, 3]
-            shift, turn = (R @ shift[..., None])[..., 0], (R @ turn[..., None])[..., 0]
-            shift = shift + np.cross(t, turn)
-        out[:, which, :, :3] += shift
-        out[:, which, :, 3:] += turn
-    return out
+        Returns:
+            (c, q, n, 6).
+        """
+        assert self.by_placements is not None  # the caller asked for them
+        c, n = self.by_placements.shape[:2]
+        out = np.zeros((max(c, len(moves)), moves.shape[1], n, 6))
+        for i in range(moves.shape[3]):
+            which = moves[:, :, :, i].any(axis=(0, 2, 3, 4))
+            if which.any():
+                W = inverse(placements[:, :, i])[:, None] @ moves[:, :, :, i][:, which]
+                own = np.stack([*np.moveaxis(W[..., :3, 3], -1, 0), W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
+                out[:, which] += np.moveaxis(self.by_placements[:, :, :, i] @ np.moveaxis(own, 1, -1), -1, 1)
+        return out
 
 
 def moved_by_twists(T: Array, twists: Array) -> Array:

@@ -6,20 +6,17 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
-from robolaser.finite_differences import forward_differences
 from robolaser.geometry.rigid_motion import apply
+from robolaser.robot.damped_newton import solve
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits, most_crowded, random_configurations
 
 Forward = Callable[[Array], Array]  # joint values (n, j) to T_base_flange (n, 4, 4), whatever bends the arm
 
-NEWTON_STEPS = 40
-NEWTON_STRIDE = 0.4  # at most, in a joint [rad or m]
 REACHED_M = 1e-12
 ATTEMPTS = 10
 SPARE = 4  # candidates for each posture wanted
 PATCH = 0.3  # radius of the places that are chosen among, over the reach
-JOINT_STEP = 1e-6  # of the one-sided differences [rad or m]
 
 
 def touching(
@@ -33,7 +30,7 @@ def touching(
 ) -> tuple[Array, Bools]:
     """Bring a point on the flange to given places, the orientation free.
 
-    Newton's method with the nominal arm's slopes: whatever bends the arm is small beside them.
+    The nominal arm's Jacobian leads there: whatever bends the arm is small beside it.
 
     Args:
         robot: The nominal arm.
@@ -47,29 +44,14 @@ def touching(
         Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
     """
     forward = forward or (lambda q: robot.forward(q[None])[0])
-    lower, upper = limits(robot)
-    free = np.ones(q.shape[1]) if still is None else np.where(still, 0.0, 1.0)
-    start = q
-    for _ in range(NEWTON_STEPS):
-        miss = goal - apply(forward(q), tool)
-        if (np.abs(miss) < REACHED_M).all():
-            break
-        J = _slopes(robot, tool, q) * free
-        Jt = np.swapaxes(J, -1, -2)
-        step = (Jt @ np.linalg.solve(J @ Jt + 1e-9 * np.eye(3), miss[..., None]))[..., 0]
-        step *= np.minimum(1.0, NEWTON_STRIDE / np.maximum(np.abs(step).max(axis=1), 1e-12))[:, None]
-        q = np.where(free > 0.0, np.clip(q + step, lower, upper), start)
-    miss = goal - apply(forward(q), tool)
-    return q, np.asarray((np.abs(miss) < REACHED_M).all(axis=1))
+    fixed = np.zeros(q.shape[1], dtype=bool) if still is None else still
 
+    def missing(values: Array) -> tuple[Array, Array]:
+        point = apply(forward(values), tool)
+        return goal - point, np.where(fixed, 0.0, robot.jacobian(values[None], point[None])[0, :, :3])
 
-def _slopes(robot: Robot, tool: Array, q: Array) -> Array:
-    """Derivatives of a point on the flange by the joint values (n, j), (n, 3, j); one-sided, enough for Newton."""
-
-    def moved(shifts: Array) -> Array:
-        return apply(robot.forward(q + shifts[:, None]), tool)
-
-    return forward_differences(moved, np.full(q.shape[1], JOINT_STEP), apply(robot.forward(q[None]), tool)[0])
+    lower, upper = (np.where(fixed, q, limit) for limit in limits(robot))
+    return solve(missing, q, (lower, upper), REACHED_M)
 
 
 def reaching(robot: Robot, tool: Array, goals: Array, *, wanted: int, rng: np.random.Generator) -> tuple[Array, Ints]:

@@ -1,23 +1,24 @@
 """A robot's arm: joint values to flange poses, many candidates at once, and the weight its joints carry."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import Any, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.errors import RobotError
-from robolaser.geometry import urdf
-from robolaser.geometry.rigid_motion import inverse, skew
-from robolaser.geometry.urdf.markup import too_large
-from robolaser.geometry.urdf.parsing import joint_kind
-from robolaser.geometry.urdf.tree import MOVING, Joint, Tree, unknown_joint
-from robolaser.robot import pose_inverse
+from robolaser.duals import bare, is_dual
+from robolaser.geometry.rigid_motion import exp_so3, inverse, log_so3, pose
+from robolaser.robot import damped_newton
+from robolaser.robot.flange_motion import FlangeMotion
 from robolaser.robot.pinocchio_model import PinocchioModel
+from robolaser.robot.reading import read_arm
+from robolaser.robot.urdf.editing import with_placements
 
 DOWN = (0.0, 0.0, -9.81)  # gravity in the frame of a base that stands upright [m/s²]
+REACHED = 1e-9  # [m, rad]
+STARTS = 40  # of an inverse, beside the one that is given: fewer leave out some of what a six-axis arm reaches
 
 
 @final
@@ -29,14 +30,12 @@ class Robot:
     """
 
     name: str
-    joints: tuple[str, ...]  # the moving joints, in the order of the columns of q
+    joints: tuple[str, ...]  # the moving joints that are read, in the order of the columns of q
     flange: str  # the link that carries the sensor
     gravity: tuple[float, float, float]  # in the base frame [m/s²]
     urdf: str  # the URDF as it was read
-    lower: Array  # (j,) [rad] or [m]; -inf for continuous joints
-    upper: Array  # (j,) [rad] or [m]; inf for continuous joints
-    prismatic: Bools  # (j,)
-    chain: tuple[int, ...]  # indices into `joints` of those that move the flange, from base to flange
+    # joints that are not listed and follow none of these are fixed at neutral
+    by_pinocchio: PinocchioModel = field(repr=False, compare=False)
 
     @classmethod
     def from_urdf(
@@ -48,52 +47,35 @@ class Robot:
         gravity: Sequence[float] = DOWN,
         source: str = "robot.urdf",
     ) -> Self:
-        """Read a robot; joints that are not listed stay at neutral.
+        """Read a robot; joints that are not listed stay at neutral, or follow those that they mimic.
 
         Args:
             text: The URDF itself; meshes are never needed.
             flange: The link that carries the sensor.
-            joints: The columns of q; when absent, all that move the flange, from base to flange.
+            joints: The columns of q; when absent, all that move the flange and mimic none, from base to flange.
             gravity: In the base frame, (3,) [m/s²].
             source: What error messages call the URDF.
 
         Raises:
             RobotError: The text is no robot; there is no such flange or no such moving joint; a joint is listed twice;
-                none of the joints moves the flange; or a mimic joint on the way to the flange follows a listed one.
+                or none of the joints moves the flange.
         """
-        tree = urdf.parse(text, source=source)
-        path = tree.path(flange)
-        for joint in path:
-            if joint.kind in ("floating", "planar"):
-                raise joint_kind(source, joint.name, joint.kind, (*MOVING, "fixed"))
-        listed = _listed(tree, path, joints)
-        if len(listed) > urdf.MOST_JOINTS:
-            raise too_large(source, "moving joints in use", urdf.MOST_JOINTS)
-        index = {joint.name: i for i, joint in enumerate(listed)}
-        chain = tuple(index[joint.name] for joint in path if joint.name in index)
-        if not chain:
-            moving = ", ".join(joint.name for joint in path if joint.moves)
-            raise RobotError(
-                f"{source}: none of the listed joints moves the flange '{flange}'. Joints that do: {moving or 'none'}."
-            )
-        for joint in path:
-            if joint.name not in index and joint.follows in index:
-                raise RobotError(
-                    f"{source}: on the way to the flange, joint '{joint.name}' follows '{joint.follows}' (mimic), which"
-                    f" robolaser does not compute. List '{joint.name}' among the joints and give its angle too."
-                )
         x, y, z = (float(g) for g in gravity)
+        arm, name = read_arm(text, flange=flange, joints=joints, source=source)
+        arm.model.gravity.linear = np.array([x, y, z])
         return cls(
-            name=tree.name,
-            joints=tuple(index),
+            name=name,
+            joints=tuple(arm.moving[column] for column in arm.columns),
             flange=flange,
             gravity=(x, y, z),
             urdf=text,
-            lower=np.array([joint.lower for joint in listed]),
-            upper=np.array([joint.upper for joint in listed]),
-            prismatic=np.array([joint.kind == "prismatic" for joint in listed]),
-            chain=chain,
+            by_pinocchio=arm,
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Another process builds Pinocchio's model for itself."""
+        read = partial(type(self).from_urdf, flange=self.flange, joints=self.joints, gravity=self.gravity)
+        return read, (self.urdf,)
 
     def forward(self, q: Array, placements: Array | None = None) -> Array:
         """Where the flange is. Joint limits are not checked here.
@@ -103,10 +85,12 @@ class Robot:
             placements: Of the joints, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
 
         Returns:
-            T_base_flange, (c, n, 4, 4).
+            T_base_flange, (c, n, 4, 4); with derivatives where values or placements carry some.
         """
-        frames: Array = self.by_pinocchio.frames(q, placements)[:, :, self.chain[-1]]
-        return frames @ self.end
+        if is_dual(q) or is_dual(placements):
+            nominal = self.placements[None, None] if placements is None else placements
+            return self.motion(bare(q), bare(nominal), by_placements=is_dual(nominal)).carried(q, nominal)
+        return self.by_pinocchio.flange(self.by_pinocchio.frames(q, placements))
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
         """Where the joints of the chain are, from base to flange, each turned by its own value.
@@ -118,19 +102,13 @@ class Robot:
         Returns:
             T_base_joint, (c, n, len(chain), 4, 4).
         """
-        return self.by_pinocchio.frames(q, placements)[:, :, list(self.chain)]
+        return self.by_pinocchio.frames(q, placements)[:, :, [self.by_pinocchio.columns[i] for i in self.chain]]
 
-    def joint_frames_and_twists(self, q: Array, placements: Array | None = None) -> tuple[Array, Array]:
-        """The same, and the twist of the flange per unit speed of each joint.
-
-        Returns:
-            T_base_joint, (c, n, len(chain), 4, 4); and the velocity of what is at the base's origin, then the angular
-            velocity, in the base frame, (c, n, 6, j).
-        """
-        frames, twists = self.by_pinocchio.frames_and_twists(q, placements)
-        chain = list(self.chain)
-        moving: Array = np.isin(np.arange(len(self.joints)), chain) * twists
-        return frames[:, :, chain], moving
+    def motion(self, q: Array, placements: Array | None = None, *, by_placements: bool = True) -> FlangeMotion:
+        """Where the flange is, as for `forward`, and how it moves with the joints and, if wanted, their placements."""
+        arm = self.by_pinocchio
+        frames, by_joints, by_placement = arm.frames_and_twists(q, placements, by_placements=by_placements)
+        return FlangeMotion(arm.flange(frames), by_joints, by_placement)
 
     def jacobian(self, q: Array, points: Array | None = None) -> Array:
         """How a point that the flange carries moves with the joints: the geometric Jacobian in the base frame.
@@ -143,9 +121,7 @@ class Robot:
             Velocity of the point, then angular velocity, per unit speed of each joint, (c, n, 6, j); zero for joints
             that do not move the flange.
         """
-        frames, twists = self.joint_frames_and_twists(q)
-        points = (frames[:, :, -1] @ self.end)[..., :3, 3] if points is None else points
-        return np.concatenate([twists[..., :3, :] - skew(points) @ twists[..., 3:, :], twists[..., 3:, :]], axis=-2)
+        return self.motion(q, by_placements=False).jacobian(points)
 
     def inverse(self, T_base_flange: Array, start: Array | None = None) -> tuple[Array, Bools]:
         """Joint values within the limits that bring the flange to given poses.
@@ -162,15 +138,26 @@ class Robot:
             was reached, (n,): to 1e-9 m and rad. One that was not may, rarely, be reached from another start; arms of
             fewer than six joints reach few poses.
         """
-        lower, upper = self.range
+
+        def toward(goal: Array, start: Array) -> tuple[Array, Bools]:
+            def missing(q: Array) -> tuple[Array, Array]:
+                motion = self.motion(q[None], by_placements=False)
+                T = motion.T_base_flange[0]
+                turn = log_so3(goal[:, :3, :3] @ np.swapaxes(T[:, :3, :3], -1, -2))
+                return np.concatenate([goal[:, :3, 3] - T[:, :3, 3], turn], axis=-1), motion.jacobian()[0]
+
+            return damped_newton.solve(missing, start, self.range, REACHED)
+
+        rng, (lower, upper) = np.random.default_rng(0), self.range
         middle = np.broadcast_to((lower + upper) / 2, (len(T_base_flange), len(self.joints)))
-        return pose_inverse.inverse(
-            lambda q: self.forward(q[None])[0],
-            lambda q: self.jacobian(q[None])[0],
-            T_base_flange,
-            middle if start is None else start,
-            (lower, upper),
-        )
+        q, reached = toward(T_base_flange, middle if start is None else start)
+        for _ in range(STARTS):
+            missed = np.flatnonzero(~reached)
+            if not len(missed):
+                break
+            other = rng.uniform(lower, upper, (len(missed), q.shape[1]))
+            q[missed], reached[missed] = toward(T_base_flange[missed], other)
+        return q, reached
 
     @property
     def range(self) -> tuple[Array, Array]:
@@ -201,65 +188,71 @@ class Robot:
         """
         return self.by_pinocchio.carried(q)
 
-    @cached_property
-    def _tree(self) -> Tree:
-        return urdf.parse(self.urdf)
+    @property
+    def chain(self) -> tuple[int, ...]:
+        """Indices into `joints` of those that move the flange, from base to flange."""
+        return self.by_pinocchio.chain
 
     @cached_property
-    def by_pinocchio(self) -> PinocchioModel:
-        """The arm's Pinocchio model, from the checked URDF; joints that are not listed are fixed at neutral."""
-        tree, moving = self._tree, {name: f"joint_{i}" for i, name in enumerate(self.joints)}
-        return PinocchioModel(urdf.minimal(tree, moving), f"link_{list(tree.links).index(self.flange)}", self.gravity)
+    def lower(self) -> Array:
+        """Least value of each joint by the URDF, (j,) [rad] or [m]; -inf for continuous joints."""
+        return self.by_pinocchio.limits[0][self.by_pinocchio.columns]
+
+    @cached_property
+    def upper(self) -> Array:
+        """Largest value of each joint by the URDF, (j,) [rad] or [m]; inf for continuous joints."""
+        return self.by_pinocchio.limits[1][self.by_pinocchio.columns]
+
+    @cached_property
+    def prismatic(self) -> Bools:
+        """Whether each joint slides, (j,)."""
+        return self.by_pinocchio.slides[self.by_pinocchio.columns]
 
     @cached_property
     def placements(self) -> Array:
-        """Each joint on the listed joint, or base, before it, (j, 4, 4); unlisted ones are at neutral."""
-        return self.by_pinocchio.placements
+        """Each joint on the moving joint, or base, that carries it, (j, 4, 4)."""
+        return self.by_pinocchio.placements[self.by_pinocchio.columns]
 
     @cached_property
     def axes(self) -> Array:
         """Unit axis in the joint's frame, (j, 3)."""
-        return self.by_pinocchio.axes
+        return self.by_pinocchio.axes[self.by_pinocchio.columns]
 
     @property
     def end(self) -> Array:
-        """From the last joint of the chain to the flange, (4, 4)."""
+        """From the last joint that carries the flange to it, (4, 4)."""
         return self.by_pinocchio.end
 
-    def __getstate__(self) -> dict[str, Any]:
-        """All but Pinocchio's model, which another process builds for itself."""
-        return {name: value for name, value in self.__dict__.items() if name != "by_pinocchio"}
+    @property
+    def base(self) -> str:
+        """Name of the root link."""
+        return self.by_pinocchio.links[0].name
+
+    @cached_property
+    def links(self) -> tuple[str, ...]:
+        """Names of the links, each after the one that carries it."""
+        return tuple(link.name for link in self.by_pinocchio.links)
 
     @cached_property
     def has_masses(self) -> bool:
         """Whether any link that a listed joint moves has a mass."""
         return bool((self.by_pinocchio.masses > 0.0).any())
 
-    def with_placements(self, placements: Array) -> Self:
-        """The same arm with its joints placed anew, (j, 4, 4), as `placements` means them."""
-        text = self.urdf_with(placements)
+    def with_placements(self, placements: Array, offsets: Array | None = None) -> Self:
+        """The same arm with its joints placed anew, (j, 4, 4), and their zeros moved by offsets, (j,) [rad or m].
+
+        Joints that follow one follow its true value, so that their zeros move, too.
+        """
+        arm, placed = self.by_pinocchio, self.by_pinocchio.placements.copy()
+        placed[arm.columns] = placements
+        if offsets is not None:
+            along = arm.axes * (arm.ratios @ offsets)[:, None]
+            turn, shift = (np.where(arm.slides[:, None] == slides, along, 0.0) for slides in (False, True))
+            placed = placed @ pose(exp_so3(turn), shift)
+        moved = {
+            arm.moving[link.joint]: link.T_parent_link @ inverse(arm.placements[link.joint]) @ placed[link.joint]
+            for link in arm.links
+            if link.joint is not None and not np.array_equal(placed[link.joint], arm.placements[link.joint])
+        }
+        text = with_placements(self.urdf, moved)
         return type(self).from_urdf(text, flange=self.flange, joints=self.joints, gravity=self.gravity)
-
-    def urdf_with(self, placements: Array) -> str:
-        """Write the URDF with the joints placed anew, (j, 4, 4), as `placements` means them."""
-        tree = self._tree
-        shift = inverse(self.placements) @ placements
-        return urdf.with_placements(
-            self.urdf,
-            {
-                name: tree.joints[name].origin @ shift[i]
-                for i, name in enumerate(self.joints)
-                if not np.array_equal(placements[i], self.placements[i])
-            },
-        )
-
-
-def _listed(tree: Tree, path: list[Joint], names: Sequence[str] | None) -> list[Joint]:
-    if names is None:
-        return [joint for joint in path if joint.moves and joint.follows is None]
-    for i, name in enumerate(names):
-        if name not in tree.joints or not tree.joints[name].moves:
-            raise unknown_joint(tree.source, name, [j.name for j in tree.joints.values() if j.moves])
-        if name in names[:i]:
-            raise RobotError(f"Joint '{name}' of {tree.source} is listed twice. List each joint once.")
-    return [tree.joints[name] for name in names]

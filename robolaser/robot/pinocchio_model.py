@@ -1,123 +1,182 @@
 """An arm's Pinocchio model: one pass over the configurations gives all frames.
 
 Pinocchio's answers are read from its own memory, because a Python object for each frame would take ten times as long
-as the kinematics.
+as the kinematics. Its regressors refuse joints that follow others (mimic), so these move by themselves in it, by
+ratios q + offsets of the joints that are read, and derivatives follow by the chain rule.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from threading import Lock
 from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import inverse
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link of the URDF on the one that carries it; all joints at zero."""
+
+    name: str
+    parent: str  # "" for the root
+    T_parent_link: Array  # (4, 4)
+    joint: int | None  # what moves it on its parent, as one of `PinocchioModel.moving`; None: nothing does
 
 
 @final
 class PinocchioModel:
-    """The arm of a URDF that was checked; joints are numbered as in it, from 0.
+    """The joints that move in an arm, m, by the values of the j joints that are read.
 
     Args:
-        text: A URDF whose moving joints are `joint_0`, `joint_1` and so on, each turned or moved by one number.
+        model: Pinocchio's own; each of its joints has one degree of freedom.
+        columns: The joints that are read, numbered as in `moving`, (j,).
+        ratios: Of all joints to those that are read, (m, j).
+        offsets: Of all joints where those that are read are at zero, (m,) [rad or m].
         flange: The link that carries the sensor.
-        gravity: In the base frame, (3,) [m/s²].
     """
 
-    def __init__(self, text: str, flange: str, gravity: tuple[float, float, float]) -> None:
+    def __init__(self, model: Any, columns: Sequence[int], ratios: Array, offsets: Array, flange: str) -> None:
         import pinocchio  # noqa: PLC0415 - loaded only for data sets with an arm that is computed
 
         self._pinocchio = pinocchio
-        self.model = pinocchio.buildModelFromXML(text)
-        """Pinocchio's own, with the nominal placements."""
-        self.model.gravity.linear = np.array(gravity)
-        self.joints = np.array([self.model.getJointId(f"joint_{i}") for i in range(self.model.njoints - 1)])
-        """Pinocchio's number of each joint, (j,)."""
-        self.end = np.array(self.model.frames[self.model.getFrameId(flange, pinocchio.BODY)].placement.homogeneous)
-        """From the last joint that moves the flange, or the base, to the flange, (4, 4)."""
-        self.masses = np.array([one.mass for one in self.model.inertias])[self.joints]
-        """Mass of what each joint carries, up to the next joints, (j,) [kg]."""
-        self._data, self._moved = self.model.createData(), self.model.copy()
-        self._moved_data, self._lock = self._moved.createData(), Lock()
+        self.model, self.columns, self.ratios, self.offsets = model, list(columns), ratios, offsets
+        self.moving: tuple[str, ...] = tuple(model.names)[1:]
+        """Names of the joints that move, those that carry others first."""
+        self.parents = np.array(model.parents)[1:] - 1
+        """The joint that carries each, (m,); -1 for the base."""
+        self._flange = model.getFrameId(flange, pinocchio.BODY)
+        frame = model.frames[self._flange]
+        self.tip = frame.parentJoint - 1
+        """The last joint that carries the flange."""
+        self.end = np.array(frame.placement.homogeneous)
+        """From it to the flange, (4, 4)."""
+        self._way = np.zeros(len(self.moving))
+        self._way[np.array(model.supports[frame.parentJoint])[1:] - 1] = 1.0
+        moved = (int(column) for joint in np.flatnonzero(self._way) for column in np.flatnonzero(ratios[joint]))
+        self.chain = tuple(dict.fromkeys(moved))
+        """Those of the joints that are read that move the flange, from base to flange."""
+        self._endless = np.array(model.nqs)[1:] == 2
+        self.placements = _poses(np.array(_view(model.jointPlacements)[1:]))
+        """Of each joint on the one that carries it, or the base, (m, 4, 4)."""
+        self.masses = np.array([one.mass for one in model.inertias])[1:]
+        """Of what each joint moves, up to the next joints, (m,) [kg]."""
+        self.centres = np.array([one.lever for one in model.inertias])[1:]
+        """Where these masses have their centres, in the frames of the joints, (m, 3) [m]."""
+        self._data, self._moved, self._lock = model.createData(), model.copy(), Lock()
+        self._moved_data = self._moved.createData()
+        at_rest, jacobian = pinocchio.neutral(model), pinocchio.computeJointJacobian
+        own = [jacobian(model, self._data, at_rest, i + 1).reshape(6, -1)[:, i] for i in range(len(self.moving))]
+        self.slides = np.array([column[:3].any() for column in own])
+        """Whether each joint is prismatic, (m,)."""
+        self.axes = np.array([column[:3] + column[3:] for column in own])  # of a joint, one of them is zero
+        """Unit axis of each joint in its frame, (m, 3)."""
 
     @property
-    def placements(self) -> Array:
-        """Of each joint on the joint, or base, before it, (j, 4, 4)."""
-        return _poses(np.array(_view(self.model.jointPlacements)[self.joints]))
+    def limits(self) -> tuple[Array, Array]:
+        """Least and largest value of each joint, (m,) and (m,) [rad or m]; infinite for continuous joints."""
+        first = np.array(self.model.idx_qs)[1:]
+        lower, upper = self.model.lowerPositionLimit[first], self.model.upperPositionLimit[first]
+        return np.where(self._endless, -np.inf, lower), np.where(self._endless, np.inf, upper)
 
-    @property
-    def axes(self) -> Array:
-        """Unit axis of each joint in its frame, (j, 3)."""
-        at_rest, jacobian = self._pinocchio.neutral(self.model), self._pinocchio.computeJointJacobian
-        with self._lock:
-            own = [jacobian(self.model, self._data, at_rest, i)[:, self.model.idx_vs[i]] for i in self.joints.tolist()]
-        return np.array([column[:3] + column[3:] for column in own])  # of a joint, one of them is zero
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """The links of the URDF, each after the one that carries it."""
+        frames, links = self.model.frames, []
+        for frame in frames:
+            if frame.type != self._pinocchio.BODY:
+                continue
+            joint = frames[frame.parentFrame]
+            parent, moves = frames[joint.parentFrame], joint.type == self._pinocchio.JOINT
+            T = self.placements[joint.parentJoint - 1] if moves else frame.placement.homogeneous
+            name = parent.name if parent.type == self._pinocchio.BODY else ""
+            T = inverse(parent.placement.homogeneous) @ T
+            links.append(Link(frame.name, name, T, joint.parentJoint - 1 if moves else None))
+        return tuple(links)
+
+    def rows(self, q: Array) -> Array:
+        """Joint values as Pinocchio has them, (..., j) -> (..., nq)."""
+        values, first = q @ self.ratios.T + self.offsets, np.array(self.model.idx_qs)[1:]
+        rows = np.empty((*q.shape[:-1], self.model.nq))
+        rows[..., first] = np.where(self._endless, np.cos(values), values)
+        rows[..., first[self._endless] + 1] = np.sin(values[..., self._endless])
+        return rows
 
     def frames(self, q: Array, placements: Array | None = None) -> Array:
-        """T_base_joint of all joints, each turned by its own value, (c, n, j, 4, 4).
+        """T_base_joint of all joints, each turned by its own value, (c, n, m, 4, 4).
 
         Args:
             q: Joint values, (c or 1, n, j) [rad] or [m].
-            placements: Of the joints, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
+            placements: Of the joints that are read, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
         """
-        return self._computed(self._pinocchio.forwardKinematics, q, placements, None)
+        return self._computed(q, placements, None, None)
 
-    def frames_and_twists(self, q: Array, placements: Array | None = None) -> tuple[Array, Array]:
-        """The same, and the velocity with which each joint carries what is at the base's origin, (c, n, 6, j).
+    def flange(self, frames: Array) -> Array:
+        """T_base_flange where the joints are, (c, n, m, 4, 4) -> (c, n, 4, 4)."""
+        T: Array = frames[:, :, self.tip] @ self.end
+        return T
 
-        The velocity, then the angular velocity, per unit speed of the joint, in the base frame.
-        """
-        twists = np.empty((*_candidates(q, placements), 6, self.model.nv))
-        frames = self._computed(self._pinocchio.computeJointJacobians, q, placements, twists)
-        return frames, twists[..., np.array(self.model.idx_vs)[self.joints]]
-
-    def _computed(self, algorithm: Any, q: Array, placements: Array | None, twists: Array | None) -> Array:
-        """T_base_joint of all joints at each posture of each candidate; fills in their twists where these are asked."""
+    def frames_and_twists(
+        self, q: Array, placements: Array | None, *, by_placements: bool
+    ) -> tuple[Array, Array, Array | None]:
+        """The same, and the twists of the flange by joints, (c, n, 6, j), and by placements, (c, n, 6, j, 6)."""
         c, n = _candidates(q, placements)
-        rows = np.broadcast_to(self._rows(q), (c, n, q.shape[-1]))
+        J = np.empty((c, n, 6, len(self.moving)))
+        regressors = np.empty((c, n, 6, len(self.moving), 6)) if by_placements else None
+        frames = self._computed(q, placements, J, regressors)
+        return frames, (J * self._way) @ self.ratios, None if regressors is None else regressors[:, :, :, self.columns]
+
+    def _computed(self, q: Array, placements: Array | None, J: Array | None, regressors: Array | None) -> Array:
+        """T_base_joint of all joints at each posture of each candidate; fills in what else is asked for."""
+        c, n = _candidates(q, placements)
+        rows = np.broadcast_to(self.rows(q), (c, n, self.model.nq))
         frames = np.empty((c, n, self.model.njoints, 4, 3))
         model, data = (self.model, self._data) if placements is None else (self._moved, self._moved_data)
         if placements is not None:
-            there = np.zeros((*placements.shape[:2], self.model.njoints, 4, 3))
-            there[:, :, 0, :3] = np.eye(3)
-            there[:, :, self.joints] = np.swapaxes(placements[..., :3, :], -1, -2)
-            there = np.broadcast_to(there, (c, *there.shape[1:]))
+            there = np.broadcast_to(self.placements, (*placements.shape[:2], *self.placements.shape)).copy()
+            there[:, :, self.columns] = placements
+            there = np.broadcast_to(np.swapaxes(there[..., :3, :], -1, -2), (c, *there.shape[1:3], 4, 3))
+        algorithm = self._pinocchio.forwardKinematics if J is None else self._pinocchio.computeJointJacobians
+        regressor, world = self._pinocchio.computeFrameKinematicRegressor, self._pinocchio.WORLD
         with self._lock:
-            found, placed, columns = _view(data.oMi), _view(model.jointPlacements), data.J
+            found, placed, jacobian = _view(data.oMi), _view(model.jointPlacements), data.J.reshape(6, -1)
             for k in range(c):
                 for i in range(n):
                     if placements is not None and i < placements.shape[1]:
-                        placed[:] = there[k, i]
+                        placed[1:] = there[k, i]
                     algorithm(model, data, rows[k, i])
                     frames[k, i] = found
-                    if twists is not None:
-                        twists[k, i] = columns
-        return _poses(frames[:, :, self.joints])
+                    if J is not None:
+                        J[k, i] = jacobian
+                    if regressors is not None:
+                        regressors[k, i] = regressor(model, data, self._flange, world).reshape(6, -1, 6)
+        return _poses(frames[:, :, 1:])
 
     def gravity_torques(self, q: Array) -> Array:
-        """What each joint must bear to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
-        torques = np.empty(q.shape)
+        """What each joint that is read must bear to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
+        torques = np.empty((len(q), len(self.moving)))
         with self._lock:
-            for row, torque in zip(self._rows(q), torques, strict=True):
+            for row, torque in zip(self.rows(q), torques, strict=True):
                 torque[:] = self._pinocchio.computeGeneralizedGravity(self.model, self._data, row)
-        return torques[:, np.array(self.model.idx_vs)[self.joints]]
+        return torques @ self.ratios
 
     def carried(self, q: Array) -> tuple[Array, Array]:
         """The mass that each joint carries, (j,) [kg], and where its centre is in the base frame, (n, j, 3) [m]."""
         centres, frames = np.empty((len(q), self.model.njoints, 3)), np.empty((len(q), self.model.njoints, 4, 3))
         with self._lock:
             found, own = _view(self._data.oMi), _view_of_points(self._data.com)
-            for row, centre, frame in zip(self._rows(q), centres, frames, strict=True):
+            for row, centre, frame in zip(self.rows(q), centres, frames, strict=True):
                 self._pinocchio.centerOfMass(self.model, self._data, row, True)  # noqa: FBT003 - of each subtree, too
                 centre[:] = own
                 frame[:] = found
-            masses = np.array(self._data.mass)[self.joints]
-        T, centres = _poses(frames[:, self.joints]), np.where(masses[:, None] > 0.0, centres[:, self.joints], 0.0)
-        return masses, (T[..., :3, :3] @ centres[..., None])[..., 0] + T[..., :3, 3]
-
-    def _rows(self, q: Array) -> Array:
-        """Joint values in Pinocchio's order."""
-        rows = np.empty(q.shape)
-        rows[..., np.array(self.model.idx_qs)[self.joints]] = q
-        return rows
+            masses = np.array(self._data.mass)[1:][self.columns]
+        T, at = _poses(frames[:, 1:][:, self.columns]), centres[:, 1:][:, self.columns]
+        at = np.where(masses[:, None] > 0.0, at, 0.0)
+        return masses, (T[..., :3, :3] @ at[..., None])[..., 0] + T[..., :3, 3]
 
 
 def _candidates(q: Array, placements: Array | None) -> tuple[int, int]:

@@ -32,8 +32,8 @@ from robolaser.data.stripe_file import STRIPE, open_stripes
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.world.reading import load_world
 from robolaser.errors import RobolaserError, UsageError
-from robolaser.geometry.urdf import parse
 from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, write_ply
 from robolaser.simulation.effect_specs import sizes_of
@@ -221,8 +221,8 @@ def test_any_bytes_are_read_or_named(tmp_path, name, data):
 
 @given(text=st.text())
 def test_any_text_is_a_robot_or_is_named(text):
-    read(lambda: parse(f"<robot>{text}</robot>"))
-    read(lambda: parse(text))
+    read(lambda: Robot.from_urdf(f"<robot>{text}</robot>", flange="tool"))
+    read(lambda: Robot.from_urdf(text, flange="tool"))
 
 
 @ONE_FOLDER

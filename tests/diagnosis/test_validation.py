@@ -17,7 +17,6 @@ from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
-from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 OFFSET = {"joint_offset:joint_3": 0.004}
@@ -134,7 +133,7 @@ def other_arm():
     arm = find_robot("scorbot_er7")
     moved = arm.placements.copy()
     moved[2, 0, 3] += 1e-3
-    return Robot.from_urdf(arm.urdf_with(moved), flange=arm.flange, joints=arm.joints)
+    return arm.with_placements(moved)
 
 
 @pytest.mark.parametrize(

@@ -29,13 +29,23 @@ class Screws:
             link = way[0].find("parent").get("link")
         return way
 
+    def value(self, joint, row):
+        """How far a joint is moved: as its reading says, as the one that it mimics, or not at all."""
+        mimic = joint.find("mimic")
+        if joint.get("name") in self.joints:
+            return row[self.joints.index(joint.get("name"))]
+        if mimic is None:
+            return 0.0
+        (leader,) = (one for one in self.above.values() if one.get("name") == mimic.get("joint"))
+        return float(mimic.get("multiplier", 1)) * self.value(leader, row) + float(mimic.get("offset", 0))
+
     def link(self, name, row):
         """T_base_link at one configuration (j,)."""
         T, turned = np.eye(4), np.eye(4)
         for joint in self.way(name):
             T = T @ self.moved.get(joint.get("name"), origin(joint))
-            if joint.get("name") in self.joints:
-                turned = turned @ expm(screw(T, joint) * row[self.joints.index(joint.get("name"))])
+            if joint.get("type") != "fixed":
+                turned = turned @ expm(screw(T, joint) * self.value(joint, row))
         return turned @ T
 
     def forward(self, q, flange):

@@ -5,7 +5,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import apply, pose
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies
@@ -72,8 +71,8 @@ def test_an_arm_folded_onto_itself_hits_itself_and_a_straight_one_does_not(shape
 def test_simple_shapes_of_a_urdf_are_taken_and_meshes_are_capsules() -> None:
     kinds = {body.link: body.kind for body in link_bodies(folding(BOX, MESH, ROD, BALL))}
     assert kinds == {"a": "box", "b": "capsule", "c": "cylinder", "d": "sphere"}
-    bad = LINK.format("a", '<sphere radius="${r}"/>') + LINK.format("b", '<box size="1 -1 1"/>')
-    assert urdf.collision_shapes(f"<robot name='x'>{bad}</robot>") == {}
+    unread = folding('<sphere radius="${r}"/>', '<box size="1 -1 1"/>', BOX)
+    assert {body.link: body.kind for body in link_bodies(unread)} == {"a": "capsule", "b": "capsule", "c": "box"}
 
 
 @pytest.mark.parametrize("name", ["ur5e", "kr6", "iiwa7", "xarm7", "so101", "scorbot_er7"])

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.robot.kinematics import Robot
 
 
@@ -69,19 +70,20 @@ class LinkLoad:
         return np.cross(first_moment, self.gravity)
 
 
-def link_load(robot: Robot, frames: Array, tip: Array, carried: tuple[Array, Array], at: int) -> LinkLoad:
+def link_load(robot: Robot, q: Array, frames: Array, tip: Array, carried: tuple[Array, Array], at: int) -> LinkLoad:
     """What hangs on the link before a joint, where there is one before it.
 
     Args:
         robot: The arm.
+        q: Joint values, (n, j) [rad or m].
         frames: T_base_joint of the chain's joints, each turned, (n, len(chain), 4, 4).
         tip: The flange's origin in the base frame, (n, 3) [m].
         carried: As `carried_masses` gives it.
         at: The joint's place in the chain, 1 or more.
     """
     before, here = robot.chain[at - 1], robot.chain[at]
-    placement = robot.placements[here]
-    R_base_joint = frames[:, at - 1, :3, :3] @ placement[:3, :3]
+    placement, turn = robot.placements[here], 0.0 if robot.prismatic[here] else 1.0
+    R_base_joint = frames[:, at, :3, :3] @ exp_so3(-turn * q[:, here, None] * robot.axes[here])
     masses, first_moments = carried
     mass, own_mass = masses[:, [here]], masses[:, [before]] - masses[:, [here]]
     origin = frames[:, at, :3, 3]

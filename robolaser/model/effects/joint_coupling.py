@@ -7,12 +7,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.geometry.urdf import MOST_JOINTS
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, moving_joints
 from robolaser.model.effects.mechanism import Follower, Part, number
 from robolaser.model.stages import Stage
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.reading import MOST_JOINTS
 
 FARTHEST = 2  # joints between which gears and cables are led along
 

@@ -168,7 +168,7 @@ class Run:
     def link_load(self, joint: str) -> LinkLoad:
         """What hangs on the link before a joint that is not the first."""
         at = self.robot.chain.index(self.robot.joints.index(joint))
-        return link_load(self.robot, self.joint_frames, self.flange[:, :3, 3], self.carried, at)
+        return link_load(self.robot, self.q, self.joint_frames, self.flange[:, :3, 3], self.carried, at)
 
     @cached_property
     def overturning_moment(self) -> Array:

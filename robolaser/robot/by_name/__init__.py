@@ -12,15 +12,19 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, final
 
-from robolaser.errors import DependencyMissing, RobotError, UsageError
-from robolaser.geometry import urdf
-from robolaser.geometry.urdf.tree import MOST_LISTED
+from robolaser.bounded_reading import ROBOT_BYTES, read_text
+from robolaser.errors import DependencyMissing, UsageError
 from robolaser.robot.by_name.description import Convention, rows_urdf
 from robolaser.robot.by_name.names import match, nearest, without_maker
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.reading import only_end
 
 _HERE = Path(__file__).parent
 SUFFIXES = (".urdf", ".xacro", ".xml", ".csv", ".toml")  # no known robot's name ends so: it is a path
+
+
+def _read(path: Path) -> str:
+    return read_text(path, ROBOT_BYTES)
 
 
 @final
@@ -55,7 +59,7 @@ class RobotEntry:
             DependencyMissing: The package that brings it is absent, or is a version without this robot.
         """
         if self.urdf is not None:
-            return urdf.load_text(self.path())
+            return _read(self.path())
         return rows_urdf(self.rows, self.convention, self.name, self.base, self.flange)
 
     def path(self) -> Path:
@@ -86,7 +90,7 @@ def find_robot(
     flange: str | None = None,
     joints: Sequence[str] | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
-    read: Callable[[Path], str] = urdf.load_text,
+    read: Callable[[Path], str] = _read,
 ) -> Robot:
     """Load a robot by its name here or by the path of its URDF.
 
@@ -124,14 +128,7 @@ def find_robot(
     else:
         raise UsageError(f"No robot '{name_or_path}'.{_meant(str(name_or_path))} Or give the path of a .urdf file.")
     if flange is None:
-        leaves = urdf.parse(text, source=source).leaves()
-        if len(leaves) != 1:
-            more = f", and {len(leaves) - MOST_LISTED} more" if len(leaves) > MOST_LISTED else ""
-            raise RobotError(
-                f"{source} has {len(leaves)} ends: {', '.join(leaves[:MOST_LISTED])}{more}."
-                " State which link is the flange."
-            )
-        flange = leaves[0]
+        flange = only_end(text, source)
     return Robot.from_urdf(text, flange=flange, joints=joints, gravity=gravity, source=source)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import apply, pose, rot_x, rot_y, rot_z
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
-from robolaser.geometry.urdf.elements import add_fixed, add_link, add_moving
+from robolaser.robot.urdf.elements import add_fixed, add_link, add_moving
 
 Convention = Literal["standard", "modified", "frames"]
 SI = {unit: factor for quantity in (LENGTH, ANGLE) for unit, factor in FACTORS[quantity].items()} | {"kg": 1.0}

@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing
-from robolaser.geometry import urdf
-from robolaser.geometry.urdf.tree import Tree
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.pinocchio_model import Link, PinocchioModel
 from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
 
 LIGHTEST_KG, LEAST_INERTIA, ARMATURE = 1e-9, 1e-9, 1.0  # keep the engine's inertia regular; at rest they do nothing
@@ -38,30 +36,25 @@ def specification(
 
     Joints that the robot does not list stay at neutral.
     """
-    tree = urdf.parse(robot.urdf)
+    arm = robot.by_pinocchio
     spec = engine.MjSpec()
     spec.compiler.degree = False
     spec.option.gravity = np.array(robot.gravity)
     foot = spec.worldbody.add_body(name=FOOT, **_mass(LIGHTEST_KG))
-    links = {tree.root: _add_link(foot, tree, tree.root, np.eye(4))}
-    above = [tree.root]
-    for parent in above:
-        for joint in tree.joints.values():
-            if joint.parent == parent:
-                links[joint.child] = _add_link(links[parent], tree, joint.child, joint.origin)
-                above.append(joint.child)
+    links: dict[str, Any] = {}
+    for link in arm.links:
+        links[link.name] = _add_link(links.get(link.parent, foot), arm, link)
+    moved = {arm.moving[link.joint]: links[link.name] for link in arm.links if link.joint is not None}
     bracket = links[robot.flange].add_body(name=BRACKET, **_mass(LIGHTEST_KG))
-    bodies = {FOOT: foot, BRACKET: bracket, **{name: links[tree.joints[name].child] for name in robot.joints}}
+    bodies = {FOOT: foot, BRACKET: bracket, **moved}
     regular = {"armature": ARMATURE}
     turning, sliding = engine.mjtJoint.mjJNT_HINGE, engine.mjtJoint.mjJNT_SLIDE
     for i, hinge in enumerate(hinges):
         bodies[hinge.before].add_joint(
             name=hinge_name(i), type=turning, axis=hinge.axis, pos=hinge.at, armature=ARMATURE
         )
-    for name in robot.joints:
-        joint = tree.joints[name]
-        kind = sliding if joint.kind == "prismatic" else turning
-        bodies[name].add_joint(name=joint_name(name), type=kind, axis=joint.axis, **regular)
+    for name, axis, slides in zip(robot.joints, robot.axes, robot.prismatic, strict=True):
+        bodies[name].add_joint(name=joint_name(name), type=sliding if slides else turning, axis=axis, **regular)
     for name, gear in gears.items():
         if gear.servo:
             servo = spec.add_actuator(name=name, target=joint_name(name), trntype=engine.mjtTrn.mjTRN_JOINT)
@@ -87,12 +80,14 @@ def hinge_name(number: int) -> str:
     return f"hinge {number}"
 
 
-def _add_link(parent: Any, tree: Tree, name: str, origin: Array) -> Any:
-    link = tree.links[name]
-    x, y, z, w = Rotation.from_matrix(origin[:3, :3]).as_quat()
+def _add_link(parent: Any, arm: PinocchioModel, link: Link) -> Any:
+    """The body of a link; a joint's first link has the mass of all that the joint moves up to the next joints."""
+    x, y, z, w = Rotation.from_matrix(link.T_parent_link[:3, :3]).as_quat()
+    mass, com = (0.0, np.zeros(3)) if link.joint is None else (float(arm.masses[link.joint]), arm.centres[link.joint])
     return parent.add_body(
-        name=body_name(name), pos=origin[:3, 3], quat=[w, x, y, z], ipos=link.com, **_mass(max(link.mass, LIGHTEST_KG))
-    )
+        name=body_name(link.name), pos=link.T_parent_link[:3, 3], quat=[w, x, y, z], ipos=com,
+        **_mass(max(mass, LIGHTEST_KG)),
+    )  # fmt: skip
 
 
 def _mass(mass: float) -> dict[str, Any]:

@@ -3,15 +3,13 @@
 Lynch, Park 2017, Modern Robotics, ch. 4.1.
 """
 
-from functools import reduce
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.geometry import urdf
+from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, exp_so3, pose
-from robolaser.geometry.urdf.tree import Joint
 from robolaser.robot.kinematics import Robot
 
 SCANNER_AT = np.array([0.06, 0.0, 0.04])  # centre of the payload in the flange frame [m]
@@ -26,7 +24,7 @@ class ScrewArm:
     """
 
     def __init__(self, robot: Robot) -> None:
-        tree = urdf.parse(robot.urdf)
+        arm = robot.by_pinocchio
         self.robot = robot
         """As drawn."""
         self.joints = tuple(robot.joints[i] for i in robot.chain)
@@ -35,26 +33,15 @@ class ScrewArm:
         """Where each of them stands in q."""
         self.count = len(robot.joints)
         self._index = {name: i for i, name in enumerate(robot.joints)}
-        self._turns, self._axes = ~robot.prismatic, np.array([tree.joints[name].axis for name in robot.joints])
-        ways = {name: tree.path(tree.joints[name].child) for name in robot.joints}
-        carriers = {self._index[name]: self._split(way[:-1]) for name, way in ways.items()}
-        self._before = {i: carriers[i][0] for i in sorted(carriers, key=lambda i: len(ways[robot.joints[i]]))}
-        self.links = np.array([carriers[i][1] @ tree.joints[name].origin for i, name in enumerate(robot.joints)])
+        self._turns, self._axes = ~robot.prismatic, robot.axes
+        self.links = robot.placements
         """Placement of each joint on the joint before it, (j, 4, 4)."""
-        self._tip, self._end = self._split(tree.path(robot.flange))
-        self._bodies = [
-            (last, link.mass, apply(T, link.com))
-            for link in tree.links.values()
-            for last, T in [self._split(tree.path(link.name))]
-            if last is not None and link.mass > 0
-        ]
-
-    def _split(self, way: list[Joint]) -> tuple[int | None, Array]:
-        """The last joint on the way that is read, and the motion onward from it, (4, 4); the others are at rest."""
-        read = [k for k, joint in enumerate(way) if joint.name in self._index]
-        onward = way[read[-1] + 1 :] if read else way
-        T: Array = reduce(np.matmul, (joint.origin for joint in onward), np.eye(4))
-        return (self._index[way[read[-1]].name] if read else None), T
+        if len(arm.moving) > self.count:
+            raise RobotError(f"{robot.name} has joints that follow others (mimic): trials cannot move it yet.")
+        read = {number: column for column, number in enumerate(arm.columns)}
+        self._before = {read[number]: read.get(int(arm.parents[number])) for number in range(self.count)}
+        self._tip, self._end = read[arm.tip], robot.end
+        self._bodies = [(read[number], arm.masses[number], arm.centres[number]) for number in range(self.count)]
 
     def _frames(self, q: Array, links: Array | None = None) -> Array:
         """T_base_joint of all joints that are read, each turned, (n, j, 4, 4)."""
@@ -74,8 +61,6 @@ class ScrewArm:
         """Mass beyond each joint, (j,) [kg], and its first moment about the base's origin, (n, j, 3) [kg m]."""
         masses, moments = np.zeros(self.count), np.zeros((*frames.shape[:2], 3))
         for last, mass, centre in [*self._bodies, (self._tip, payload_kg, apply(self._end, SCANNER_AT))]:
-            if last is None:
-                continue
             at: Array = frames[:, last, :3, :3] @ centre + frames[:, last, :3, 3]
             carrier: int | None = last
             while carrier is not None:

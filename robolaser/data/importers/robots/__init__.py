@@ -6,10 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import final
 
+from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.importers.robots.dh_table import DHStatement, read_dh_table
 from robolaser.data.importers.robots.mjcf import mjcf_urdf
 from robolaser.data.importers.robots.xacro_file import expanded
-from robolaser.geometry import urdf
 from robolaser.robot import by_name
 from robolaser.robot.kinematics import Robot
 
@@ -73,7 +73,7 @@ def load_description(path: Path, options: DescriptionOptions | None = None) -> s
     stated = options or DescriptionOptions()
     if path.suffix in (".csv", ".toml"):
         return read_dh_table(path, stated.dh)
-    text = urdf.load_text(path)
+    text = read_text(path, ROBOT_BYTES)
     if "<mujoco" in text[:_BEGINNING]:
         return mjcf_urdf(path)
     if path.suffix == ".xacro" or "<xacro:" in text:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
-from robolaser.bounded_reading import parse_toml
+from robolaser.bounded_reading import ROBOT_BYTES, parse_toml, read_text
 from robolaser.data.importers.robots.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
-from robolaser.geometry.urdf import load_text
 
 QUANTITIES = {"a": LENGTH, "alpha": ANGLE, "d": LENGTH, "theta": ANGLE}
 LIMITS = ("lower", "upper")
@@ -66,7 +65,7 @@ def read_dh_table(path: Path, stated: DHStatement) -> str:
 
 
 def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
-    reader = csv.reader(load_text(path).splitlines(), strict=True, skipinitialspace=True)
+    reader = csv.reader(read_text(path, ROBOT_BYTES).splitlines(), strict=True, skipinitialspace=True)
     try:
         lines = [row for row in reader if any(map(str.strip, row))]
     except csv.Error as error:
@@ -84,7 +83,7 @@ def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
 
 def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
     try:
-        contents = parse_toml(load_text(path))
+        contents = parse_toml(read_text(path, ROBOT_BYTES))
     except ValueError as error:
         raise RobotError(f"{path.name} is not valid TOML: {error}.") from None
     rows = contents.pop("joint", None)

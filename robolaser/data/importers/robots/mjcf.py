@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobotError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, pose
-from robolaser.geometry.urdf.elements import add_fixed, add_link, add_moving
+from robolaser.robot.urdf.elements import add_fixed, add_link, add_moving
 
 TINY_KG = 1e-9  # mass that MuJoCo asks of a body whose shape is a mesh that is not there; it is written as none
 

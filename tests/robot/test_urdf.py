@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from robolaser.bounded_reading import ROBOT_BYTES
+from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.errors import (
     DataError,
     RobolaserError,
     RobotError,
 )
-from robolaser.geometry import urdf
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
+from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.urdf.editing import with_fixed_frames, with_placements
 
 ARM = """<?xml version="1.0"?>
 <!-- a two-joint arm -->
@@ -38,18 +39,34 @@ ARM = """<?xml version="1.0"?>
 """
 
 
+def arm(text=ARM):
+    return Robot.from_urdf(text, flange="tool0", source="arm.urdf")
+
+
 def edited(old, new):
     assert ARM.count(old) == 1, "the test's own edit must hit once"
     return ARM.replace(old, new)
 
 
 def test_a_urdf_is_read_without_its_meshes():
-    tree = urdf.parse(ARM)
-    assert (tree.name, tree.root, tree.leaves()) == ("arm", "base", ["tool0"])
-    assert [joint.name for joint in tree.path("tool0")] == ["shoulder", "rail"]
-    assert tree.links["upper"].mass == 1.5
-    assert (tree.joints["shoulder"].lower, tree.joints["shoulder"].upper) == (-1.5, 2.0)
-    np.testing.assert_array_equal(tree.joints["rail"].axis, [1, 0, 0])
+    robot = arm()
+    assert (robot.name, robot.base, robot.links) == ("arm", "base", ("base", "upper", "tool0"))
+    assert robot.joints == ("shoulder", "rail")
+    assert robot.carried(np.zeros((1, 2)))[0].tolist() == [1.5, 0.0]
+    assert (robot.lower.tolist(), robot.upper.tolist()) == ([-1.5, 0.0], [2.0, 0.2])
+    np.testing.assert_array_equal(robot.axes, [[0, 1, 0], [1, 0, 0]])
+
+
+def test_empty_lines_may_precede_the_robot():
+    assert arm(f"\n \n{ARM}").joints == arm().joints
+    with pytest.raises(RobotError, match=r"arm.urdf, line 15, column \d+: not well-formed"):
+        arm(f"\n\n{ARM[:400]}")
+
+
+def test_names_that_pinocchio_uses_itself_are_links_like_others():
+    robot = Robot.from_urdf(ARM.replace('"base"', '"universe"').replace('"upper"', '"shoulder"'), flange="tool0")
+    assert robot.links == ("universe", "shoulder", "tool0")
+    np.testing.assert_array_equal(robot.forward(np.ones((1, 1, 2))), arm().forward(np.ones((1, 1, 2))))
 
 
 WRONG = {
@@ -114,6 +131,19 @@ WRONG = {
     "inertia that is none": (edited('ixx="0.1"', 'ixx="a"'), RobotError, "ixx of link 'upper'"),
     "no limits": (edited('<limit lower="0" upper="0.2"/>', ""), RobotError, "'rail' has no limits"),
     "limits without numbers": (edited('lower="0" upper="0.2"', 'effort="1"'), RobotError, "no limits"),
+    "control character in a name": (edited('"rail"', '"ra&#9;il"'), RobotError, r"joint number 2 is named 'ra\\til'"),
+    "name of Pinocchio's root": (edited('"rail"', '"universe"'), RobotError, "joint number 2 is named 'universe'"),
+    "follows nothing": (
+        edited('<limit lower="0"', '<mimic joint="sholder"/><limit lower="0"'),
+        RobotError,
+        "'rail' follows 'sholder'.* no moving joint.*Did you mean 'shoulder'",
+    ),
+    "follows itself": (edited('<limit lower="0"', '<mimic joint="rail"/><limit lower="0"'), RobotError, "itself"),
+    "follows by a word": (
+        edited('<limit lower="0"', '<mimic joint="shoulder" multiplier="x"/><limit lower="0"'),
+        RobotError,
+        "the multiplier of joint 'rail'",
+    ),
     "swapped limits": (edited('lower="-1.5"', 'lower="3"'), RobotError, "lower limit 3 above its upper limit 2"),
 }
 
@@ -121,11 +151,11 @@ WRONG = {
 @pytest.mark.parametrize(("text", "error", "says"), WRONG.values(), ids=WRONG.keys())
 def test_what_is_wrong_is_said(text, error, says):
     with pytest.raises(error, match=says):
-        urdf.parse(text, source="arm.urdf")
+        arm(text)
 
 
 def test_a_limit_left_out_is_zero():
-    assert urdf.parse(edited('lower="0" upper="0.2"', 'upper="0.2"')).joints["rail"].lower == 0.0
+    assert arm(edited('lower="0" upper="0.2"', 'upper="0.2"')).lower[1] == 0.0
 
 
 def test_a_long_list_of_names_is_cut_short():
@@ -134,7 +164,7 @@ def test_a_long_list_of_names_is_cut_short():
         f'<joint name="j{i}" type="fixed"><parent link="l{i}"/><child link="l{i + 1}"/></joint>' for i in range(299)
     )
     with pytest.raises(RobotError, match=r"'l1000'.*Did you mean 'l.*and 288 more\.") as caught:
-        urdf.parse(f"<robot>{links}{joints}</robot>").path("l1000")
+        Robot.from_urdf(f"<robot>{links}{joints}</robot>", flange="l1000")
     assert len(str(caught.value)) < 300
 
 
@@ -168,19 +198,19 @@ def test_more_joints_than_any_arm_has_are_refused():
 def test_files_are_read_with_or_without_a_byte_order_mark(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_bytes(b"\xef\xbb\xbf" + ARM.replace("\n", "\r\n").encode())
-    assert urdf.parse(urdf.load_text(path)).name == "arm"
+    assert find_robot(path).joints == ("shoulder", "rail")
 
 
 def test_files_that_cannot_be_read_are_named(tmp_path):
     path = tmp_path / "arm.urdf"
     with pytest.raises(DataError, match=r"arm\.urdf: No such file"):
-        urdf.load_text(path)
+        find_robot(path)
     path.write_bytes(ARM.encode("utf-16"))
     with pytest.raises(DataError, match=r"arm\.urdf: byte 0 is not UTF-8"):
-        urdf.load_text(path)
+        find_robot(path)
     path.write_bytes(b" " * (ROBOT_BYTES + 1))
     with pytest.raises(DataError, match="bytes"):
-        urdf.load_text(path)
+        find_robot(path)
 
 
 def broken(rng):
@@ -200,7 +230,7 @@ def test_a_broken_urdf_is_refused_or_weighed(seed, tmp_path):
     for _ in range(200):
         path.write_bytes(broken(rng))
         try:
-            robot = Robot.from_urdf(urdf.load_text(path), flange="tool0")
+            robot = Robot.from_urdf(read_text(path), flange="tool0")
             torques = robot.gravity_torques(np.zeros((1, len(robot.joints))))
             flange = robot.forward(np.zeros((1, 1, len(robot.joints))))
         except RobolaserError as refusal:
@@ -219,35 +249,41 @@ def test_a_placement_survives_writing_and_reading_even_at_the_pole(pitch):
     for _ in range(20):
         roll, yaw = rng.uniform(-np.pi, np.pi, 2)
         T = pose(rot_z(yaw) @ rot_y(pitch) @ rot_x(roll), rng.normal(size=3))
-        again = urdf.parse(urdf.with_placements(ARM, {"shoulder": T, "rail": T}))
-        for joint in again.joints.values():
-            np.testing.assert_allclose(joint.origin, T, rtol=0, atol=1e-15)
+        again = arm(with_placements(ARM, {"shoulder": T, "rail": T}))
+        np.testing.assert_allclose(again.placements, [T, T], rtol=0, atol=3e-15)
 
 
 def test_new_placements_leave_the_rest_of_the_file_alone():
-    again = urdf.with_placements(ARM, {"shoulder": np.eye(4)})
+    again = with_placements(ARM, {"shoulder": np.eye(4)})
     assert again.count("<origin") == ARM.count("<origin")
     assert "package://gone/upper.stl" in again
     assert again.count("<!-- a two-joint arm -->") == 1
-    joint = urdf.parse(again).joints["shoulder"]
-    assert (joint.lower, joint.upper, joint.axis.tolist()) == (-1.5, 2.0, [0, 1, 0])
+    robot = arm(again)
+    assert (robot.lower[0], robot.upper[0], robot.axes[0].tolist()) == (-1.5, 2.0, [0, 1, 0])
 
 
 def test_a_fixed_frame_is_where_it_was_put():
     rng = np.random.default_rng(4)
     T = pose(exp_so3(rng.normal(size=3)), rng.normal(size=3))
-    twice = urdf.with_fixed_frame(urdf.with_fixed_frame(ARM, "tool0", "camera", T), "camera", "sheet", T)
+    twice = with_fixed_frames(with_fixed_frames(ARM, "tool0", {"camera": T}), "camera", {"sheet": T})
     q = rng.normal(size=(1, 4, 2))
     flange, sheet = (Robot.from_urdf(twice, flange=frame).forward(q) for frame in ("tool0", "sheet"))
     np.testing.assert_allclose(sheet, flange @ T @ T, rtol=0, atol=1e-14)
 
 
-def test_a_fixed_frame_needs_a_parent_and_a_name_of_its_own():
+def test_a_fixed_frame_needs_a_parent_and_gets_a_name_of_its_own():
     with pytest.raises(RobotError, match="Did you mean 'tool0'"):
-        urdf.with_fixed_frame(ARM, "tool", "camera", np.eye(4))
-    with pytest.raises(RobotError, match="'upper' already"):
-        urdf.with_fixed_frame(ARM, "tool0", "upper", np.eye(4))
+        with_fixed_frames(ARM, "tool", {"camera": np.eye(4)})
+    assert "upper_2" in arm(with_fixed_frames(ARM, "tool0", {"upper": np.eye(4)})).links
     with pytest.raises(RobotError, match="'elbow'"):
-        urdf.with_placements(ARM, {"elbow": np.eye(4)})
-    taken = urdf.with_fixed_frame(edited('"rail"', '"camera_joint"'), "tool0", "camera", np.eye(4))
-    assert "camera_joint_2" in urdf.parse(taken).joints
+        with_placements(ARM, {"elbow": np.eye(4)})
+    taken = with_fixed_frames(edited('"rail"', '"camera_joint"'), "tool0", {"camera": np.eye(4)})
+    assert '"camera_joint_2"' in taken
+    assert "camera" in arm(taken).links
+
+
+def test_what_others_wrote_into_a_urdf_survives_edits():
+    gazebo = '<gazebo><sensor:camera xmlns:sensor="s" name="eye"/></gazebo><!-- kept --></robot>'
+    again = with_fixed_frames(ARM.replace("</robot>", gazebo), "tool0", {"camera": np.eye(4)})
+    assert '<sensor:camera xmlns:sensor="s" name="eye"' in again
+    assert "<!-- kept -->" in again

@@ -3,8 +3,10 @@
 import math
 import xml.etree.ElementTree as ET
 
+import numpy as np
+
 from robolaser.arrays import Array
-from robolaser.geometry.urdf.writing import digits, origin_attributes
+from robolaser.geometry.rigid_motion import rot_z
 
 FARTHEST_SLIDE_M = 1e5  # limit of a sliding joint without limits: a URDF demands some
 
@@ -47,3 +49,20 @@ def add_moving(
         limits, limited = (-FARTHEST_SLIDE_M, FARTHEST_SLIDE_M), True
     if limited:
         ET.SubElement(joint, "limit", lower=repr(limits[0]), upper=repr(limits[1]), effort="0", velocity="0")
+
+
+def origin_attributes(T: Array) -> dict[str, str]:
+    """What `<origin>` says of a placement (4, 4), to the last bit."""
+    return {"xyz": digits(T[:3, 3]), "rpy": digits(_rpy(T[:3, :3]))}
+
+
+def _rpy(R: Array) -> Array:
+    """Roll, pitch, yaw of R = Rz(yaw) Ry(pitch) Rx(roll); at the pole, where yaw is free, exact too."""
+    yaw = np.arctan2(R[1, 0], R[0, 0])
+    rest = rot_z(-yaw) @ R
+    return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])
+
+
+def digits(values: Array) -> str:
+    """Numbers to the last bit."""
+    return " ".join(repr(float(value)) for value in np.ravel(values))

@@ -1,0 +1,1 @@
+"""Robots described as text (URDF): checked before Pinocchio reads them, written and rewritten."""

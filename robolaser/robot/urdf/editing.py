@@ -1,0 +1,72 @@
+"""A robot's description edited with care: what is not changed stays as its author wrote it."""
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+
+from robolaser.arrays import Array
+from robolaser.errors import RobotError, near
+from robolaser.robot.urdf.checking import MOST_LISTED, read_xml, unknown_frame
+from robolaser.robot.urdf.elements import add_fixed, origin_attributes
+
+_PROLOGUE = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+
+
+def names_in(robot: ET.Element, kind: str) -> list[str]:
+    """The names of all links, or all joints, of a URDF."""
+    return [element.get("name", "") for element in robot.findall(kind)]
+
+
+def with_fixed_frames(text: str, parent: str, frames: Mapping[str, Array]) -> str:
+    """Add links that are fixed to the link `parent`, at T_parent_child (4, 4) by their names.
+
+    A name that is taken gets a number, as does that of the link's joint, which is `NAME_joint`.
+
+    Raises:
+        RobotError: There is no such parent.
+    """
+    robot = read_xml(text)
+    links, joints = names_in(robot, "link"), names_in(robot, "joint")
+    if parent not in links:
+        raise unknown_frame("the URDF", parent, links)
+    for wanted, T_parent_child in frames.items():
+        name = _free(wanted, links)
+        joint = _free(f"{name}_joint", joints)
+        ET.SubElement(robot, "link", name=name).tail = "\n"
+        add_fixed(robot, joint, parent, name, T_parent_child).tail = "\n"
+        links.append(name)
+        joints.append(joint)
+    return _written(robot, text)
+
+
+def with_placements(text: str, placements: Mapping[str, Array]) -> str:
+    """Replace the origins of joints, by name, each (4, 4) on its parent link; the rest stays as it is.
+
+    Raises:
+        RobotError: There is no such joint.
+    """
+    robot = read_xml(text)
+    joints = {joint.get("name", ""): joint for joint in robot.findall("joint")}
+    for name, T in placements.items():
+        if name not in joints:
+            raise RobotError(f"No joint '{name}' in the URDF.{near(name, joints, MOST_LISTED)}")
+        origin = joints[name].find("origin")
+        origin = ET.SubElement(joints[name], "origin") if origin is None else origin
+        origin.attrib.clear()
+        origin.attrib.update(origin_attributes(T))
+    return _written(robot, text)
+
+
+def _free(name: str, taken: list[str]) -> str:
+    free, count = name, 2
+    while free in taken:
+        free, count = f"{name}_{count}", count + 1
+    return free
+
+
+def _written(robot: ET.Element, before: str) -> str:
+    """XML text of `robot`, under the comments (a licence, often) that stood above it in the text `before`."""
+    prologue = _PROLOGUE.match(before)
+    comments = _COMMENT.findall(prologue[0]) if prologue else []
+    return "\n".join(['<?xml version="1.0"?>', *comments, ET.tostring(robot, encoding="unicode"), ""])

@@ -1,0 +1,84 @@
+"""An arm with a joint that follows another (mimic) leaves robolaser as it is calibrated."""
+
+import xml.etree.ElementTree as ET
+from functools import cache
+
+import numpy as np
+import pytest
+from calibrated import finished
+from test_corrected_module import AT_REST, found, loaded
+
+from robolaser import find_robot
+from robolaser.export.mjcf import mjcf
+from robolaser.export.sdf import sdf
+from robolaser.model.effects import candidate_effects
+from robolaser.model.forward_model import Model
+from robolaser.robot.kinematics import Robot
+from robolaser.simulation import simulate
+
+MIMIC = {"joint": "elbow_joint", "multiplier": "-0.8", "offset": "0.3"}
+EFFECTS = ("joint_offset:elbow_joint", "link_geometry:wrist_2_joint")
+
+
+@cache
+def made():
+    """A UR5 whose first wrist joint follows the elbow."""
+    urdf = ET.fromstring(find_robot("ur5").urdf)
+    (wrist,) = (joint for joint in urdf.findall("joint") if joint.get("name") == "wrist_1_joint")
+    ET.SubElement(wrist, "mimic", MIMIC)
+    robot = Robot.from_urdf(ET.tostring(urdf, encoding="unicode"), flange="tool0")
+    assert "wrist_1_joint" not in robot.joints
+    return simulate(robot, kind="point", poses=8, speed=0.1, seed=3).dataset
+
+
+def bent():
+    """A calibration with an offset before the follower and a placement beyond it, and the flange's poses by it."""
+    model = Model(made(), candidate_effects(EFFECTS, made()))
+    x = model.parameters.nominal.copy()
+    for name in ("joint_offset.elbow_joint.offset", "link_geometry.wrist_2_joint.x"):
+        x[model.parameters.names.index(name)] = 3e-3
+    return finished(model, x), model.flange(model.parameters.values(x[None]))[0]
+
+
+def test_corrected_py_follows():
+    calibration = found(AT_REST, made())
+    run, model = calibration.model.run, calibration.model
+    wanted = model.flange(model.parameters.values(calibration.x[None]))[0]
+    last = run.order[-1]
+    now = {"before": run.q[run.order[:-1]][:, None], "time_s": run.time_s[last] - run.time_s.min()}
+    T = loaded(calibration)["forward"](run.q[last][None], **now)[0]
+    np.testing.assert_allclose(T, wanted[last], rtol=0, atol=1e-9)
+    assert np.abs(wanted - run.flange).max() > 1e-4
+
+
+def test_the_urdf_follows():
+    calibration, wanted = bent()
+    np.testing.assert_allclose(calibration.robot.forward(made().poses.q[None])[0], wanted, rtol=0, atol=1e-9)
+
+
+def test_mujoco_follows():
+    mujoco = pytest.importorskip("mujoco")
+    calibration, wanted = bent()
+    model = mujoco.MjModel.from_xml_string(mjcf(calibration))
+    data, robot = mujoco.MjData(model), made().robot
+    (tied,) = range(model.neq)
+    assert model.eq_type[tied] == mujoco.mjtEq.mjEQ_JOINT
+    follower, leader = (model.joint(int(one[tied])) for one in (model.eq_obj1id, model.eq_obj2id))
+    for q, T in zip(made().poses.q, wanted, strict=True):
+        data.qpos[[model.joint(name).qposadr[0] for name in robot.joints]] = q
+        data.qpos[follower.qposadr] = np.polyval(model.eq_data[tied, 4::-1], data.qpos[leader.qposadr])
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(data.body(robot.flange).xpos, T[:3, 3], rtol=0, atol=1e-9)
+        np.testing.assert_allclose(data.body(robot.flange).xmat.reshape(3, 3), T[:3, :3], rtol=0, atol=1e-9)
+
+
+def test_gazebo_is_told_what_follows_what():
+    root = ET.fromstring(sdf(bent()[0]))
+    (mimic,) = root.iter("mimic")
+    assert root.get("version") == "1.11"
+    stated = {
+        "joint": mimic.get("joint"),
+        "multiplier": mimic.findtext("multiplier"),
+        "offset": mimic.findtext("offset"),
+    }
+    assert stated == MIMIC
