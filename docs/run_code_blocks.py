@@ -5,8 +5,8 @@ Each page has a scratch folder that holds a copy of examples/.
 - ```console: each line after "$ " is run by the shell; the lines below it are its output.
 - ```python: the blocks of one page share their names; a ```text block right below one is what it prints.
 
-Shown output must come, in order. A line "..." stands for any lines, " ..." at a line's end for its rest. Numbers may
-differ by a quarter, those written "value ± error" by the error: optima are the same everywhere, last digits are not.
+Shown output must come, in order. A line "..." stands for any lines, " ..." at a line's end for its rest. Numbers must
+agree to the digits shown, save for one unit of the last decimal.
 
 A comment <!-- not run: WHY --> above a block skips it; <!-- fails --> says that its last command exits with 1.
 
@@ -34,14 +34,13 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
 WIDTH, HELP_WIDTH = "160", "100"  # columns of the terminal
-TOLERANCE = 0.25
 TIMEOUT_S = 300
 
 FENCE = re.compile(
     r"^(?:<!-- (?P<mark>[^\n]*?) -->\n)?```(?P<language>\w+)\n(?P<body>.*?)^```$(?:\n\n?```text\n(?P<shown>.*?)^```$)?",
     re.MULTILINE | re.DOTALL,
 )
-NUMBER = re.compile(r"(?<![\w.])(-?\d+(?:\.\d+)?)(?:( ± )(\d+(?:\.\d+)?))?")
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.(\d+))?")
 
 
 class Mismatch(Exception):
@@ -85,7 +84,7 @@ def commands(body: str) -> Iterator[tuple[str, str]]:
 
 
 def same(shown: str, came: str) -> bool:
-    """Whether two lines agree, numbers within tolerance, spaces and lines of boxes aside."""
+    """Whether two lines agree, save for spaces, lines of boxes and the last digit of numbers."""
     shown, came = (" ".join(re.sub("─+", "─", line).split()) for line in (shown, came))
     if shown.endswith(" ..."):
         shown = shown.removesuffix(" ...")
@@ -97,9 +96,9 @@ def same(shown: str, came: str) -> bool:
 
 
 def _close(a: re.Match[str], b: re.Match[str]) -> bool:
-    x, y = float(a[1]), float(b[1])
-    error = max(float(a[3] or 0), float(b[3] or 0))
-    return abs(x - y) <= max(TOLERANCE * max(abs(x), abs(y)), error)
+    """Whether two numbers agree: whole ones exactly, others within one unit of the last decimal that both have."""
+    digits = min(len(a[1] or ""), len(b[1] or ""))
+    return round(abs(float(a[0]) - float(b[0])), digits) <= (10.0**-digits if digits else 0)
 
 
 def compare(shown: str, came: str) -> None:

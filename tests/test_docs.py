@@ -27,7 +27,6 @@ GUESTS = {
 PAGES = {page.relative_to(ROOT).as_posix(): page for page in (ROOT / "docs").rglob("*.md")}
 TEXTS = PAGES | {name: ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")}
 SCRIPTS = [script for folder in ("benchmarks", "docs", "examples") for script in (ROOT / folder).rglob("*.py")]
-SILENT = ("algorithms", "benchmark", "effects", "emulator", "operators", "problems", "simulation", "trials")
 LINK = re.compile(r"\]\((?!https?:)([^)#]*)(#[^)]*)?\)")
 
 
@@ -110,23 +109,3 @@ def test_what_a_script_imports_of_the_package_is_there(script: Path) -> None:
             module = import_module(node.module or "")
             gone = [name.name for name in node.names if not hasattr(module, name.name)]
             assert not [name for name in gone if find_spec(f"{node.module}.{name}") is None], script
-
-
-def literals(source: ast.AST) -> Iterable[str]:
-    """Texts of a file, each with "…" for what is filled in."""
-    for node in ast.walk(source):
-        if isinstance(node, ast.JoinedStr):
-            yield "".join(str(part.value) if isinstance(part, ast.Constant) else "…" for part in node.values)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
-
-
-def test_every_message_that_the_docs_explain_is_one_of_the_package() -> None:
-    package = ROOT / "robolaser"
-    files = [file for file in package.rglob("*.py") if not set(SILENT) & set(file.relative_to(package).parts)]
-    sources = [ast.parse(file.read_text(encoding="utf-8")) for file in files]
-    said = "\n".join(text.replace("\n", " ") for source in sources for text in literals(source))
-    rows = re.findall(r"^\| (.+?) \|", PAGES["docs/reference/messages.md"].read_text(encoding="utf-8"), re.MULTILINE)
-    quoted = [message for row in rows if row != "the tool says" for message in row.split("<br>")]
-    assert len(quoted) > 90
-    assert [one for one in quoted if not re.search(".*".join(map(re.escape, one.split("…"))), said)] == []
