@@ -120,9 +120,8 @@ class TestOnABoard:
 
     def test_a_placed_board_is_the_plane_through_its_points(self):
         model = self.cell.model()
-        known = model.blocks.sensor.target(
-            at_truth(model.parameters.names), model.perturb(at_truth(model.parameters.names))
-        )[0]
+        values = at_truth(model.parameters.names)
+        known = model.blocks.known(values, model.flange(values), model.perturb(values))[0]
         parameters = {k: v for k, v in self.cell.dataset.parameters.items() if not k.startswith("target.")}
         placed = replace(
             self.cell.dataset, placed=True, parameters=parameters, points=replace(self.cell.dataset.points, xyz=known)
