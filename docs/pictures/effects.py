@@ -200,7 +200,7 @@ def in_camera(made: Simulated, errors: Array) -> Array:
     model = Model(made.dataset, made.effects)
     values = {name: np.array([value]) for name, value in made.truth.items()}
     perturb = model.perturb(values)
-    T = (model.flange(values, perturb) @ model.blocks.sensor.mount(values, perturb))[0]
+    T = (model.flange(values, perturb) @ model.blocks.sensor.in_cell(values, perturb).mount)[0]
     return np.einsum("mba,mb->ma", T[made.dataset.points.pose, :3, :3], errors)
 
 

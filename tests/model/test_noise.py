@@ -14,7 +14,6 @@ from robolaser.model.noise import NoiseLikelihood, NoiseModel, pixel_from_repeat
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.two_units import size_of_errors
-from robolaser.model.sensors.scanner_geometry import target
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
@@ -121,8 +120,8 @@ class TestOnABoard:
 
     def test_a_placed_board_is_the_plane_through_its_points(self):
         model = self.cell.model()
-        at = at_truth(model.parameters.names)
-        known = target(model.dataset, at, model.perturb(at))[0]
+        values = at_truth(model.parameters.names)
+        known = model.blocks.known(values, model.flange(values), model.perturb(values))[0]
         parameters = {k: v for k, v in self.cell.dataset.parameters.items() if not k.startswith("target.")}
         placed = replace(
             self.cell.dataset, placed=True, parameters=parameters, points=replace(self.cell.dataset.points, xyz=known)

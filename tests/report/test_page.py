@@ -23,9 +23,13 @@ from page_claims import (
     titled,
 )
 
+from robolaser.calibration.calibrate import calibrate
+from robolaser.calibration.plan import Plan
+from robolaser.data.dataset import Noise
 from robolaser.report.calibration import page
 from robolaser.report.calibration.words import judgement
 from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.simulation import simulate
 
 
 @pytest.fixture(scope="session")
@@ -149,3 +153,12 @@ def test_the_page_says_what_was_typed():
     assert "robolaser calibrate &#39;my cell&#39; --output result" in page(
         stripe(robot=arm()), command="robolaser calibrate 'my cell' --output result"
     )
+
+
+def test_gross_errors_that_a_weighed_fit_leaves_out_do_not_keep_the_page_from_being_written():
+    dataset = simulate(arm(), kind="point", poses=30, points=1, noise=Noise(point_m=2e-5), seed=1).dataset
+    xyz = dataset.points.xyz.copy()
+    xyz[7] += 5e-3
+    result = calibrate(replace(dataset, points=replace(dataset.points, xyz=xyz)), Plan(weights="noise"))
+    assert len(result.fitted_model.dataset.points) < len(dataset.points)
+    assert sound_charts(page(result))

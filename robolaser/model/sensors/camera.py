@@ -86,9 +86,10 @@ class CameraSensor(Sensor):
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Zhang's method for the intrinsics, Shah's for hand-eye and target; what is known is held."""
-        stated = {name: np.array([self.dataset.parameters[name].nominal]) for name in self.held}
+        derived, given = self.parameters.derived, self.dataset.parameters
+        stated = {name: np.array([given[name].nominal]) for name in derived if name in given and given[name].fixed}
         found = self._closed_form.initialize({**stated, **values}, T_base_flange)
-        return {name: found[name] for name in self.parameters.derived}
+        return {name: found[name] for name in derived}
 
     def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """Of the lens: as far as a lens can bend the image's corner."""

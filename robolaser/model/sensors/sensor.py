@@ -68,14 +68,6 @@ class Sensor(ABC):
     def parameters(self) -> SensorParameters:
         """Which must be given, which follow from the data, which no data can tell."""
 
-    @final
-    @property
-    def held(self) -> tuple[str, ...]:
-        """All parameters that stay at their nominal values: `fixed`, and those that the data set fixes."""
-        given = self.dataset.parameters
-        stated = [name for name in self.parameters.names if name in given and given[name].fixed]
-        return tuple(dict.fromkeys((*self.parameters.fixed, *stated)))
-
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """Start values of the derived parameters, for each candidate, as (c,) by name.
 

@@ -85,7 +85,6 @@ class Stripe(Sensor):
         """Camera and laser."""
         return InCell(
             scanner_geometry.frames(self.dataset, values, perturb),
-            published=("camera_optical",),
             mount=scanner_geometry.mount(self.dataset, values, perturb),
             camera=scanner_geometry.camera_view(values, perturb),
         )

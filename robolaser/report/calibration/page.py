@@ -157,11 +157,9 @@ def page(calibration: Calibration, *, command: str = "") -> str:
 
 def poses(analysis: ErrorAnalysis) -> Chart:
     """Root-mean-square error of each pose, fitted and held out."""
-    errors = {"fitted": analysis.fitted_m}
-    if analysis.held_out_m is not None:
-        errors |= {"held out": analysis.held_out_m}
+    of_fit, errors = analysis.compared
     reading = "Dots: a pose when it was fitted; rings: when it was held out." if len(errors) > 1 else ""
-    return pose_errors(analysis.calibration.model.dataset, errors, reading=reading)
+    return pose_errors(of_fit, errors, reading=reading)
 
 
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
