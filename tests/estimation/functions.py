@@ -6,7 +6,6 @@ from functools import cached_property
 import numpy as np
 
 from robolaser.estimation.robust_loss import SQUARE, Loss
-from robolaser.finite_differences import differences
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,5 +57,9 @@ class FunctionProblem:
         moving = np.flatnonzero(self.upper > self.lower)
         step = np.minimum(1e-5 * self.scale, (self.upper - self.lower) / 4)
         J = np.zeros((*x.shape, self._numbers))
-        J[:, moving] = differences(self.function, x, step, moving, self.lower, self.upper)
+        for i in moving:
+            ahead, behind = (
+                np.clip(x + way * step[i] * np.eye(len(step))[i], self.lower, self.upper) for way in (1, -1)
+            )
+            J[:, i] = (self.function(ahead) - self.function(behind)) / (ahead - behind)[:, [i]]
         return J * self.scale[:, None]

@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import TrialError
-from robolaser.finite_differences import forward_differences
 from robolaser.robot.kinematics import Robot
+from robolaser.trials.forward_differences import forward_differences
 from robolaser.trials.physics.elements import BRACKET, Gear, Load, SpringHinge
 from robolaser.trials.physics.specification import body_name, hinge_name, joint_name, mujoco, specification
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.finite_differences import forward_differences
+from robolaser.trials.forward_differences import forward_differences
 from robolaser.trials.synthetic.light import Light
 
 STEP_M = 1e-6  # of the differences that Newton's method rests on

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from differences import central_differences
 
 from robolaser import find_robot
 from robolaser.calibration.calibrate import calibrate
@@ -13,7 +14,6 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.data.several_sensors import with_points_of
 from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError, UsageError
-from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
 from robolaser.model.blocks.errors import row_errors
 from robolaser.model.blocks.start import initialize

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from differences import central_differences
 from several import together, two_trackers
 
 from robolaser import find_robot
@@ -18,7 +19,6 @@ from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError
 from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.noise_estimate import noise_of
-from robolaser.finite_differences import central_differences
 from robolaser.geometry.rigid_motion import carry
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import EFFECTS, candidate_effects
