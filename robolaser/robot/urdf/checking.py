@@ -1,31 +1,24 @@
 """What a stranger's URDF must be before Pinocchio reads it: a malformed one ends in a sentence, never in an abort."""
 
 import math
-import re
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import ROBOT_BYTES
 from robolaser.errors import RobotError, near
-from robolaser.geometry.rigid_motion import pose, rot_x, rot_y, rot_z
 from robolaser.robot.urdf import markup
 from robolaser.robot.urdf.elements import digits
 from robolaser.robot.urdf.markup import too_large
+from robolaser.robot.urdf.numbers import bad_numbers, numbers
+from robolaser.robot.urdf.structure import MOST_LISTED, MOVING, Follower, check_tree, followers
 
-MOVING = ("revolute", "continuous", "prismatic")
 KINDS = (*MOVING, "fixed", "floating", "planar")
 MOST_LINKS = 2000
-MOST_LETTERS = 200  # in a name or a number
-MOST_LISTED = 12  # names of a robot's links or joints in a message
-FARTHEST = 1e6  # m or rad: beyond it a number is a slip, and sums of such numbers lose the micrometres
+MOST_LETTERS = 200  # in a name
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-Follower = tuple[str, float, float]
-"""The joint that one follows (mimics), and its value over that joint's, and where that one is at zero [rad or m]."""
-
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 def read_xml(text: str, source: str = "robot.urdf") -> ET.Element:
@@ -65,11 +58,11 @@ def for_pinocchio(text: str, source: str) -> tuple[ET.Element, dict[str, Followe
     joints = {joint.get("name", ""): joint for joint in robot.findall("joint")}
     for link in robot.findall("link"):
         _reduce_link(link, source)
-    followers = dict(_followers(joints, source))
+    following = dict(followers(joints, source))
     for name, joint in joints.items():
         _reduce_joint(joint, name, links, source)
-    _check_tree(links, joints, source)
-    return robot, followers
+    check_tree(links, joints, source)
+    return robot, following
 
 
 def unknown_frame(source: str, frame: str, known: Iterable[str]) -> RobotError:
@@ -81,38 +74,6 @@ def joint_kind(source: str, joint: str, kind: str | None, usable: Sequence[str])
     """The error of a joint of a kind that cannot be used there."""
     problem = "has no type" if kind is None else f"is of type '{kind[:60]}'"
     return RobotError(f"{source}: joint '{joint}' {problem}; usable here: {', '.join(usable)}.")
-
-
-def numbers(text: str | None, count: int, where: str, source: str, farthest: float = FARTHEST) -> Array:
-    """So many finite numbers in the text of an attribute, (count,).
-
-    Raises:
-        RobotError: They are fewer or more, or beyond what a robot has.
-    """
-    words = [] if text is None else text.split()
-    wanted = "a number" if count == 1 else f"{count} numbers"
-    if len(words) != count or not all(len(word) < MOST_LETTERS and _NUMBER.fullmatch(word) for word in words):
-        raise _bad_numbers(source, where, text, wanted)
-    values = np.array([float(word) for word in words])
-    if not np.isfinite(values).all() or np.abs(values).max() > farthest:
-        raise _bad_numbers(source, where, text, f"{wanted} of a size that a robot has")
-    return values
-
-
-def origin_of(element: ET.Element, where: str, source: str) -> Array:
-    """The placement that an element's `<origin>` states, (4, 4); the identity where it has none."""
-    origin = element.find("origin")
-    xyz, rpy = (
-        numbers("0 0 0" if origin is None else origin.get(key, "0 0 0"), 3, f"the origin {key} of {where}", source)
-        for key in ("xyz", "rpy")
-    )
-    return pose(rot_z(rpy[2]) @ rot_y(rpy[1]) @ rot_x(rpy[0]), xyz)
-
-
-def _bad_numbers(source: str, where: str, text: str | None, expected: str) -> RobotError:
-    problem = "is missing" if text is None else f"is '{text[:60]}'"
-    hint = " Expand the file with xacro first." if text and "${" in text else ""
-    return RobotError(f"{source}: {where} {problem}; expected {expected}.{hint}")
 
 
 def _check_names(robot: ET.Element, kind: str, source: str) -> None:
@@ -150,7 +111,7 @@ def _reduce_link(link: ET.Element, source: str) -> None:
     mass = inertial.find("mass")
     text = None if mass is None else mass.get("value")
     if numbers(text, 1, f"the mass of {where}", source)[0] < 0:
-        raise _bad_numbers(source, f"the mass of {where}", text, "zero or more [kg]")
+        raise bad_numbers(source, f"the mass of {where}", text, "zero or more [kg]")
     inertia = inertial.find("inertia")
     inertia = ET.SubElement(inertial, "inertia") if inertia is None else inertia
     for key in INERTIA:
@@ -198,7 +159,7 @@ def _direction(text: str | None, where: str, source: str) -> Array:
     stated = numbers(text, 3, f"the axis of {where}", source)
     largest = np.abs(stated).max()
     if largest < 1e-9:
-        raise _bad_numbers(source, f"the axis of {where}", text, "a direction, not zero")
+        raise bad_numbers(source, f"the axis of {where}", text, "a direction, not zero")
     unit: Array = stated / largest
     return unit / np.linalg.norm(unit)
 
@@ -212,59 +173,3 @@ def _reduce_origin(element: ET.Element, where: str, source: str) -> None:
 
 def _bad_limits(source: str, where: str, fact: str) -> RobotError:
     return RobotError(f"{source}: {where} {fact}. Give <limit lower=... upper=...> in rad or m.")
-
-
-def _followers(joints: Mapping[str, ET.Element], source: str) -> Iterator[tuple[str, Follower]]:
-    leaders: dict[str, str] = {}
-    for name, joint in joints.items():
-        mimic = joint.find("mimic")
-        if mimic is None or joint.get("type") not in MOVING:
-            continue
-        leader, where = mimic.get("joint", ""), f"joint '{name}'"
-        if leader not in joints or joints[leader].get("type") not in MOVING:
-            moving = [other for other, one in joints.items() if one.get("type") in MOVING]
-            raise RobotError(
-                f"{source}: {where} follows '{leader[:MOST_LETTERS]}' (mimic), which is no moving joint."
-                f"{near(leader, moving, MOST_LISTED)}"
-            )
-        leaders[name], trail = leader, {name}
-        while leader in leaders:
-            if leader in trail:
-                raise RobotError(f"{source}: {where} follows itself (mimic). Let one of these joints follow none.")
-            trail.add(leader)
-            leader = leaders[leader]
-        ratio, offset = (
-            float(numbers(mimic.get(key, usual), 1, f"the {key} of {where} (mimic)", source)[0])
-            for key, usual in (("multiplier", "1"), ("offset", "0"))
-        )
-        yield name, (leaders[name], ratio, offset)
-
-
-def _check_tree(links: Collection[str], joints: Mapping[str, ET.Element], source: str) -> None:
-    above: dict[str, str] = {}
-    by_child: dict[str, str] = {}
-    for name, joint in joints.items():
-        parent, child = (joint.find(role).get("link", "") for role in ("parent", "child"))  # type: ignore[union-attr]
-        if child in by_child:
-            raise _no_tree(source, f"link '{child}' is the child of two joints, '{by_child[child]}' and '{name}'")
-        above[child], by_child[child] = parent, name
-    roots = [link for link in links if link not in above]
-    if not links:
-        raise _no_tree(source, "there is no link")
-    if len(roots) > 1:
-        named = ", ".join(f"'{root}'" for root in roots[:5]) + (", ..." if len(roots) > 5 else "")
-        raise _no_tree(source, f"{len(roots)} links are the child of no joint: {named}")
-    grounded = set(roots)
-    for link in links:
-        trail: dict[str, None] = {}
-        here = link
-        while here not in grounded:
-            if here in trail:
-                raise _no_tree(source, f"the joints above link '{here}' form a loop")
-            trail[here] = None
-            here = above[here]
-        grounded.update(trail)
-
-
-def _no_tree(source: str, fact: str) -> RobotError:
-    return RobotError(f"{source}: {fact}. The links of a URDF form one tree that starts at one root link.")
