@@ -117,8 +117,8 @@ def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
         )
     if rms_m >= SETUP_RMS_M:
         reasons.append(
-            f"Fitted points are {100 * rms_m:.2g} cm off: no real arm errs so much, so the data set describes the cell "
-            "wrongly; only robot.urdf is exported."
+            f"Fitted points are {100 * rms_m:.2g} cm off: no real arm has such an error, so the data set describes the"
+            " cell wrongly; only robot.urdf is exported."
         )
     if not reasons:
         return None

@@ -183,11 +183,9 @@ class Session:
             halted = self._mover.halt(restarted=restarted)
             if self._sure and not restarted:
                 stands = self._at = halted
-                outcome = f"The arm was stopped. It stands at {configuration_text(self._robot, stands)}."
+                outcome = f"The arm was stopped. It is at {configuration_text(self._robot, stands)}."
             else:
-                outcome = (
-                    f"The arm was stopped. It was not homed since it came on, so where it stands is not known.{last}"
-                )
+                outcome = f"The arm was stopped. It was not homed since it came on, so its position is not known.{last}"
         except (RobolaserError, KeyboardInterrupt) as error:
             why = "" if type(error) is type(cause) else f" {error or 'Interrupted again.'}"
             outcome = (

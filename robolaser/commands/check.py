@@ -44,7 +44,7 @@ def _text(found: "DataCheck") -> str:
         lines.append(_item(f"not possible: {found.hindrance}"))
     else:
         lines.append(_item(f"{len(found.parameters)} parameters: {', '.join(found.parameters)}"))
-        lines += [_item(f"not told apart by these poses: {', '.join(names)}") for names in found.inseparable]
+        lines += [_item(f"indistinguishable at these poses: {', '.join(names)}") for names in found.inseparable]
     tested = {one.effect: one.locations for one in found.effects if not one.reason}
     lines += ["", f"Diagnosis: {len(tested)} of {len(found.effects)} effects can be tested"]
     lines += [_item(f"{effect}: {', '.join(locations)}") for effect, locations in tested.items()]

@@ -10,11 +10,11 @@ from robolaser.model.effects.sensor_sites import kind_of_site, of_sensor
 NOUNS: Final[Mapping[str, str]] = {
     "arm_geometry": "the arm's geometry",
     "transmission": "the joints' gears and encoders",
-    "elasticity": "parts that give way under load",
+    "elasticity": "elastic deflection under load",
     "thermal": "warming up",
     "timing": "the timing of exposure and joint reading",
     "mount": "the sensor's mount",
-    "base": "what base and target stand on",
+    "base": "the supports of base and target",
     "camera": "the lens",
     "laser": "the laser plane",
     "target": "the target",

@@ -58,18 +58,18 @@ def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterat
     stated = shots.noise.pixel_px
     if stated and repeats and Excess.of(repeats.freedoms * (repeats.sigma_px / stated) ** 2, repeats.freedoms).is_below:
         yield (
-            f"[noise] states pixel_px = {stated:.2g}, but repeated shots scatter by {repeats.sigma_px:.2g} only: what"
-            " is stated is used, and effects may hide in it."
+            f"[noise] states pixel_px = {stated:.2g}, but repeated shots scatter by {repeats.sigma_px:.2g} only: the"
+            " stated value is used, and may hide effects."
         )
         return
     row_excesses = row_excess(final.noise, final.at.white, final.problem.numbers - len(final.x))
     if row_excesses.is_below and "stated" in final.noise.origin.values():
         yield (
-            "The rows of a pose agree with each other as if they were made from one measurement: how exact that is they"
-            " do not tell, and what [noise] states is used."
+            "The rows of a pose agree as if they were made from one measurement: they do not show its noise, and the"
+            " value in [noise] is used."
             if row_excesses.ratio < ONE_MEASUREMENT
-            else f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: what is"
-            " stated is used, and effects may hide in it."
+            else f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: the stated"
+            " value is used, and may hide effects."
         )
 
 

@@ -51,7 +51,7 @@ def sentence(
         text = _unexplained(findings, classes, where, gap)
     if gap.turns_rad is not None:
         before, after = (f"{np.degrees(turn):.3g}°" for turn in gap.turns_rad)
-        text += f" Rotations on new poses err by {after}" + (f", {before} without it." if findings else ".")
+        text += f" The error of rotations on new poses is {after}" + (f", {before} without it." if findings else ".")
     if scatter:
         text += f" {scatters(scatter)}"
     elif repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
@@ -67,7 +67,7 @@ def sentence(
         if len(gross) == 1
         else f"{len(gross)} rows of points.csv are gross errors"
     )
-    return f"{text} {rows}, listed and left out."
+    return f"{text} {rows}, listed and excluded."
 
 
 def scatters(scatter: ExcessScatter) -> str:
@@ -76,14 +76,14 @@ def scatters(scatter: ExcessScatter) -> str:
     if scatter.where == FLANGE:
         by = listed([_size(one.value, one.unit) for one in scatter.sizes.values()])
         return (
-            f"The flange scatters by {by} from pose to pose, more than {limit}: did the arm stand still, and is all"
-            " that it carries tight?"
+            f"The flange scatters by {by} from pose to pose, more than {limit}: had the arm stopped, and is everything"
+            " on the flange tight?"
         )
     which = "Joint readings scatter" if scatter.where == JOINTS else f"Readings of {scatter.where} scatter"
     (size,) = scatter.sizes.values()
     return (
         f"{which} by {_size(size.value, size.unit)}, more than {limit} ({_size(size.limit, size.unit)}): were they read"
-        " before the arm stood still? Are these commanded angles?"
+        " before the arm had stopped? Are these commanded angles?"
     )
 
 
@@ -98,7 +98,10 @@ def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseC
     hidden = [one for one in hidden if class_of(one) not in named_classes]
     if not hidden or not named_classes:
         return ""
-    return f" These data cannot tell {members(hidden)} from what was found: other poses, or known distances, may."
+    return (
+        f" These data cannot distinguish {members(hidden)} from the effects found; other poses, or known distances,"
+        " may."
+    )
 
 
 def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
@@ -115,12 +118,12 @@ def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
     if validation.is_better:
         room = validation.calibrated_m**2 - validation.noise_floor_m**2
         closed = validation.calibrated_m**2 - validation.after_m**2
-        carries = "It carries" if closed >= CARRIED_SHARE * room else "Little of it carries"
-        return f"{carries} over to {name}: there the error falls from {before} to {after}, {floor}."
+        carries = "It transfers" if closed >= CARRIED_SHARE * room else "Little of it transfers"
+        return f"{carries} to {name}: there the error falls from {before} to {after}, {floor}."
     compared = f"the error there is {before} without the effects and {after} with them, {floor}"
     if validation.after_m < validation.calibrated_m:
-        return f"Whether it carries over to {name} is not certain: {compared}."
-    return f"It does not carry over to {name}: {compared}."
+        return f"Whether it transfers to {name} is not certain: {compared}."
+    return f"It does not transfer to {name}: {compared}."
 
 
 def millimetres(length_m: float) -> str:
@@ -132,7 +135,7 @@ def _compared_with_noise(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
             f"the model's error is {millimetres(gap.after_m)}, less than the {millimetres(gap.noise_floor_m)} of the"
-            " assumed noise. If [noise] states too much, effects may hide in it."
+            " assumed noise. If the noise in [noise] is too large, it may hide effects."
         )
     return f"the model's error is {millimetres(gap.after_m)}; noise alone gives {millimetres(gap.noise_floor_m)}."
 
@@ -141,7 +144,7 @@ def _unexplained(
     findings: Sequence[Finding], classes: Sequence[CauseClass], where: Sequence[Localization], gap: Gap
 ) -> str:
     first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
-    lies = f" What is left lies at {place(first.site)} ({first.coordinate})." if first else ""
+    lies = f" The remaining error is at {place(first.site)} ({first.coordinate})." if first else ""
     if findings:
         return _causes("A part of the gap is explained", findings, classes, gap) + lies
     return (
@@ -155,11 +158,11 @@ def _remainder(classes: Sequence[CauseClass]) -> str:
     unknown = next((one for one in classes if one.name == UNKNOWN), None)
     if unknown and all(one.probability < EVEN for one in classes if one is not unknown):
         return (
-            f" More probably ({100 * unknown.probability:.0f} %) what is at work at {place(unknown.site)} has no form"
-            " that an effect of the library has, and these effects only imitate it."
+            f" More probably ({100 * unknown.probability:.0f} %) the cause at {place(unknown.site)} is not an effect of"
+            " the library, and these effects only imitate it."
         )
     if unknown and unknown.probability >= CERTAIN:
-        return f" The little that is left lies at {place(unknown.site)}, in no form that an effect of the library has."
+        return f" The small remaining error is at {place(unknown.site)}, in a form that no effect of the library has."
     return ""
 
 
@@ -199,15 +202,15 @@ def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: 
     sets = [some for one in sure for some in one.credible_sets if 1 < len(some) <= NAMED and open_ones & set(some)]
     distinct = {frozenset(some): some for some in sets}.values()
     either = [" or ".join(map(named, some)) for some in distinct]
-    text = f"One of each is at work: {'; '.join(either[:NAMED])}." if len(either) > 1 else ""
+    text = f"One of each is the cause: {'; '.join(either[:NAMED])}." if len(either) > 1 else ""
     if len(either) == 1:
-        text = f"At work is {either[0]}."
+        text = f"The cause is {either[0]}."
     if len(either) >= len(doubtful):
         return text
-    which = "Which single effects of these are at work" if is_all and not text else "Which others are at work"
+    which = "Which single effects of these are the cause" if is_all and not text else "Which others are the cause"
     if is_all and not text and len(doubtful) == 1:
-        which = f"Whether {named(doubtful[0].candidate_effect)} or another one is at work"
-    return f"{text} {which}, these poses do not tell.".lstrip()
+        which = f"Whether {named(doubtful[0].candidate_effect)} or another one is the cause"
+    return f"{text} {which}, these poses do not show.".lstrip()
 
 
 def _clauses(findings: Sequence[Finding]) -> str:

@@ -86,11 +86,11 @@ def sentence(found: Sequence[ErrorGroup]) -> str:
     if not odd:
         counted = {kind: sum(one.kind == kind for one in found) for kind in dict.fromkeys(one.kind for one in found)}
         listed = ", ".join(f"{count} {kind}s" for kind, count in counted.items())
-        return f"None stands out among {listed}."
-    said = [f"{one.kind} {one.name} is off by {millimetres(one.rms_m[-1])}, {times(one.ratio)} times the median"
+        return f"No outlier among {listed}."
+    said = [f"{one.kind} {one.name} has an error of {millimetres(one.rms_m[-1])}, {times(one.ratio)} times the median"
             for one in odd[:NAMED]]  # fmt: skip
     more = f", and {len(odd) - NAMED} more" if len(odd) > NAMED else ""
-    return f"Odd: {'; '.join(said)}{more}. Look at what was measured there."
+    return f"Large errors: {'; '.join(said)}{more}. Check these measurements."
 
 
 def _kinds(dataset: Dataset) -> Iterator[tuple[str, Sequence[str], Ints]]:

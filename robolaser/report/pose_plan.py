@@ -29,7 +29,7 @@ WHERE_IT_FITS = {"expr": "bandwidth('x') < 16 ? 0 : 1"}
 BROAD = 10_000  # letters that no matrix has side by side
 COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
 GUESSED = (
-    "How the sensor will sit and where its target will stand is guessed, and here it does not fit. Measure once in some"
+    "The poses of sensor and target are guesses, and here it does not fit. Measure once in some"
     " of these poses, and plan from that data set."
 )
 
@@ -138,8 +138,8 @@ def _heat_map(plan: PosePlan) -> Chart:
     worst = sum(row["cell"] == "==" for row, counts in zip(data, once, strict=True) if counts)
     return chart(
         "Correlation of effects in %",
-        "At the locations where they are most alike; == cannot be told apart.",
-        f"Of {once.sum()} pairs of {len(names)} effects {worst} cannot be told apart.",
+        "At the locations where they are most alike; == marks indistinguishable effects.",
+        f"Of {once.sum()} pairs of {len(names)} effects {worst} are indistinguishable.",
         [
             layer({"type": "rect", "color": FITTED}, data, **axes, opacity={**depth, "legend": None},
                   tooltip=hover("effect", "other", correlation="correlation")),
@@ -161,7 +161,8 @@ def _row(limit: DetectionLimit) -> tuple[str, ...]:
 
 def _print_matrix(plan: PosePlan, out: Console) -> None:
     names, alike = plan.of_effects()
-    out.print(Text("Correlation of effects in %, at the locations where they are most alike; == cannot be told apart."))
+    note = "at the locations where they are most alike; == marks indistinguishable effects."
+    out.print(Text(f"Correlation of effects in %, {note}"))
     matrix = table("", "effect", *(str(number) for number in range(1, len(names) + 1)))
     for number, (name, row) in enumerate(zip(names, alike, strict=True), 1):
         matrix.add_row(str(number), name.replace("_", " "), *map(_cell, row.tolist()))

@@ -78,8 +78,8 @@ class Calibrated:
         if self.rms_m is None or self.rms_m < SETUP_RMS_M:
             return None
         return (
-            f"The calibration from {self.name} leaves points {100 * self.rms_m:.2g} cm off: no real arm errs so much,"
-            " so it describes the cell wrongly. Do not use this cloud."
+            f"The calibration from {self.name} leaves points {100 * self.rms_m:.2g} cm off: no real arm has such an"
+            " error, so it describes the cell wrongly. Do not use this cloud."
         )
 
     def as_drawn(self) -> "Calibrated":

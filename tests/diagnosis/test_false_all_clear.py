@@ -70,7 +70,7 @@ def test_joints_that_scatter_as_arms_do_are_none(kind: str) -> None:
 def test_the_scatter_is_said_where_it_is_and_what_it_may_be() -> None:
     found = scattered("point", 5e-3)
     assert "Joint readings scatter by 0.3" in found.sentence
-    assert "were they read before the arm stood still? Are these commanded angles?" in found.sentence
+    assert "were they read before the arm had stopped? Are these commanded angles?" in found.sentence
     assert "how well the arm" not in found.sentence
     assert any("once the arm stands still" in one for one in to_do(found))
     assert not any("gear" in one for one in to_do(found))

@@ -42,7 +42,7 @@ def test_an_effect_of_the_arm_carries_over_to_where_base_and_tool_stand_elsewher
     assert validation.nominal_m == validation.calibrated_m > 3e-4
     assert validation.after_m < 1.3 * validation.noise_floor_m
     assert validation.rows == 48
-    assert "It carries over to campaign-2: there the error falls from" in found.sentence
+    assert "It transfers to campaign-2: there the error falls from" in found.sentence
 
 
 def test_an_arm_that_was_repaired_in_between_is_said_not_to_be_predicted():
@@ -50,7 +50,7 @@ def test_an_arm_that_was_repaired_in_between_is_said_not_to_be_predicted():
     (validation,) = repaired.validation
     assert not validation.is_better
     assert validation.after_m > validation.calibrated_m
-    assert "It does not carry over to campaign-2: the error there is" in repaired.sentence
+    assert "It does not transfer to campaign-2: the error there is" in repaired.sentence
 
 
 def test_gross_errors_of_the_other_campaign_are_left_out_and_counted():
@@ -71,10 +71,10 @@ def test_what_closes_less_than_half_of_another_gap_hardly_carries_over(found):
     (validation,) = found.validation
     worse = replace(validation, calibrated_m=18e-3, after_m=17.2e-3, noise_floor_m=1.75e-5, is_better=True)
     assert transfer_sentence(worse, has_effects=True).startswith(
-        "Little of it carries over to campaign-2: there the error"
+        "Little of it transfers to campaign-2: there the error"
     )
     half = replace(worse, after_m=12.7e-3)
-    assert transfer_sentence(half, has_effects=True).startswith("It carries over to campaign-2")
+    assert transfer_sentence(half, has_effects=True).startswith("It transfers to campaign-2")
 
 
 def test_a_scanner_is_transferred_with_its_own_parameters():

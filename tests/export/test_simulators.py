@@ -99,7 +99,7 @@ def test_the_sdf_has_the_geometry():
             T = pose(rot_z(at[5]) @ rot_y(at[4]) @ rot_x(at[3]), at[:3]) @ motion @ T
             link = joint.findtext("parent")
         np.testing.assert_allclose(T, T_wanted, atol=1e-9)
-    assert "Not contained: elbow_joint gives way" in sdf(calibration)
+    assert "Not contained: elbow_joint deflects" in sdf(calibration)
 
 
 def replayed(text, q, *, settle_s):

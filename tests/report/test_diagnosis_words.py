@@ -69,7 +69,7 @@ def test_a_certain_class_is_said_first_where_no_single_effect_is_certain():
     assert said.startswith(
         "The gap is explained by the arm's geometry (joint offset of perturb and link geometry of lift). With that"
     )
-    assert "Which single effects of these are at work, these poses do not tell." in said
+    assert "Which single effects of these are the cause, these poses do not show." in said
 
 
 def test_members_that_are_not_reported_are_counted():
@@ -97,12 +97,12 @@ def test_a_certain_effect_is_named_beside_a_certain_class():
     one = doubted(geometric())
     findings = (replace(one.findings[0], probability=0.99), *one.findings[1:])
     said = sentence("explained", findings, one.classes, one.where, one.gap, one.repeatability, one.outliers)
-    assert "Certain by itself: the zero of perturb is off. Which others" in said
+    assert "Certain by itself: the zero of perturb is wrong. Which others" in said
 
 
 def test_a_single_doubtful_effect_is_none_of_several():
     one = doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1])))
-    assert "Whether joint offset of perturb or another one is at work, these poses do not tell." in one.sentence
+    assert "Whether joint offset of perturb or another one is the cause" in one.sentence
 
 
 @pytest.mark.parametrize(("is_stated", "limit"), [(False, "than arms do"), (True, "than the data sheet allows")])
@@ -160,7 +160,7 @@ def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
     said = sentence(
         "explained", one.findings, (*one.classes, unknown), one.where, one.gap, one.repeatability, one.outliers
     )
-    assert "The little that is left lies at base, in no form" in said
+    assert "The small remaining error is at base" in said
     assert "The little" not in one.sentence
 
 
@@ -168,7 +168,7 @@ def test_what_effects_only_imitate_is_said_where_no_class_is_likely():
     one = doubted(geometric())
     unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="joint_4")
     said = sentence("explained", one.findings, (unknown,), one.where, one.gap, one.repeatability, one.outliers)
-    assert "what is at work at joint_4 has no form" in said
+    assert "the cause at joint_4 is not an effect" in said
     assert "The little" not in said
 
 

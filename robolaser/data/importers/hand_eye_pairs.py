@@ -54,7 +54,7 @@ def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> M
         raise UsageError(f"--set mount={stated}: {file} says that the camera is mounted on the {known}.")
     if known is None and stated is None:
         raise UsageError(
-            f"{file}: is the camera on the flange or does it stand in the cell? Say it with --set mount=flange (eye in"
+            f"{file}: is the camera on the flange or fixed in the cell? State it with --set mount=flange (eye in"
             " hand) or --set mount=base (eye to hand)."
         )
     return known or cast("Mount", stated)

@@ -29,9 +29,9 @@ class Backlash(Effect):
     """
 
     name = "backlash"
-    title = "lost motion: depends on the direction it came from"
+    title = "lost motion: depends on the direction of approach"
     clause = "{where} has lost motion"
-    caveat = "assumes that the arm came straight from the pose before"
+    caveat = "assumes a straight path from the pose before"
     remedy = "Approach each pose of {where} from the same side, or have its gear adjusted."
     reference = "Nordin, Gutman 2002, Controlling mechanical systems with backlash; 1-2 arcmin, belts 5"
     stage = Stage.JOINTS

@@ -28,8 +28,8 @@ class BaseCompliance(Effect):
     """
 
     name = "base_compliance"
-    title = "what the arm stands on gives way under the arm's overturning moment"
-    clause = "what the arm stands on gives way under the arm's weight"
+    title = "the support tilts under the arm's overturning moment"
+    clause = "the support of the arm tilts under its weight"
     caveat = "scales with the URDF's masses: an arm 10 % heavier than stated makes it 10 % too large"
     remedy = "Tighten the bolts of the base, stiffen the pedestal or table, or keep the arm nearer to its base."
     reference = "Dumas et al. 2011, Joint stiffness identification of industrial serial robots; 1e4-1e6 Nm/rad"

@@ -31,7 +31,7 @@ class BaseShift(Effect):
     """
 
     name = "base_shift"
-    title = "the robot or target was moved at some moment of the run"
+    title = "robot or target moved at a moment of the run"
     clause = "robot or target was moved during the run"
     caveat = "a moved robot and a moved target look the same: either may have moved"
     remedy = "Find what is loose, clamp base and target, and measure again."

@@ -25,10 +25,10 @@ class HandEyeSag(Effect):
     """
 
     name = "hand_eye_sag"
-    title = "the bracket gives way under gravity, by its direction in the flange"
+    title = "elastic deflection of the bracket under gravity"
     clause = "the sensor's bracket sags"
-    caveat = "assumes that the bracket yields in proportion to gravity, whichever way the flange points"
-    remedy = "Stiffen the sensor's bracket, shorten it, or keep the flange's attitude the same."
+    caveat = "assumes that the bracket yields in proportion to gravity, for every orientation of the flange"
+    remedy = "Stiffen the sensor's bracket, shorten it, or keep the flange's orientation constant."
     reference = "Gere, Timoshenko 1997, Mechanics of Materials, ch. 9: cantilevers under an end load; 0.05-1 mm"
     stage = Stage.MOUNT
     cause = "elasticity"

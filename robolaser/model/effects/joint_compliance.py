@@ -26,10 +26,10 @@ class JointCompliance(Effect):
     """
 
     name = "joint_compliance"
-    title = "gives way under the gravity torque of the URDF's masses"
-    clause = "{where} gives way under gravity"
+    title = "elastic deflection under the gravity torque of the URDF's masses"
+    clause = "{where} deflects under gravity"
     caveat = "scales with the URDF's masses: an arm 10 % heavier than stated makes it 10 % too large"
-    remedy = "Reduce the payload, or correct the angle of {where} for the torque that it bears."
+    remedy = "Reduce the payload, or correct the angle of {where} for its gravity torque."
     reference = (
         "Siciliano, Khatib 2016, Springer Handbook of Robotics, ch. 11; stiffness 1e4-5e4 Nm/rad at a shoulder, 10 at"
         " a hobby servo (ROBOTIS AX-12A: full torque of 1.5 Nm at 9° by its compliance slope)"

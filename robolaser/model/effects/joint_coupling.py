@@ -29,8 +29,8 @@ class JointCoupling(Effect):
     """
 
     name = "joint_coupling"
-    title = "turns a little with another joint (wrist gears, cables)"
-    clause = "{where} turns a little with another joint"
+    title = "the joint follows another one (wrist gears, cables)"
+    clause = "{where} follows another joint"
     caveat = "the other joint, `other`, is counted from the base, beginning with one"
     remedy = "Check the coupling ratio of {where} in its controller, and belts and cables that pass the joint."
     reference = "Paul 1981, Robot Manipulators, on coupled wrists; Schröer 1993, Theory of kinematic modelling"

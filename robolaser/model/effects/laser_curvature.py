@@ -25,7 +25,7 @@ class LaserCurvature(Effect):
     title = "the laser plane is not flat"
     clause = "the laser plane is not flat"
     caveat = "valid where the stripe was seen, not beyond"
-    remedy = "Use the corrected model: turning the projector does not flatten its plane."
+    remedy = "Use the corrected model: adjusting the projector does not flatten its plane."
     reference = "Isheil et al. 2011, Systematic error correction of a 3D laser scanning device; 0.1 mm"
     stage = Stage.POINTS
     cause = "laser"

@@ -18,7 +18,7 @@ class Latency(Effect):
     title = "the exposure is later (or earlier) than the reading of the joint angles"
     clause = "exposure and joint reading are not simultaneous"
     caveat = "assumes that the velocities in the data, or else those along the path, are those at the exposure"
-    remedy = "Trigger the camera and read the joints together, or stand still at each exposure."
+    remedy = "Trigger the camera and read the joints together, or stop for each exposure."
     reference = "Furgale, Rehder, Siegwart 2013, Unified temporal and spatial calibration; 20-200 ms"
     stage = Stage.JOINTS
     cause = "timing"

@@ -33,8 +33,8 @@ class LinkCompliance(Effect):
     """
 
     name = "link_compliance"
-    title = "the link before the joint bends or twists under the load, not only about the joint's axis"
-    clause = "the link before {where} bends under the weight that it carries"
+    title = "the link before the joint bends or twists under the load"
+    clause = "the link before {where} bends under load"
     caveat = "scales with the URDF's masses: an arm 10 % heavier than stated makes it 10 % too large"
     remedy = "Reduce the payload, stiffen the link before {where} or its bearing, or keep the corrected model."
     reference = "Tenhumberg, Bäuml 2021, Calibration of an elastic humanoid upper body; 1e-6-1e-5 rad/Nm"

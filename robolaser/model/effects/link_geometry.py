@@ -22,10 +22,10 @@ class LinkGeometry(Effect):
     """
 
     name = "link_geometry"
-    title = "the joint's placement on the link before it is off"
-    clause = "{where} is not where the model has it"
+    title = "error of the joint's placement on the link before it"
+    clause = "the placement of {where} on its link is wrong"
     caveat = "a turn about or a shift along the joint's own axis is an offset of a joint"
-    remedy = "Use `robot_corrected.urdf`: it has {where} where it was found."
+    remedy = "Use `robot_corrected.urdf`, which has the estimated placement of {where}."
     reference = "Hayati 1983; Stone 1987; nominal against true kinematics 1-10 mm on collaborative arms"
     stage = Stage.LINKS
     cause = "arm_geometry"

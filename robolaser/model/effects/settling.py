@@ -52,9 +52,9 @@ class Settling(Effect):
     """
 
     name = "settling"
-    title = "the reading is older or younger than the measurement: a share of the joint's last move is missing"
+    title = "the joint had not settled: a share of its last move is missing"
     clause = "{where} has not settled when it is measured"
-    caveat = "assumes that the arm came straight from the pose before, and waited as long at each pose"
+    caveat = "assumes a straight path from the pose before, and waited as long at each pose"
     remedy = "Wait longer at each pose before measuring, or raise the gain of the servo of {where}."
     reference = "ISO 9283:1998, pose stabilization time and overshoot; 0.01-0.5 % of a move"
     stage = Stage.JOINTS

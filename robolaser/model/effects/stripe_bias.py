@@ -27,7 +27,7 @@ class StripeBias(Effect):
     title = "the stripe's centre is biased with the tilt of the surface"
     clause = "the stripe's centre is biased where the surface is tilted"
     caveat = "holds for this target's surface"
-    remedy = "View surfaces squarely, expose shorter, or use a duller target."
+    remedy = "View surfaces at normal incidence, expose shorter, or use a matt target."
     reference = "Feng, Liu, Xi 2001, Analysis of digitizing errors of a laser scanning system; 0.05-0.3 px"
     stage = Stage.PIXELS
     cause = "laser"

@@ -21,7 +21,7 @@ class TrackerScale(Effect):
 
     name = "tracker_scale"
     title = "the measuring system's own scale"
-    clause = "the measuring system's lengths are off"
+    clause = "the scale of the measuring system is wrong"
     caveat = "links that are all too long or too short look the same, unless distances between points are known"
     remedy = "Check the measuring system against a scale bar, and its air temperature and pressure."
     reference = "Muralikrishnan, Phillips, Sawyer 2016, Laser trackers for large-scale dimensional metrology: a review"

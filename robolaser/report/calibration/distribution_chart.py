@@ -37,7 +37,7 @@ def distribution(analysis: ErrorAnalysis) -> Chart | None:
     lines = [row for name in bins for row in bins[name]]
     reading = (
         "Grey: what the known noise alone would make of points like these. If the curves extend beyond it to the"
-        " right, something other than that noise is at work; a small separate peak is a few gross errors."
+        " right, there is another source of error; a small separate peak is a few gross errors."
         if "noise alone" in bins
         else "No noise is known to compare with. One smooth peak is a good sign; a small separate one is a few gross"
         " errors."

@@ -135,7 +135,7 @@ def _parameters(calibration: Calibration) -> list[Block]:
         nominal = Column("Nominal", "text", 13, "nominal")
         blocks.append(Table([PARAMETER, VALUE, nominal, within], given, note=reading, printed=MOST_PRINTED))
     if placed:
-        why = "These need no nominal values" if given else "There is no nominal model: nobody gave nominal values"
+        why = "These need no nominal values" if given else "There is no nominal model: no nominal values are given"
         start = f"{why}; they start from a closed-form estimate."
         blocks.append(Table([PARAMETER, VALUE, REMARK], placed, closed_form, start, MANY,
                             0 if given else MOST_PRINTED))  # fmt: skip

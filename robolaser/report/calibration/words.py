@@ -23,11 +23,11 @@ def headline(analysis: ErrorAnalysis) -> str:
     does = calibration.model.blocks.sensor.format.task
     noise = analysis.noise_m
     if calibration.held_out_rms_m is None:
-        first = f"How far off {does} on new poses is unknown: there are too few poses to hold any out"
+        first = "The error on new poses is unknown: there are too few poses to hold any out"
     else:
-        first = f"On poses it has not seen, {does} {millimetres(calibration.held_out_rms_m)} off"
+        first = f"On held-out poses, {does} {millimetres(calibration.held_out_rms_m)} off"
     if noise is None:
-        return f"{first}; how much of that is noise, these data do not say."
+        return f"{first}; these data do not show how much of that is noise."
     return f"{first}; measurement noise alone would give {millimetres(noise)}."
 
 
@@ -40,17 +40,17 @@ def judgement(analysis: ErrorAnalysis) -> str:
         said.append(calibration.setup_warning)
     elif noise is None:
         said.append(
-            "State what you know of the noise under `[noise]` in `dataset.toml`: then this report separates it from the"
-            " errors of the model."
+            "State the known noise under `[noise]` in `dataset.toml`: then this report separates it from the errors of"
+            " the model."
         )
     elif error is None:
-        said.append("Take more poses: an error on the very points that were fitted says little.")
+        said.append("Take more poses: the training error says little.")
     else:
         said.append(_against_noise(*excess(analysis, noise), error / noise))
     if error is not None and error > OVERFITTED * calibration.rms_m:
         said.append(
-            f"New poses err {times(error / calibration.rms_m)} times as much as fitted ones:"
-            " the poses are too few or too alike for this many parameters."
+            f"The error on new poses is {times(error / calibration.rms_m)} times the training error:"
+            " the poses are too few or too similar for this many parameters."
         )
     return " ".join(said)
 
@@ -70,15 +70,15 @@ def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
 
 def _against_noise(over: float, chance: float, ratio: float) -> str:
     if over <= NOISE_ALONE + CHANCE * chance:
-        return "What is left is noise: the model explains these data as well as they can be explained."
+        return "The remaining error is noise: the model is complete for these data."
     if over < UNMODELLED:
         return (
-            f"That is {times(ratio)} times the noise: a little is unmodelled, or the noise is larger than stated."
-            " `robolaser diagnose` says which."
+            f"That is {times(ratio)} times the noise: a small effect is unmodelled, or the noise is larger than stated."
+            " `robolaser diagnose` finds which."
         )
     return (
         f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
-        " removes it. `robolaser diagnose` says where it lies, and which effects explain it."
+        " removes it. `robolaser diagnose` finds where it is, and which effects explain it."
     )
 
 

@@ -26,12 +26,11 @@ WORSE = 1.02
 FEW = 2
 """Alternatives that a caveat names."""
 
-_DIAGNOSE_AGAIN = "No effect was looked for: mend what the first sentence says, then diagnose again."
+_DIAGNOSE_AGAIN = "No effect was looked for: correct what the first sentence states, then diagnose again."
 
 _STAND_STILL = (
-    "Record the joint angles that are read, not those that are commanded, and only once the arm stands still. Then"
-    " return to some poses several times, from elsewhere, each return a pose of its own: that shows how much it"
-    " scatters."
+    "Record the measured joint angles, not the commanded ones, and only after the arm has stopped. Then return to some"
+    " poses several times from elsewhere, each return as a pose of its own: that shows the repeatability."
 )
 
 SITES: Mapping[str, str] = {
@@ -39,7 +38,7 @@ SITES: Mapping[str, str] = {
     "laser": "the projector: its mount, its warm-up, its focus",
     "hand_eye": "the bracket between flange and sensor",
     "target": "the target: flatness, print, fixing",
-    "base": "what base and target stand on",
+    "base": "the supports of base and target",
     "timing": "how camera and joint readings are synchronised",
     "image": "single images, and how the stripe is found in them",
     "tool": "how ball or reflectors are fixed to the flange",
@@ -146,16 +145,16 @@ def _of_class(diagnosis: Diagnosis, name: str, own: Sequence[CandidateEffect]) -
     what = sentence_case(noun(name))
     probability = next((one.probability for one in diagnosis.classes if one.name == name), 0.0)
     if probability < CERTAIN:
-        return f"{what}: not certain. Measure more poses before anything is repaired on its account."
+        return f"{what}: not certain. Measure more poses before repairing anything."
     if all(one.effect.in_urdf for one in own):
         is_open = all(found.probability < CERTAIN for found in diagnosis.findings
                       if class_of(found.candidate_effect) == name)  # fmt: skip
         return (
-            f"{what}: use `robot_corrected.urdf`. Its corrections hold together; these poses do not tell how"
-            f" {'they are' if is_open else 'the rest of them is'} to be divided among the joints."
+            f"{what}: use `robot_corrected.urdf`. Its corrections are valid together; these poses do not show how"
+            f" {'they are' if is_open else 'the rest of them is'} divided among the joints."
             f"{_unseen(diagnosis, name)}"
         )
-    return f"{what}: which part is at work is not certain. Measure more poses before one is repaired."
+    return f"{what}: which part is the cause is not certain. Measure more poses before repairing one."
 
 
 def _unseen(diagnosis: Diagnosis, name: str) -> str:
@@ -166,8 +165,8 @@ def _unseen(diagnosis: Diagnosis, name: str) -> str:
     if not unseen:
         return ""
     return (
-        f" They do not determine {unseen} of {len(numbers)} parameters by themselves: along what they cannot see, the"
-        " nominal model stands."
+        f" They do not determine {unseen} of {len(numbers)} parameters by themselves: in these directions the"
+        " nominal model is kept."
     )
 
 
@@ -179,7 +178,7 @@ def _sites(diagnosis: Diagnosis) -> list[Localization]:
 def _look(diagnosis: Diagnosis) -> str:
     where = _sites(diagnosis)
     if not where:
-        return "The rest lies at no single site. More poses, spread wider, may show where."
+        return "The remaining error is at no single location. More and more varied poses may show where."
     largest = where[0].share
     alike = {lies.site: lies.coordinate for lies in reversed(where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
@@ -188,12 +187,12 @@ def _look(diagnosis: Diagnosis) -> str:
     checked = [f"gear, encoder and bearings of {joint_names(joints)}"] if joints else []
     checked += [f"cables and hoses that pull at the joints about {listed(pulled)}"] if pulled else []
     checked += list(dict.fromkeys(SITES[kind] for site in sites if (kind := kind_of_site(site)) in SITES))
-    said = f"Check {listed(checked)}. What is left there {_form(dict.fromkeys(alike[site] for site in sites))}"
+    said = f"Check {listed(checked)}. The remaining error there {_form(dict.fromkeys(alike[site] for site in sites))}"
     if any(lies.unknown for lies in where if lies.site in sites):
-        return f"{said}, but in no form that an effect of the library has. An effect of your own may."
+        return f"{said}, in a form that no effect of the library has. Write an effect of your own."
     return (
-        f"{said}. The library has effects of that form, but new poses are predicted no better with them: measure more"
-        " poses, in more places."
+        f"{said}. The library has effects of that form, but they do not reduce the error on new poses: measure more,"
+        " and more varied, poses."
     )
 
 

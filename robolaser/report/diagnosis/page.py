@@ -112,7 +112,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
 def _nominal_remark(gap: Gap) -> str:
     """What the nominal error is of; where nothing but places was fitted, nominal and calibrated are one model."""
     if gap.nominal_m is None:
-        return "nobody gave nominal values"
+        return "no nominal values are given"
     if gap.nominal_m == gap.calibrated_m:
         return "the arm as described, in its fitted place"
     return "before anything was fitted"

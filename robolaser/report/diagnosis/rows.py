@@ -37,7 +37,7 @@ def class_table(diagnosis: Diagnosis) -> Table:
     ]
     columns = [
         Column("Class", "name", 30, "class"),
-        Column("Members that may be at work"),
+        Column("Possible causes"),
         SURE,
     ]
     if not _is_open(diagnosis):
@@ -187,7 +187,7 @@ def pose_table(diagnosis: Diagnosis) -> Table:
     return Table(
         [Column("Pose"), *map(Column, joints)],
         rows,
-        note="Within the joint limits; the arm does not hit itself there, what else stands in the cell is not known.",
+        note="Within the joint limits and without self-collision; obstacles are not known.",
     )
 
 
@@ -207,7 +207,7 @@ def gross_table(diagnosis: Diagnosis) -> Table:
 def validation_table(diagnosis: Diagnosis) -> Table:
     """Other data of the same arm: name, the error step by step, and what did not carry over."""
     columns = [Column("Data set", "name", 24), Column("Nominal"), Column("Calibrated"), Column("With the effects"),
-               Column("Noise alone"), Column("What did not carry over", "wide")]  # fmt: skip
+               Column("Noise alone"), Column("What does not transfer", "wide")]  # fmt: skip
     rows: list[Sequence[Cell | str]] = [
         (one.dataset, "none" if one.nominal_m is None else millimetres(one.nominal_m),
          *map(millimetres, (one.calibrated_m, one.after_m, one.noise_floor_m)),
