@@ -1,6 +1,7 @@
 """What `calibrate` and `diagnose` answer on many data sets, kept, and a later state held against it.
 
-    python benchmarks/frozen/run.py record --data FOLDER --output after.jsonl
+    python benchmarks/frozen/run.py worlds --output WORLDS
+    python benchmarks/frozen/run.py record --data FOLDER --worlds WORLDS --output after.jsonl
     python benchmarks/frozen/run.py compare benchmarks/frozen/before.jsonl after.jsonl
 
 A line for each data set is written as it ends; what is in the file is not done again.
@@ -20,7 +21,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from answers import calibrated, diagnosed
 from gate import compare, lines
-from worlds import GROUPS, World, made, worlds
+from worlds import GROUPS, World, made, make_fresh, worlds
 
 import robolaser
 from robolaser.calibration.calibrate import calibrate
@@ -35,13 +36,17 @@ def main() -> None:
     """Record, or compare."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(required=True)
+    making = commands.add_parser("worlds")
+    making.add_argument("--seed", type=int, default=FRESH, help="of the first fresh world")
+    making.add_argument("--output", type=Path, required=True)
+    making.set_defaults(run=lambda a: make_fresh(a.output, a.seed))
     recording = commands.add_parser("record")
     data = os.environ.get("ROBOLASER_DATA")
     recording.add_argument("--data", type=Path, default=data, required=data is None, help="folder of real sets")
     recording.add_argument("--groups", default=",".join(GROUPS), help="separated by commas")
-    recording.add_argument("--seed", type=int, default=FRESH, help="of the first fresh world")
+    recording.add_argument("--worlds", type=Path, help="folder of fresh worlds; without it that group is left out")
     recording.add_argument("--output", type=Path, required=True)
-    recording.set_defaults(run=lambda a: record(a.groups.split(","), a.data, a.seed, a.output))
+    recording.set_defaults(run=lambda a: record(a.groups.split(","), a.data, a.worlds, a.output))
     comparing = commands.add_parser("compare")
     comparing.add_argument("before", type=Path)
     comparing.add_argument("after", type=Path)
@@ -50,14 +55,14 @@ def main() -> None:
     arguments.run(arguments)
 
 
-def record(groups: list[str], data: Path, seed: int, output: Path) -> None:
+def record(groups: list[str], data: Path, fresh: Path | None, output: Path) -> None:
     """Answers of both commands on what the file does not have yet."""
     done = {line["name"] for line in lines(output)} if output.exists() else set()
-    warm = next(worlds("scatter", data, seed)).load()[0]  # imports and machine code, which are no data set's
+    warm = next(worlds("scatter", data, fresh)).load()[0]  # imports and machine code, which are no data set's
     _timed(lambda: calibrated(calibrate(warm)))
     _timed(lambda: diagnosed(diagnosis_json(examine(warm, seed=1))))
     for group in groups:
-        for world in worlds(group, data, seed):
+        for world in worlds(group, data, fresh):
             if world.name not in done and (found := made(world)):
                 line = answers(world, *found)
                 with output.open("a", encoding="utf-8") as out:

@@ -1,5 +1,6 @@
 """The data sets of the frozen answers, group by group, each with what is known of its truth."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -59,14 +60,14 @@ class World:
     without: tuple[str, ...] = ()  # effects taken out of the library
 
 
-def worlds(group: str, data: Path, seed: int) -> Iterator[World]:
-    """Those of a group; `seed` is of the fresh ones."""
+def worlds(group: str, data: Path, fresh: Path | None) -> Iterator[World]:
+    """Those of a group; `fresh` is the folder that `make_fresh` filled."""
     if group in ("real", "slow"):
         yield from (_real(data / name, group) for name in (REAL if group == "real" else SLOW))
     elif group == "scatter":
         yield from (_scattered(sensor, rad) for sensor in SEEN_BY for rad in SCATTER_RAD)
     elif group == "fresh":
-        yield from (_fresh(kind, j, i, seed) for i in range(ROUNDS) for j, kind in enumerate(KINDS))
+        yield from _fresh(fresh) if fresh else ()
     elif group == "removed":
         yield from _removed(data / "blind-dev")
         yield from _removed(data / "blind-hard")
@@ -119,20 +120,27 @@ def _removed(folder: Path) -> Iterator[World]:
             )
 
 
-def _fresh(kind: str, j: int, i: int, seed: int) -> World:
-    """One that `challenge` makes; kept between runs, so that a later state is asked the same."""
-    (robot, tracked), own = CELLS[(i + j) % len(CELLS)], seed + i * len(KINDS) + j
-    tracked = tracked and kind not in IN_IMAGES
+def _fresh(folder: Path) -> Iterator[World]:
+    """Worlds on disk, in the order in which they were made."""
+    for name, truth in json.loads((folder / "truth.json").read_text(encoding="utf-8")).items():
+        yield World(name, "fresh", lambda name=name, truth=truth: (robolaser.load(folder / name), truth))
 
-    def load() -> tuple[Dataset, dict[str, Any]]:
-        folder = _cache(f"{kind}-{own}")
-        if not (folder / "truth.json").exists():
-            made = make(robolaser.find_robot(robot), kind, seed=own, ranges=RANGES, tracked=tracked)
-            robolaser.save(made.dataset, folder, overwrite=True)
-            (folder / "truth.json").write_text(json.dumps(compact(made.truth)), encoding="utf-8")
-        return robolaser.load(folder), json.loads((folder / "truth.json").read_text(encoding="utf-8"))
 
-    return World(f"{kind}-{own}", "fresh", load)
+def make_fresh(folder: Path, seed: int) -> None:
+    """Ten worlds of each kind of `robolaser challenge`, written once, so that a later state is asked the same."""
+    truths = {}
+    for i, (j, kind) in itertools.product(range(ROUNDS), enumerate(KINDS)):
+        (robot, tracked), own = CELLS[(i + j) % len(CELLS)], seed + i * len(KINDS) + j
+        name = f"{kind}-{own}"
+        try:
+            arm, tracked = robolaser.find_robot(robot), tracked and kind not in IN_IMAGES
+            world = make(arm, kind, seed=own, ranges=RANGES, tracked=tracked)
+        except RobolaserError as e:  # chance gave a fault that its cell cannot have
+            print(f"{name}: {e}", file=sys.stderr)
+            continue
+        robolaser.save(world.dataset, folder / name, overwrite=True)
+        truths[name] = compact(world.truth)
+    (folder / "truth.json").write_text(json.dumps(truths, indent=1), encoding="utf-8")
 
 
 def compact(truth: Mapping[str, Any]) -> dict[str, Any]:

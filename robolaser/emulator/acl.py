@@ -21,7 +21,7 @@ FASTEST_RAD_S = 1.0
 """Of every axis, at speed 100 (or m/s)."""
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
-ABORT, CANCEL, BACKSPACE, ENTER, NEWLINE = 0x01, 0x03, 0x08, 0x0D, 0x0A
+ABORT, BACKSPACE, ENTER, NEWLINE = 0x01, 0x08, 0x0D, 0x0A
 PROMPT = b">"
 BOOT = [
     "----RAM TEST COMPLETE.",
@@ -33,11 +33,7 @@ BOOT = [
     "SYSTEM READY !",
 ]
 """What a controller prints that lost what its battery kept."""
-VERSION = ["--- ESHED ROBOTEC ---", "VERSION: 1.31", "DATE : 15/08/89"]
 UNKNOWN = ["*** UNRECOGNIZED REQUEST"]
-SHOWS_EVERY_S = 0.5
-ENCODERS = 8
-"""Columns of SHOW ENCO, whatever the arm has."""
 
 
 @final
@@ -55,31 +51,21 @@ class AclController(Controller):
         self._speed = 50
         self._line = bytearray()
         self._echo = True
-        self._asked: str | None = None
-        self._shows_s: float | None = None
         self._unsaid = b""
         self._words: dict[str, Callable[[list[str], float], list[str]]] = {
             "LISTPV": self._listpv,
             "SHOW": self._show,
-            "LET": self._let,
             "DEFP": self._defp,
-            "DELP": self._delp,
             "HERE": self._here,
             "SETPV": self._setpv,
-            "SETPVC": self._setpvc,
             "MOVE": self._move,
-            "SHIFT": self._shift,
-            "VER": self._version,
             "SPEED": self._set_speed,
             "HOME": self._home,
             "SET": self._set,
-            "COFF": self._coff,
             "CON": self._con,
+            "COFF": self._coff,
             "ECHO": self._echo_on,
             "NOECHO": self._echo_off,
-            "STAT": self._status,
-            "A": self._abort,
-            "ABORT": self._abort,
         }
 
     def receive(self, data: bytes, now_s: float) -> bytes:
@@ -94,10 +80,6 @@ class AclController(Controller):
                 self._encoders.find_home()
             self._homing = None
         said, self._unsaid = self._unsaid, b""
-        while self._shows_s is not None and now_s >= self._shows_s:
-            counts = [*self._counts(self._shows_s), *[0] * ENCODERS][:ENCODERS]
-            said += b"\r" + " ".join(f"{count:0{5 + (count < 0)}d}" for count in counts).encode()
-            self._shows_s += SHOWS_EVERY_S
         return said
 
     def motor(self, now_s: float) -> Array:
@@ -123,12 +105,8 @@ class AclController(Controller):
     def _take(self, byte: int, now_s: float) -> bytes:
         if byte == ABORT:
             self._line.clear()
-            self._asked = self._shows_s = None
             self._stop(now_s)
             return b"\r\n" + PROMPT
-        if self._shows_s is not None:
-            self._shows_s = None if byte == CANCEL else self._shows_s
-            return b"\r\n" + PROMPT if byte == CANCEL else b""
         if byte == NEWLINE:
             return b""
         echo = bytes([byte]) if self._echo else b""
@@ -143,68 +121,31 @@ class AclController(Controller):
         return echo
 
     def _answer(self, line: str, now_s: float) -> bytes:
-        if self._asked is not None:
-            lines = self._delete(line)
+        word, *rest = line.upper().split() or [""]
+        if not word:
+            lines = []
+        elif word in self._words:
+            lines = self._words[word](rest, now_s)
         else:
-            word, *rest = line.upper().split() or [""]
-            if not word:
-                lines = []
-            elif word in self._words:
-                lines = self._words[word](rest, now_s)
-            else:
-                lines = UNKNOWN
-        waits = self._asked is not None or self._shows_s is not None
-        return _lines(lines) + (b"" if waits else PROMPT)
+            lines = UNKNOWN
+        return _lines(lines) + PROMPT
 
     def _listpv(self, rest: list[str], now_s: float) -> list[str]:
         found = self._counts(now_s) if rest == ["POSITION"] else self._positions.find(rest)
         return found.lines(rest) if isinstance(found, Missing) else self._positions.show(found)
 
     def _show(self, rest: list[str], now_s: float) -> list[str]:
-        if rest == ["ENCO"]:
-            self._shows_s = now_s
-            return ["enc1 enc2 enc3 enc4 enc5 enc6 enc7 enc8"]
-        if rest in (["DIN"], ["DOUT"]):
-            on = self._outputs if rest == ["DOUT"] else set()
-            return ["1 -> 16: " + " ".join(str(int(i in on)) for i in OUTPUTS), *OK]
-        if rest == ["SPEED"]:
-            return [f"SPEED {self._speed}", *OK]
         which = number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
         return UNKNOWN if which is None else [f"PAR {which}={self._encoders.par.get(which, 0)}", *OK]
 
-    def _version(self, rest: list[str], now_s: float) -> list[str]:
-        return VERSION
-
-    def _let(self, rest: list[str], now_s: float) -> list[str]:
-        said = re.fullmatch(r"PAR(\d{1,9})=(-?\d{1,9})", "".join(rest))
-        if said is None:
-            return UNKNOWN
-        self._encoders.par[int(said[1])] = int(said[2])
-        return OK
-
     def _defp(self, rest: list[str], now_s: float) -> list[str]:
         return self._positions.define(rest)
-
-    def _delp(self, rest: list[str], now_s: float) -> list[str]:
-        if self._positions.find(rest) is Missing.UNDEFINED:
-            return Missing.UNDEFINED.lines(rest)
-        self._asked = rest[0]
-        return ["DELETE POINT? (YES/NO)"]
-
-    def _delete(self, line: str) -> list[str]:
-        name, self._asked = self._asked, None
-        if name is None or line.strip().upper() != "YES":
-            return ["POINT NOT DELETED"]
-        return self._positions.forget(name)
 
     def _here(self, rest: list[str], now_s: float) -> list[str]:
         return self._positions.store(rest, self._counts(now_s))
 
     def _setpv(self, rest: list[str], now_s: float) -> list[str]:
         return self._positions.set_counts(rest)
-
-    def _setpvc(self, rest: list[str], now_s: float) -> list[str]:
-        return self._positions.set_cartesian(rest)
 
     def _move(self, rest: list[str], now_s: float) -> list[str]:
         counts = self._positions.find(rest)
@@ -222,9 +163,6 @@ class AclController(Controller):
             return []
         self._go(goal, hundredths / 100, now_s)
         return OK
-
-    def _shift(self, rest: list[str], now_s: float) -> list[str]:
-        return self._positions.shift(rest)
 
     def _set_speed(self, rest: list[str], now_s: float) -> list[str]:
         speed = number(rest[0]) if len(rest) == 1 else None
@@ -253,13 +191,13 @@ class AclController(Controller):
         (self._outputs.add if said[2] == "1" else self._outputs.discard)(output)
         return OK
 
+    def _con(self, rest: list[str], now_s: float) -> list[str]:
+        self._disabled = set()
+        return OK
+
     def _coff(self, rest: list[str], now_s: float) -> list[str]:
         self._stop(now_s)
         self._disabled = set(range(1, len(self._axes) + 1))
-        return OK
-
-    def _con(self, rest: list[str], now_s: float) -> list[str]:
-        self._disabled = set()
         return OK
 
     def _echo_on(self, rest: list[str], now_s: float) -> list[str]:
@@ -268,13 +206,6 @@ class AclController(Controller):
 
     def _echo_off(self, rest: list[str], now_s: float) -> list[str]:
         self._echo = False
-        return OK
-
-    def _status(self, rest: list[str], now_s: float) -> list[str]:
-        return ["HOMING" if self._homing is not None else "NO ACTIVE PROGRAMS"]
-
-    def _abort(self, rest: list[str], now_s: float) -> list[str]:
-        self._stop(now_s)
         return OK
 
     def _counts(self, now_s: float) -> Ints:
@@ -306,7 +237,6 @@ class AclController(Controller):
         self._outputs.clear()
         self._unsaid = _lines(BOOT) + PROMPT
         self._line.clear()
-        self._asked = self._shows_s = None
         self._echo, self._speed = True, 50
         self._disabled = set()
 

@@ -5,7 +5,7 @@ from enum import Enum
 from typing import final
 
 from robolaser.arrays import Ints
-from robolaser.emulator.cartesian import NAMES, place, reach
+from robolaser.emulator.cartesian import NAMES, place
 from robolaser.emulator.encoders import Encoders
 from robolaser.robot.kinematics import Robot
 
@@ -14,7 +14,6 @@ WIDTH = 9
 """Of a number in a listing, with its sign, or a blank for plus."""
 BAD_AXIS = ["*** ERROR 310: BAD AXIS"]
 BAD_COORDINATE = ["*** ERROR 312: BAD POINT COORDINATE"]
-BAD_CARTESIAN = ["*** ERROR 317: BAD CARTESIAN POINT"]
 
 
 class Missing(Enum):
@@ -56,11 +55,6 @@ class Positions:
         self._kept[rest[0]] = None
         return OK
 
-    def forget(self, name: str) -> list[str]:
-        """DELP name, after YES."""
-        del self._kept[name]
-        return OK
-
     def forget_all(self) -> None:
         """As after a failure of the power."""
         self._kept.clear()
@@ -85,30 +79,6 @@ class Positions:
         changed = stored.copy()
         changed[axis - 1] = counts
         return self.store(rest, changed)
-
-    def shift(self, rest: list[str]) -> list[str]:
-        """SHIFT name BY axis counts."""
-        stored = self.find(rest)
-        if isinstance(stored, Missing):
-            return stored.lines(rest)
-        axis, counts = (number(word) for word in (*rest[2:4], "", "")[:2])
-        if axis is None or counts is None or not 1 <= axis <= len(stored) or rest[1] != "BY":
-            return BAD_AXIS
-        return self.set_counts([rest[0], str(axis), str(stored[axis - 1] + counts)])
-
-    def set_cartesian(self, rest: list[str]) -> list[str]:
-        """SETPVC name coordinate value."""
-        stored = self.find(rest)
-        if isinstance(stored, Missing):
-            return stored.lines(rest)
-        value = number(rest[2]) if len(rest) == 3 else None
-        if value is None or rest[1] not in NAMES:
-            return BAD_COORDINATE
-        q = self._encoders.angles(stored)
-        wanted = place(self._robot, q)
-        wanted[NAMES.index(rest[1])] = value
-        reached = reach(self._robot, wanted, q, self._encoders.lower, self._encoders.upper)
-        return BAD_CARTESIAN if reached is None else self.store(rest, self._encoders.counts(reached))
 
     def show(self, counts: Ints) -> list[str]:
         """What LISTPV says of counts, (j,)."""

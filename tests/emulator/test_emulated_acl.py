@@ -93,7 +93,6 @@ def test_an_empty_line_gives_a_prompt(terminal: PtyLine) -> None:
         ("MOVE P", "303"),
         ("LISTPV P", "303"),
         ("SETPV P 1 5", "303"),
-        ("SETPVC P X 5", "303"),
         ("MOVE Q", "UNDEFINED"),
         ("SET OUT[99]=1", "BAD OUTPUT"),
         ("SPEED 101", "312"),
@@ -109,7 +108,7 @@ def test_what_cannot_be_done_is_refused_with_stars(terminal: PtyLine, line: str,
 
 @pytest.mark.parametrize(
     ("line", "error"),
-    [("SETPV P 6 0", "310"), ("SETPV P 1 x", "312"), ("SETPVC P Q 1", "312"), ("SETPVC P Z 90000", "317")],
+    [("SETPV P 6 0", "310"), ("SETPV P 1 x", "312")],
 )
 def test_numbers_that_mean_no_place_are_refused(ready: PtyLine, line: str, error: str) -> None:
     before = ready.counts("P")
@@ -274,27 +273,8 @@ def test_outputs_switch(terminal: PtyLine) -> None:
     assert terminal.acl.outputs(0.0) == {3}
 
 
-def test_a_position_is_deleted_only_after_yes(ready: PtyLine) -> None:
-    assert ready.type("DELP P").endswith("DELETE POINT? (YES/NO)\r\n")
-    ready.type("NO")
-    assert len(ready.counts("P")) == 5
-    ready.type("DELP P")
-    assert "O.K." in ready.type("yes")
-    assert "UNDEFINED" in ready.type("LISTPV P")
-
-
 def test_motors_off_nothing_moves(ready: PtyLine) -> None:
     ready.type("COFF")
     assert "304" in ready.type("MOVE P")
     ready.type("CON")
     assert "O.K." in ready.type("MOVE P")
-
-
-def test_a_cartesian_change_moves_only_that_coordinate(ready: PtyLine) -> None:
-    def shown() -> dict[str, int]:
-        found = re.findall(r"([XYZPR])\s*:\s*(-?\d+)", ready.type("LISTPV P"))
-        return {name: int(value) for name, value in found}
-
-    before = shown()
-    assert "O.K." in ready.type(f"SETPVC P Z {before['Z'] + 300}")
-    assert shown() == pytest.approx(before | {"Z": before["Z"] + 300}, abs=2)

@@ -195,7 +195,6 @@ def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> No
         b"LET PAR 33=0",
         b"#1D",
         b"#2QD",
-        b"DELP P",
         b"SET OUT[",
         b"\x01",
     ]

@@ -78,9 +78,9 @@ def test_of_no_size_nothing_bends(fault, built):
 def test_of_usual_size_the_data_show_it(fault, built):
     rng = [np.random.default_rng(1) for _ in range(2)]
     plain, bent = read(built, (), rng[0]), read(built, (fault,), rng[1])
-    if len(plain.points) == len(bent.points):
-        moved = np.abs(plain.points.pixel - bent.points.pixel).max() + np.abs(plain.points.xyz - bent.points.xyz).max()
-        assert moved > 1e-5
+    assert len(plain.points) == len(bent.points)
+    moved = np.abs(plain.points.pixel - bent.points.pixel).max() + np.abs(plain.points.xyz - bent.points.xyz).max()
+    assert moved > 1e-5
 
 
 def test_points_stay_in_their_columns_whatever_is_wrong(fault, built):
