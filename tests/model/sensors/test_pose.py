@@ -179,8 +179,6 @@ def test_what_is_wrong_with_the_cell_is_named(effect: str) -> None:
     assert found.verdict == "explained"
     before, after = found.gap.turns_rad
     assert after == pytest.approx(np.sqrt(3.0) * CAPTURED.angle_rad, rel=0.2)
-    assert (
-        f"rotations on new poses is {np.degrees(after):.3g}°, {np.degrees(before):.3g}° without" in found.sentence
-    )
+    assert f"rotations on new poses is {np.degrees(after):.3g}°, {np.degrees(before):.3g}° without" in found.sentence
     most_important = found.findings[0].candidate_effect
     assert f"{most_important.effect.name}:{most_important.where}" == effect
