@@ -139,9 +139,11 @@ class _Descents:
     def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
-        near = slopes is not None and len(self._J) == 1 and self._kept is None
+        near = slopes is not None and len(self._J) == 1
         if near:  # an end that matters is looked at with derivatives of its own
             self._J[0][:], self._bent[:] = slopes, self._enough
+            if self._kept is not None:
+                self._J[0] *= self._kept[:, None, self._problem.batches[0][1].row_of_number]
         if len(active):
             self._linearize(active, chord=near)
         for _ in range(4 * MOST_STEPS):

@@ -24,7 +24,7 @@ def assert_same(found: object, wanted: object, path: str = "dataset") -> None:
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-15, err_msg=path)
     elif dataclasses.is_dataclass(wanted):
         for field in dataclasses.fields(wanted):
-            if field.name not in ("folder", "warnings"):
+            if field.compare and field.name not in ("folder", "warnings"):
                 assert_same(getattr(found, field.name), getattr(wanted, field.name), f"{path}.{field.name}")
     else:
         assert found == wanted, path
