@@ -8,7 +8,8 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
-from robolaser.diagnosis.thresholds import BY_DATA, MOTIONS_PER_PARAMETER, PLAUSIBLE_SIGMA
+from robolaser.diagnosis.refits import Refits, penalty
+from robolaser.diagnosis.thresholds import BY_DATA, EVEN, MOTIONS_PER_PARAMETER, PLAUSIBLE_SIGMA
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -22,14 +23,15 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
     A direction that needs parameters far beyond their bounds explains nothing. Where the effects have nearly as many
-    parameters as poses have motions, they would explain anything: then the sensor's parameters alone count.
+    parameters as poses have motions, they would explain anything: then the sensor's parameters count, and effects of
+    which each explains most of what is left.
 
     Args:
         fit: The model without effects, its noise that of rows.
         effects: All effects that may be at work; nonlinear parameters have their first values.
         poses_scatter: Whether that of whole poses is asked for, not of rows alone.
     """
-    own, columns, parts = fit.at.slopes, Columns(), [fit.at.slopes * UNIFORM]
+    columns, parts = Columns(), [fit.at.slopes * UNIFORM]
     for one in effects:
         bounds = np.array([amplitude.bound for amplitude in one.effect.amplitudes()])
         grid = one.effect.grid(fit.model.dataset, one.where)[:1]
@@ -37,7 +39,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     white = np.hstack(parts)
     told = min(len(white), MOTIONS * len(fit.poses)) if poses_scatter else len(white)
     if told < MOTIONS_PER_PARAMETER * white.shape[1]:
-        return fit.noise.correlate(own.T).T
+        return fit.noise.correlate(_with_leading(fit, effects).at.slopes.T).T
     U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
     along = U.T @ e
@@ -48,6 +50,16 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
         left = rest + (((1.0 - free) * along) ** 2).sum()
         variance = float(left) / (len(e) - float(free.sum()))
     return fit.noise.correlate((U * s)[:, plausible & (s**2 > variance)].T).T
+
+
+def _with_leading(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
+    """A fit beside effects of which each explains most of what those before leave: scatter imitates none that does."""
+    refits = Refits(fit, effects)
+    while tests := refits.score_tests(fit):
+        if tests[0].gain <= max(penalty(tests[0]), EVEN * (fit.chi2 - fit.freedoms)):
+            break
+        fit = refits.refit(fit, tests[:1])
+    return fit
 
 
 def explained(fit: Fit, *, smooth: bool) -> Array:

@@ -94,8 +94,8 @@ OUTLIER_ROUNDS: Final = 2
 # Noise.
 
 MOTIONS_PER_PARAMETER: Final = 2
-"""Independent motions of poses for each parameter, below which the library's effects are not tried when the scatter of
-whole poses is first estimated: they would explain anything. A judgement."""
+"""Independent motions of poses for each parameter, below which the whole library is not tried when the scatter of whole
+poses is first estimated: it would explain anything. A judgement."""
 BY_DATA: Final = 0.5
 """Share of what is known of a direction of the parameters, above which it is from the data rather than from known
 distances and priors: more than half."""
@@ -182,7 +182,7 @@ FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
 """Probability, below which a class is no more than possible; and of an unmodelled cause in an effect's place, above
-which the effect is not named."""
+which the effect is not named. And the share of what is left that a single effect must explain to be no scatter."""
 CARRIED_SHARE: Final = 0.5
 """Share of another campaign's squared gap above its noise that what was found must close to carry over; below it,
 little of it does. A judgement, of words alone."""

@@ -263,7 +263,7 @@ def test_a_robot_with_more_joints_than_axes_is_refused(cell: Cell) -> None:
 
 def test_a_parameter_without_sense_is_named(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    rig.controller.receive(b"LET PAR 34 = 0\r", 0.0)
+    rig.controller._controller._encoders.par[34] = 0
     with pytest.raises(ArmError, match="PAR 34 = 0"):
         bench.arm_on(rig, cell)
 

@@ -30,8 +30,8 @@ def test_after_a_fault_the_recording_is_gone_on_with(
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
     message = capsys.readouterr().err
     assert said in message
-    assert re.search(r"It stands at joint_1 -?\d|could not be seen to stop|stands is not known", message)
-    assert ("stands is not known" in message) == (fault == "reboot@52")
+    assert re.search(r"It is at joint_1 -?\d|could not be seen to stop|position is not known", message)
+    assert ("position is not known" in message) == (fault == "reboot@52")
     assert "--resume" in message or "Nothing was recorded" in message
     there = (acl.out / "plan.csv").exists()
     done = acl.names() if there else []

@@ -139,7 +139,7 @@ def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
                 process.kill()
     assert process.returncode == 1
     assert "Stopped by hand." in said
-    assert "It stands at joint_1" in said
+    assert "It is at joint_1" in said
     assert "0 of 3 poses are in" in said
     assert "Traceback" not in said
 

@@ -189,9 +189,9 @@ def test_servos_that_were_moved_by_hand_still_know_where_they_are(tmp_path: Path
 
 def test_of_an_arm_that_started_anew_no_place_is_stated(cell: Cell, tmp_path: Path) -> None:
     rig = bench.bench_for(cell, ["reboot@>9s"])
-    with pytest.raises(Interrupted, match="where it stands is not known") as stopped:
+    with pytest.raises(Interrupted, match="its position is not known") as stopped:
         bench.session(cell, rig, bench.begun(cell, tmp_path / "out", bench.poses(cell, 4))).run(lambda waypoint: None)
-    assert "It stands at" not in str(stopped.value)
+    assert "It is at" not in str(stopped.value)
     assert "It last rested at" in str(stopped.value)
     assert "stopped" not in robolaser.load(tmp_path / "out").poses.names
 

@@ -107,7 +107,7 @@ def run(day: Day, cell: Any, folder: Path, waypoints: tuple[Waypoint, ...]) -> s
     assert watched.strayed < STRAYED_RAD, (day, np.rad2deg(watched.strayed), said)
     assert watched.fastest() < 1.05 * cell.limits.speed_rad_s, (day, watched.fastest())
     stood = rig.motor()
-    stands = re.findall(r"(-?\d+\.\d+)°", said.partition("It stands at")[2].partition("\n")[0])
+    stands = re.findall(r"(-?\d+\.\d+)°", said.partition("It is at")[2].partition("\n")[0])
     assert not stands or np.abs(np.rad2deg(stood) - [float(angle) for angle in stands]).max() < SAID_DEG, (day, said)
     rig.clock.at.clear()
     rig.clock.time_s += LASTS_S

@@ -37,7 +37,7 @@ def test_a_camera_that_drops_out_costs_no_pose(cell: Path, tmp_path: Path, capsy
         assert record(cell, out, emulated, "--plan", "2", "--repeats", "2") == 1
     said = capsys.readouterr().err
     assert "gives no more images" in said
-    assert "It stands at joint_1" in said
+    assert "It is at joint_1" in said
     begun = robolaser.load(out)
     said = (cell / "cell.toml").read_text()
     (cell / "cell.toml").write_text(said.replace("[arm]\n", "[arm]\nhome = true\n"))

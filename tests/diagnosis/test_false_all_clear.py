@@ -72,7 +72,7 @@ def test_the_scatter_is_said_where_it_is_and_what_it_may_be() -> None:
     assert "Joint readings scatter by 0.3" in found.sentence
     assert "were they read before the arm had stopped? Are these commanded angles?" in found.sentence
     assert "how well the arm" not in found.sentence
-    assert any("once the arm stands still" in one for one in to_do(found))
+    assert any("after the arm has stopped" in one for one in to_do(found))
     assert not any("gear" in one for one in to_do(found))
     written = diagnosis_json(found)
     jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))

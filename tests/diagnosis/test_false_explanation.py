@@ -28,7 +28,7 @@ def breathing(size: float) -> Dataset:
     return replace(dataset, points=replace(dataset.points, pixel=pixel))
 
 
-@pytest.mark.parametrize("size", [0.05])
+@pytest.mark.parametrize("size", [0.1])
 def test_a_focus_that_breathes_is_explained_by_nothing_that_does_not_help_new_poses(size: float) -> None:
     found = examine(breathing(size), effects=FEW, seed=0)
     for one in found.findings:

@@ -192,7 +192,6 @@ def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> No
         b"SETPV",
         b"HERE P",
         b"DEFP P",
-        b"LET PAR 33=0",
         b"#1D",
         b"#2QD",
         b"SET OUT[",
@@ -203,5 +202,5 @@ def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> No
         one.receive(b" ".join([*said, rng.bytes(3)]) + b"\r", float(now_s))
         one.poll(float(now_s))
         assert np.all(np.isfinite(one.motor(float(now_s))))
-    answer = one.receive(b"\x01\rSHOW SPEED\r#1QD\r", 1000.0)
-    assert (b"SPEED 50" if kind == "acl" else b"*1QD") in answer
+    answer = one.receive(b"\x01\rSHOW PAR 261\r#1QD\r", 1000.0)
+    assert (b"PAR 261=" if kind == "acl" else b"*1QD") in answer

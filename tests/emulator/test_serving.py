@@ -88,13 +88,13 @@ def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
     try:
         for _ in range(2):
             with serial.serial_for_url(running.arm, timeout=0.01) as port:
-                port.write(b"SHOW SPEED\r")
+                port.write(b"SHOW PAR 261\r")
                 heard = b""
                 until = time.monotonic() + LATE_S
                 while not heard.endswith(b">") and time.monotonic() < until:
                     running.turn()
                     heard += port.read(100)
-                assert b"SPEED 50" in heard
+                assert b"PAR 261=" in heard
     finally:
         running.close()
 

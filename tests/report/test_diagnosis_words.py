@@ -90,7 +90,7 @@ def test_what_is_explained_is_never_perhaps():
 def test_a_credible_set_is_said_as_a_choice():
     first = geometric().findings[0].candidate_effect
     said = doubted(geometric(), sets=((first, candidate_effect("encoder_scale:perturb")),)).sentence
-    assert "At work is joint offset of perturb or encoder scale of perturb. Which others are" in said
+    assert "The cause is joint offset of perturb or encoder scale of perturb. Which others are" in said
 
 
 def test_a_certain_effect_is_named_beside_a_certain_class():
@@ -139,7 +139,7 @@ def test_what_is_used_of_a_corrected_arm_is_nominal_where_the_data_see_nothing()
     ]
     said = to_do(replace(one, findings=tuple(unseen)))[0]
     assert "They do not determine 7 of 7 parameters by themselves" in said
-    assert "the nominal model stands" in said
+    assert "the nominal model is kept" in said
 
 
 def test_what_is_certain_of_an_arm_shares_the_advice_on_its_geometry():
@@ -261,5 +261,5 @@ def test_a_cause_of_another_class_that_what_was_found_may_stand_for_is_said() ->
     found = (CauseClass("arm_geometry", 1.0, 1e-3, 1e-4),)
     scale = DetectionLimit(candidate_effect("tracker_scale:measuring_system"), "scale", None, "", is_imitated=True)
     same = DetectionLimit(candidate_effect("joint_offset:joint_2"), "offset", None, "rad", is_imitated=True)
-    assert "cannot tell tracker scale from what was found" in imitated_sentence([scale, same], found)
+    assert "cannot distinguish tracker scale from the effects found" in imitated_sentence([scale, same], found)
     assert imitated_sentence([same], found) == imitated_sentence([scale], ()) == ""

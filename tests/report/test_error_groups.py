@@ -19,7 +19,7 @@ def test_a_pose_that_errs_far_more_than_the_others_is_named():
     errors = noise(POSES * ROWS)
     errors[dataset.points.pose == 5] *= 8
     assert [one.name for one in groups(dataset, [errors]) if one.is_odd] == ["p5"]
-    assert sentence(groups(dataset, [errors])).startswith("Odd: pose p5 is off by ")
+    assert sentence(groups(dataset, [errors])).startswith("Large errors: pose p5 has an error of ")
 
 
 @pytest.mark.parametrize("seed", range(20))

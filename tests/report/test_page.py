@@ -130,7 +130,7 @@ def test_the_same_calibration_gives_the_same_page(calibrations, pages):
     assert page(calibrations["point"]) == pages["point"]
 
 
-@pytest.mark.parametrize(("size", "word"), [(1.0, "What is left is noise"), (10.0, "something is unmodelled")])
+@pytest.mark.parametrize(("size", "word"), [(1.0, "The remaining error is noise"), (10.0, "something is unmodelled")])
 def test_errors_are_judged_by_the_noise(size, word):
     calibration = stripe(robot=arm())
     noise = ErrorAnalysis(calibration).noise.draw(1, np.random.default_rng(0))[0]

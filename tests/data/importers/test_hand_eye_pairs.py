@@ -80,7 +80,7 @@ def test_a_result_of_the_tool_is_where_the_calibration_starts(mount: str, tmp_pa
 
 def test_samples_without_a_result_leave_the_mount_to_be_said(tmp_path: Path) -> None:
     samples = hand_eye.easy_handeye2(tmp_path, cell("base"))[:1]
-    with pytest.raises(UsageError, match=r"Say it with --set mount=flange \(eye in hand\) or --set mount=base"):
+    with pytest.raises(UsageError, match=r"--set mount=flange \(eye in hand\) or --set mount=base"):
         read(samples, ImportOptions())
     assert len(read(samples, said("base", {"mount": "?"})).poses) == 20
     with pytest.raises(UsageError, match="expected flange"):
