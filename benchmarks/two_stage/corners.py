@@ -29,7 +29,7 @@ def main(data):
     for name, seeds in SEEDS.items():
         both = points_from_images(load(data / name))[1]
         variants = {
-            "stripe": replace(both.parts[0], parameters=both.parameters),
+            "stripe": replace(both.sensors[0].data, parameters=both.parameters),
             "stripe and corners": both,
             "stripe and corners, nothing given": replace(both, parameters={}),
         }

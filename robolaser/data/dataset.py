@@ -212,6 +212,35 @@ class Member:
 
 
 @final
+@dataclass(frozen=True)
+class SensorData:
+    """A sensor of a data set, and what it saw.
+
+    Attributes:
+        name: What results call it; "" where it is the only one.
+        data: A data set of its own: all poses, its points, and what dataset.toml says of it.
+        rows: Its rows among those of all sensors, (m,).
+        file: Its points, as `points.csv`.
+        camera: As of a `Member`; "" where it is the only sensor.
+        target: Likewise.
+        metres_per_unit: Likewise; 1.
+    """
+
+    name: str
+    data: "Dataset"
+    rows: Ints
+    file: str = "points.csv"
+    camera: str = ""
+    target: str = ""
+    metres_per_unit: float = 1.0
+
+    @property
+    def prefix(self) -> str:
+        """What the names of its sources of noise begin with."""
+        return f"{self.name}." if self.name else ""
+
+
+@final
 @dataclass(frozen=True, repr=False)
 class Dataset:
     """A data set of the format `robolaser-dataset/1`, checked.
@@ -230,7 +259,7 @@ class Dataset:
         time_is_order: Whether `time_s` only orders the poses.
         path_known: Whether the robot went straight from each pose to the next.
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
-        members: The sensors, where there are several.
+        members: What dataset.toml says of each of several sensors; `sensors` are all, also where there is one.
         warnings: What is odd, but no error.
 
     Examples:
@@ -283,23 +312,30 @@ class Dataset:
             return sensor_format(self.kind)
         return format_of_several([member.described.format for member in self.members])
 
+    @property
+    def sensors(self) -> tuple[SensorData, ...]:
+        """All sensors, one or more, and what each of them saw."""
+        return self._several or (SensorData("", self, np.arange(len(self.points))),)
+
     @cached_property
-    def parts(self) -> tuple["Dataset", ...]:
-        """What each of several sensors saw, as a data set of its own; the data set itself where there is one sensor."""
-        return tuple(self._part(number) for number in range(len(self.members))) if self.members else (self,)
+    def _several(self) -> tuple[SensorData, ...]:
+        of_row = self.sensor_of_row
+        return tuple(
+            SensorData(
+                one.name, self._seen_by(one, rows := np.flatnonzero(of_row == number)), rows,
+                one.file, one.camera, one.target, one.metres_per_unit,
+            )
+            for number, one in enumerate(self.members)
+        )  # fmt: skip
 
     @property
-    def named_parts(self) -> tuple[tuple[str, "Dataset"], ...]:
-        """The parts, each with what the names of its sources of noise begin with: "" where there is one sensor."""
-        prefixes = [f"{member.name}." for member in self.members] or [""]
-        return tuple(zip(prefixes, self.parts, strict=True))
+    def sensor_of_row(self) -> Ints:
+        """Number of the sensor that saw each row, (m,)."""
+        of_row = self.points.sensor
+        return np.zeros(len(self.points), dtype=np.int64) if of_row is None else of_row
 
-    def _part(self, number: int) -> "Dataset":
-        member = self.members[number]
-        points = self.points
-        if points.sensor is not None:
-            points = points.take(np.flatnonzero(points.sensor == number))
-        columns = member.described.format.columns
+    def _seen_by(self, member: Member, rows: Ints) -> "Dataset":
+        points, columns = self.points.take(rows), member.described.format.columns
         return replace(
             member.described,
             name=self.name,
@@ -362,24 +398,14 @@ class Dataset:
         At least three rows of each pose or name are kept, evenly taken along them.
         """
         points = self.points
-        chosen = [self._some(rows, named, max(1, most // len(self.parts))) for rows, named in self.rows_of_sensors]
+        chosen = [self._some(one, max(1, most // len(self.sensors))) for one in self.sensors]
         rows = np.sort(np.concatenate(chosen))
         return self if len(rows) == len(points) else replace(self, points=points.take(rows))
 
-    @property
-    def rows_of_sensors(self) -> list[tuple[Ints, bool]]:
-        """Rows that each sensor saw, and whether its points have names of their own."""
-        if self.points.sensor is None:
-            return [(np.arange(len(self.points)), bool(self.format.named_points))]
-        return [
-            (np.flatnonzero(self.points.sensor == number), bool(member.described.format.named_points))
-            for number, member in enumerate(self.members)
-        ]
-
-    def _some(self, rows: Ints, named: bool, most: int) -> Ints:  # noqa: FBT001
-        group = (self.points.number if named else self.points.pose)[rows]
+    def _some(self, sensor: SensorData, most: int) -> Ints:
+        group = (self.points.number if sensor.data.format.named_points else self.points.pose)[sensor.rows]
         table = some_of_each(group, max(3, most // max(1, len(np.unique(group)))))
-        return rows[table[table >= 0]]
+        return sensor.rows[table[table >= 0]]
 
 
 def numbers(cells: Sequence[str]) -> Array | None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.data import point_table, pose_table
+from robolaser.data import pose_table
 from robolaser.data.atomic_write import finish_for_the_dead
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.dataset_file import FILE, describe, inside
@@ -40,17 +40,11 @@ def load(folder: str | Path) -> Dataset:
     dataset = with_path_velocities(
         replace(described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd))
     )
-    if dataset.members:
-        files = [inside(folder, member.file, f"{FILE}, [[sensors]] points") for member in dataset.members]
-        if not any(file.exists() for file in files):
-            return dataset
-        dataset = with_points_of(
-            dataset, [_points(folder, part, one.file) for part, one in zip(dataset.parts, dataset.members, strict=True)]
-        )
-    elif (folder / point_table.FILE).exists():
-        dataset = replace(dataset, points=_points(folder, dataset, point_table.FILE))
-    else:
+    files = [inside(folder, sensor.file, f"{FILE}, [[sensors]] points") for sensor in dataset.sensors]
+    if not any(file.exists() for file in files):
         return dataset
+    seen = [_points(folder, sensor.data, sensor.file) for sensor in dataset.sensors]
+    dataset = with_points_of(dataset, seen)
     _check_sessions(dataset)
     return replace(dataset, warnings=(*dataset.warnings, *_silent(dataset), *_copies(dataset)))
 

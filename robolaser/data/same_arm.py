@@ -33,7 +33,7 @@ def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
 def _differences(one: Dataset, other: Dataset) -> Iterator[str]:
     if one.kind != other.kind:
         yield f'[sensor] kind is "{one.kind}" in {one.name} and "{other.kind}" in {other.name}'
-    mine, theirs = ([(member.name, member.described.kind) for member in each.members] for each in (one, other))
+    mine, theirs = ([(sensor.name, sensor.data.kind) for sensor in each.sensors] for each in (one, other))
     if mine != theirs:
         yield f"[[sensors]] are {_listed(mine)} in {one.name} and {_listed(theirs)} in {other.name}"
     a, b = one.robot, other.robot

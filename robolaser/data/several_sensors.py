@@ -89,6 +89,8 @@ def _with_cameras(members: Sequence[Member]) -> tuple[Member, ...]:
 
 def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:
     """A data set with the points of each of its sensors."""
+    if not dataset.members:
+        return replace(dataset, points=points[0])
     members = tuple(
         replace(member, metres_per_unit=_metres_per_unit(member.described, own))
         for member, own in zip(dataset.members, points, strict=True)

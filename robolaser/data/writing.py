@@ -46,7 +46,7 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
 def files_of(dataset: Dataset) -> list[str]:
     """Names of all files that a data set is written as."""
-    return [*dict.fromkeys((*FOLDER, *_point_files(dataset)))]
+    return [*dict.fromkeys((*FOLDER, *(sensor.file for sensor in dataset.sensors)))]
 
 
 def texts_of(dataset: Dataset) -> dict[str, str | None]:
@@ -55,19 +55,14 @@ def texts_of(dataset: Dataset) -> dict[str, str | None]:
     return {
         **({} if dataset.robot is None else {"robot.urdf": dataset.robot.urdf}),
         "poses.csv": _table(pose_columns(dataset)),
-        **(point_texts(dataset) if has_points else dict.fromkeys(_point_files(dataset))),
+        **(point_texts(dataset) if has_points else dict.fromkeys(sensor.file for sensor in dataset.sensors)),
         "dataset.toml": "\n".join(_settings(dataset)) + "\n",
     }
 
 
 def point_texts(dataset: Dataset) -> dict[str, str | None]:
     """What points.csv holds, or that of each of several sensors, by name."""
-    parts = zip(_point_files(dataset), dataset.parts, strict=True)
-    return {file: _table(point_columns(part)) for file, part in parts}
-
-
-def _point_files(dataset: Dataset) -> list[str]:
-    return [member.file for member in dataset.members] or ["points.csv"]
+    return {sensor.file: _table(point_columns(sensor.data)) for sensor in dataset.sensors}
 
 
 def _table(columns: Iterable[tuple[str, Sequence[str]]]) -> str:

@@ -168,10 +168,9 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
 def _rows_of_sensors(fit: Fit, site: str, stage: Stage) -> Iterator[tuple[str, Bools]]:
     """A site by the names of the sensors that have it for themselves, and their rows, (m,)."""
     dataset = fit.model.dataset
-    parts = dataset.parts
+    parts = [sensor.data for sensor in dataset.sensors]
     for name, here in sites_of_sensors(site, dataset, lambda number: not passes(stage, parts[number])).items():
-        of_row = np.zeros(len(dataset.points), dtype=np.int64) if len(parts) == 1 else dataset.points.sensor
-        yield name, here[of_row]
+        yield name, here[dataset.sensor_of_row]
 
 
 def _only(here: Bools, moves: Array, row_of_number: Ints) -> Array:

@@ -36,9 +36,14 @@ def noise_remarks(final: Fit, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
         fits: Whether what the model leaves is noise: what is unexplained grows with anything.
     """
     remarks = []
-    for prefix, part in shots.named_parts:
+    for sensor in shots.sensors:
+        part = sensor.data
         repeats = pixel_repeats(part)
-        remarks += [*_contradicted(final, part, prefix), *_smaller(final, part, repeats), *_shared(part, repeats)]
+        remarks += [
+            *_contradicted(final, part, sensor.prefix),
+            *_smaller(final, part, repeats),
+            *_shared(part, repeats),
+        ]
     return (*dict.fromkeys(remarks), *(_growing(final) if fits else ()))
 
 

@@ -231,9 +231,9 @@ def known_sizes(sources: tuple[ErrorSource, ...], raw: Dataset) -> Known:
     known: dict[str, tuple[float, Origin]] = {
         source.name: (source.stated, "stated") for source in sources if source.stated is not None
     }
-    for prefix, part in raw.named_parts:
-        name = f"{prefix}pixel"
-        repeats = pixel_repeats(part) if any(source.name == name for source in sources) else None
+    for sensor in raw.sensors:
+        name = f"{sensor.prefix}pixel"
+        repeats = pixel_repeats(sensor.data) if any(source.name == name for source in sources) else None
         if repeats is None:
             continue
         size = known[name][0] if name in known else 0.0

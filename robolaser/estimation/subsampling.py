@@ -27,11 +27,10 @@ def chosen_rows(dataset: Dataset, seed: int) -> Bools:
     points = dataset.points
     chosen = _some(dataset, seed)
     kept = np.zeros(len(points), dtype=bool)
-    of_sensors = dataset.rows_of_sensors
-    for of_sensor, has_names in of_sensors:
-        rows = of_sensor[np.isin(points.pose[of_sensor], chosen)]
-        if not has_names and len(rows):
-            table = some_of_each(points.pose[rows], max(MIN_ROWS, MAX_ROWS // len(of_sensors) // len(chosen)))
+    for sensor in dataset.sensors:
+        rows = sensor.rows[np.isin(points.pose[sensor.rows], chosen)]
+        if not sensor.data.format.named_points and len(rows):
+            table = some_of_each(points.pose[rows], max(MIN_ROWS, MAX_ROWS // len(dataset.sensors) // len(chosen)))
             rows = rows[table[table >= 0]]
         kept[rows] = True
     return kept

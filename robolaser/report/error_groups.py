@@ -98,8 +98,8 @@ def _kinds(dataset: Dataset) -> Iterator[tuple[str, Sequence[str], Ints]]:
     points, poses = dataset.points, dataset.poses
     if dataset.sessions is not None and poses.session is not None:
         yield "session", dataset.sessions.names, dataset.session_of_pose[points.pose]
-    if dataset.members and points.sensor is not None:
-        yield "sensor", [member.name for member in dataset.members], points.sensor
+    if len(dataset.sensors) > 1:
+        yield "sensor", [sensor.name for sensor in dataset.sensors], dataset.sensor_of_row
     names = list(dict.fromkeys(points.names))
     if dataset.kind in NOUNS or (len(names) <= MOST_POINTS and dataset.kind == "camera"):
         yield NOUNS.get(dataset.kind, "point"), names, points.number

@@ -156,8 +156,7 @@ class CellPoses:
 
     def across_view(self, errors_m: Array) -> Bools:
         """Rows that say where a point is across the view alone, along image u and v, as a camera's do, (m,)."""
-        sensor = self.model.dataset.points.sensor
-        of = np.zeros(len(errors_m), dtype=np.int64) if sensor is None else sensor
+        of = self.model.dataset.sensor_of_row
         return ~np.isin(of, of[(errors_m[:, 2:] != 0.0).any(axis=1)])
 
     def shifts(self, errors_m: Array) -> Array | None:

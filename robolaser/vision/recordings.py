@@ -80,8 +80,8 @@ def points_from_images(
         xyz=found.place,
     )
     corners = _corner_points(found.corners, number, board.square_m)
-    if recording.members:
-        kinds = [one.described.kind for one in recording.members]
+    if len(recording.sensors) > 1:
+        kinds = [sensor.data.kind for sensor in recording.sensors]
         both = with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
     else:
         both = scanner_with_corners(replace(recording, points=points), corners)

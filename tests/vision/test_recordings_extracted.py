@@ -155,7 +155,7 @@ def test_a_recording_without_images_says_so(tmp_path):
 
 def test_the_board_is_found_without_the_laser_and_repeats_show_the_same_points(boards):
     found, dataset = points_from_images(load(boards))
-    points = dataset.parts[0].points
+    points = dataset.sensors[0].data.points
     assert {frame.skipped for frame in found.frames} == {""}
     assert set(points.repeat) == {1, 2}
     first = {
@@ -175,9 +175,9 @@ def test_the_board_is_found_without_the_laser_and_repeats_show_the_same_points(b
 def test_extracted_repeats_are_read_back(boards, tmp_path):
     assert main(["extract", str(boards), "--output", str(tmp_path / "out")]) == 0
     again = load(tmp_path / "out")
-    assert set(again.parts[0].points.repeat) == {1, 2}
+    assert set(again.sensors[0].data.points.repeat) == {1, 2}
     assert [one.name for one in again.members] == ["stripe", "camera"]
-    assert len(again.parts[1].points) == 5 * 42
+    assert len(again.sensors[1].data.points) == 5 * 42
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {path.name for path in boards.glob("*.png")}
 
 
@@ -226,7 +226,7 @@ def test_steps_beyond_the_image_leave_one_point_an_image(boards, tmp_path):
     assert main(["extract", str(folder), "--step", "5000"]) == 0
     assert len(open_stripes(folder / "stripes.npy")) == 4
     assert main(["extract", str(boards), "--step", "5000", "--output", str(tmp_path / "out")]) == 0
-    assert len(load(tmp_path / "out").parts[0].points) == 10
+    assert len(load(tmp_path / "out").sensors[0].data.points) == 10
 
 
 def test_an_output_that_is_a_file_is_told_before_any_image_is_read(tmp_path, capsys):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, SensorData
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.names import names_in_problem
 from robolaser.model.sensors import sensors_of
@@ -15,24 +15,18 @@ from robolaser.parameters import Parameter
 
 def blocks_of(dataset: Dataset) -> tuple[Block, ...]:
     """The blocks of a data set, sensor by sensor, each in the order of the sessions."""
-    sensors = sensors_of(dataset)
-    bare = [list(_in_sessions(dataset, number, sensor)) for number, sensor in enumerate(sensors)]
-    if dataset.members:
-        own = [dict.fromkeys(name for block in blocks for name in block.named) for blocks in bare]
-        named = names_in_problem(dataset.members, [tuple(names) for names in own])
-    else:
-        named = [{name: name for block in bare[0] for name in block.named}]
+    of_sensors = zip(dataset.sensors, sensors_of(dataset), strict=True)
+    bare = [list(_in_sessions(dataset, *one)) for one in of_sensors]
+    own = [dict.fromkeys(name for block in blocks for name in block.named) for blocks in bare]
+    named = names_in_problem(dataset.sensors, [tuple(names) for names in own])
     return tuple(
         _with_parameters(dataset, block, names) for blocks, names in zip(bare, named, strict=True) for block in blocks
     )
 
 
-def _in_sessions(dataset: Dataset, number: int, sensor: Sensor) -> Iterator[Block]:
+def _in_sessions(dataset: Dataset, seen: SensorData, sensor: Sensor) -> Iterator[Block]:
     """Blocks of one sensor; their parameters have the sensor's own names."""
-    rows, m, name, scale = np.arange(len(dataset.points)), len(dataset.points), "", 1.0
-    if dataset.members:
-        member = dataset.members[number]
-        rows, name, scale = np.flatnonzero(dataset.points.sensor == number), member.name, member.metres_per_unit
+    rows, m, name, scale = seen.rows, len(dataset.points), seen.name, seen.metres_per_unit
     sessions = dataset.sessions
     if sessions is None:
         yield Block(sensor, _own_names(sensor), rows, m, name, "", scale)
@@ -41,8 +35,8 @@ def _in_sessions(dataset: Dataset, number: int, sensor: Sensor) -> Iterator[Bloc
     for at, session in enumerate(sessions.names):
         there = np.flatnonzero(of_row == at)
         if len(there):
-            seen = sensor.dataset.points.take(there)
-            one = type(sensor)(replace(sensor.dataset, points=seen, sessions=None))
+            points = sensor.dataset.points.take(there)
+            one = type(sensor)(replace(sensor.dataset, points=points, sessions=None))
             yield Block(one, _own_names(one), rows[there], m, name, session, scale)
 
 
@@ -62,7 +56,7 @@ def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -
         item = dataset.parameters.get(whole) or dataset.parameters.get(named[own])
         if item is not None:
             given[own] = replace(item, name=own)
-    same = not dataset.members and dataset.sessions is None
+    same = len(dataset.sensors) == 1 and dataset.sessions is None
     sensor = block.sensor if same else type(block.sensor)(replace(block.sensor.dataset, parameters=given))
     return replace(block, sensor=sensor, named=names)
 

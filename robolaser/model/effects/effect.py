@@ -143,7 +143,7 @@ class Effect(ABC):
     def sites_of_sensors(cls, dataset: Dataset) -> dict[str, Bools]:
         """Its site, by name where sensors have their own, and which of the sensors are there, (sensors,)."""
         if cls.stage not in OF_ROWS:
-            return {cls.site: np.ones(len(dataset.parts), dtype=bool)}
+            return {cls.site: np.ones(len(dataset.sensors), dtype=bool)}
         missing = cls.missing_by_sensor(dataset)
         return sites_of_sensors(cls.site, dataset, lambda number: not missing[number])
 
@@ -270,7 +270,7 @@ def acted(effect: Effect, value: Array, run: Run) -> Array:
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
     else:
         out = effect.apply(value, run)
-    if len(run.dataset.parts) == 1 or effect.stage not in OF_ROWS:
+    if len(run.dataset.sensors) == 1 or effect.stage not in OF_ROWS:
         return out
     if value.shape[1] == 1 and not of_sensor(effect.where):
         return out
@@ -283,4 +283,4 @@ def _untouched(effect: Effect, dataset: Dataset) -> Array:
     lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in parts_with_lens(dataset)])
     if of_sensor(effect.where):
         lacks |= ~effect.sites_of_sensors(dataset)[effect.where]
-    return np.asarray(lacks[dataset.points.sensor])
+    return np.asarray(lacks[dataset.sensor_of_row])

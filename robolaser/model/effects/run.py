@@ -86,9 +86,9 @@ class Run:
     @cached_property
     def across_stripe(self) -> Array:
         """The direction across each row's stripe in its image, unit vectors (m, 2); (1, 2) for all rows alike."""
-        parts = self.dataset.parts
-        across = np.array([[0.0, 1.0] if part.stripe_axis == "u" else [1.0, 0.0] for part in parts])
-        return across if len(parts) == 1 else across[self.points.sensor]
+        axes = [sensor.data.stripe_axis for sensor in self.dataset.sensors]
+        across = np.array([[0.0, 1.0] if axis == "u" else [1.0, 0.0] for axis in axes])
+        return across if len(axes) == 1 else across[self.dataset.sensor_of_row]
 
     @cached_property
     def paths(self) -> tuple[Ints, ...]:
@@ -121,7 +121,7 @@ class Run:
         parts = parts_with_lens(self.dataset)
         fitted = np.array(["k2" in fitted_lens(part) for part in parts])
         seeing = fitted[["pixel" in part.format.columns for part in parts]]
-        return seeing[:1] if seeing.all() or not seeing.any() else fitted[self.points.sensor]
+        return seeing[:1] if seeing.all() or not seeing.any() else fitted[self.dataset.sensor_of_row]
 
     @cached_property
     def rise(self) -> Array | None:
@@ -190,7 +190,8 @@ class Run:
     @cached_property
     def target(self) -> TargetPlane:
         """The plane of the target points, in the frame that they are given in."""
-        with_target = [part.points["xyz"] for part in self.dataset.parts if part.points.pixel is not None]
+        seen = [sensor.data.points for sensor in self.dataset.sensors]
+        with_target = [points["xyz"] for points in seen if points.pixel is not None]
         return plane_of(np.concatenate(with_target) if with_target else self.points["xyz"])
 
     @cached_property
@@ -207,7 +208,7 @@ class Run:
     @cached_property
     def laser_angle(self) -> Array:
         """The nominal θ of each row's scanner, (m,) [rad]; (1,) for all rows alike, 0 in rows of other sensors."""
-        if not self.dataset.members:
+        if len(self.dataset.sensors) == 1:
             return np.array([self.dataset.parameters["theta"].nominal])
         angle = np.zeros(len(self.points))
         for block in self._scanners:

@@ -5,13 +5,13 @@ from collections.abc import Callable
 import numpy as np
 
 from robolaser.arrays import Bools
-from robolaser.data.dataset import Dataset, Member
+from robolaser.data.dataset import Dataset, SensorData
 
-OWNER: dict[str, Callable[[Member], str]] = {
-    "laser": lambda member: member.name,
-    "measuring_system": lambda member: member.name,
-    "camera": lambda member: member.camera,
-    "target": lambda member: member.target,
+OWNER: dict[str, Callable[[SensorData], str]] = {
+    "laser": lambda sensor: sensor.name,
+    "measuring_system": lambda sensor: sensor.name,
+    "camera": lambda sensor: sensor.camera,
+    "target": lambda sensor: sensor.target,
 }
 """What such a site's name begins with: sensors that look through one camera or at one target share the site."""
 
@@ -35,10 +35,10 @@ def sites_of_sensors(site: str, dataset: Dataset, has: Callable[[int], bool]) ->
         dataset: With its sensors.
         has: Whether the sensor of a number has the site.
     """
-    members, owner = dataset.members, OWNER.get(site)
-    there = np.array([has(number) for number in range(len(dataset.parts))])
-    owners = np.array(["" if owner is None else owner(member) for member in members])
-    names = dict.fromkeys(owners[there].tolist()) if len(owners) else {}
+    sensors, owner = dataset.sensors, OWNER.get(site)
+    there = np.array([has(number) for number in range(len(sensors))])
+    owners = np.array(["" if owner is None else owner(sensor) for sensor in sensors])
+    names = dict.fromkeys(owners[there].tolist())
     if len(names) < 2:
         return {site: np.ones(len(there), dtype=bool)}
     return {f"{name}.{site}": there & (owners == name) for name in names}

@@ -7,7 +7,7 @@ package announces it by an entry point in the group `robolaser.sensors`.
 from dataclasses import replace
 from functools import cache
 
-from robolaser.data.dataset import Dataset, Member
+from robolaser.data.dataset import Dataset, SensorData
 from robolaser.model.sensors.camera import CameraSensor
 from robolaser.model.sensors.point import Point
 from robolaser.model.sensors.pose import Pose
@@ -40,25 +40,18 @@ def sensor_class(kind: str) -> type[Sensor]:
 
 def sensors_of(dataset: Dataset) -> tuple[Sensor, ...]:
     """Every sensor of a data set, for what it saw."""
-    if not dataset.members:
-        return (sensor_class(dataset.kind)(dataset),)
-    return tuple(_member(dataset, *one) for one in zip(dataset.parts, dataset.members, strict=True))
+    return tuple(_sensor(dataset, one) for one in dataset.sensors)
 
 
-def _member(dataset: Dataset, part: Dataset, member: Member) -> Sensor:
-    """One of several sensors: a camera that is a stripe scanner's has the scanner's parameters."""
-    scanner = _scanner_of(dataset, member)
-    return sensor_class(part.kind)(part) if scanner is None else ScannerCorners(seen_by(scanner, part))
+def _sensor(dataset: Dataset, one: SensorData) -> Sensor:
+    """A sensor of a data set: a camera that is a stripe scanner's has the scanner's parameters."""
+    scanner = _scanner_of(dataset, one)
+    return sensor_class(one.data.kind)(one.data) if scanner is None else ScannerCorners(seen_by(scanner, one.data))
 
 
 def parts_with_lens(dataset: Dataset) -> tuple[Dataset, ...]:
-    """What each of several sensors saw, with what is stated of its lens; itself where there is one sensor."""
-    if not dataset.members:
-        return (dataset,)
-    return tuple(
-        replace(part, parameters=_stated_lens(dataset, member))
-        for part, member in zip(dataset.parts, dataset.members, strict=True)
-    )
+    """What each sensor saw, with what is stated of its lens."""
+    return tuple(replace(one.data, parameters=_stated_lens(dataset, one)) for one in dataset.sensors)
 
 
 def fitted_lens(part: Dataset) -> frozenset[str]:
@@ -67,15 +60,15 @@ def fitted_lens(part: Dataset) -> frozenset[str]:
     return frozenset(part.format.lens) - fixed
 
 
-def _stated_lens(dataset: Dataset, member: Member) -> dict[str, Parameter]:
-    if _scanner_of(dataset, member) is not None:
+def _stated_lens(dataset: Dataset, one: SensorData) -> dict[str, Parameter]:
+    if _scanner_of(dataset, one) is not None:
         return NOT_THE_SCANNERS
-    return {name.removeprefix(f"{member.camera}."): item for name, item in dataset.parameters.items()}
+    return {name.removeprefix(f"{one.camera}."): item for name, item in dataset.parameters.items()}
 
 
-def _scanner_of(dataset: Dataset, member: Member) -> Dataset | None:
+def _scanner_of(dataset: Dataset, one: SensorData) -> Dataset | None:
     """The stripe scanner whose camera a camera is; None where it is its own."""
-    return scanner_of(dataset.members, member) if member.described.kind == ScannerCorners.format.kind else None
+    return scanner_of(dataset.sensors, one) if one.data.kind == ScannerCorners.format.kind else None
 
 
 @cache

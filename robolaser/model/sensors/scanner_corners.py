@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Member
+from robolaser.data.dataset import Dataset, SensorData
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
 from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
@@ -25,9 +25,9 @@ from robolaser.parameters import Values
 CAMERA = ("f", "s_u", "s_v", "u_0", "v_0", "k", "w", "phi", "psi", "t_x", "t_y", "t_z")
 
 
-def scanner_of(members: Sequence[Member], camera: Member) -> Dataset | None:
+def scanner_of(sensors: Sequence[SensorData], camera: SensorData) -> Dataset | None:
     """The stripe scanner that looks through a camera; None where none does."""
-    own = (one.described for one in members if one.described.kind == Stripe.format.kind and one.camera == camera.camera)
+    own = (one.data for one in sensors if one.data.kind == Stripe.format.kind and one.camera == camera.camera)
     return next(own, None)
 
 

@@ -72,9 +72,9 @@ class CellModel:
         if self.scanner is None or not len(points):
             return np.empty((0, 3))
         seen = self.scanner.in_base(points)
-        if points.sensor is not None:  # what other sensors saw does not lie on the laser plane
-            lit = [i for i, part in enumerate(self.dataset.parts) if sensor_class(part.kind).has_laser_plane()]
-            seen[~np.isin(points.sensor, lit)] = np.nan
+        for sensor in self.dataset.sensors:
+            if not sensor_class(sensor.data.kind).has_laser_plane():
+                seen[sensor.rows] = np.nan
         return seen
 
     @cached_property

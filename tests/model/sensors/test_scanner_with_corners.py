@@ -141,14 +141,14 @@ def test_a_search_needs_bounds(noisy: Simulated) -> None:
 
 
 def test_a_stripe_without_corners_must_be_told_its_scanner(noisy: Simulated) -> None:
-    alone = noisy.dataset.parts[0]
+    alone = noisy.dataset.sensors[0].data
     with pytest.raises(DataError, match=r"lacks f, s_u.*board's corners as a second sensor"):
         Model(alone).parameters  # noqa: B018 - asked for what it raises
 
 
 def test_corners_tell_the_camera_better(noisy: Simulated) -> None:
     both = calibrate(noisy.dataset)
-    alone = calibrate(replace(noisy.dataset.parts[0], parameters=noisy.dataset.parameters))
+    alone = calibrate(replace(noisy.dataset.sensors[0].data, parameters=noisy.dataset.parameters))
     std = [one.std[one.model.parameters.names.index("v_0")] for one in (both, alone)]
     assert std[0] < 0.5 * std[1]
 

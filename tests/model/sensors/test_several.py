@@ -57,7 +57,7 @@ def test_a_ball_in_a_socket_and_its_reflector_are_one() -> None:
 
 
 def test_what_is_shared_is_where_one_sensor_alone_puts_it(trackers: Dataset) -> None:
-    alone, both = calibrate(trackers.parts[0]), calibrate(trackers)
+    alone, both = calibrate(trackers.sensors[0].data), calibrate(trackers)
     names = alone.model.parameters.names
     for name in (name for name in names if name.startswith("tool")):
         assert both.value(name) == pytest.approx(alone.value(name), abs=5 * alone.std[names.index(name)])
