@@ -13,9 +13,6 @@ from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
 from robolaser.model.noise import NoiseModel
 
 RESAMPLES = 2000
-AMID = 2
-"""Times that such fits of effects take derivatives anew, amid all of them: beyond, they follow valleys that the others
-hardly see. Held-out errors of tracked arms come out 0.4 % smaller, of single sets 2 %, and take 0.4 of the time."""
 
 
 @final
@@ -55,8 +52,6 @@ class HeldOut:
                     fit.x,
                     self._folds,
                     enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2),
-                    slopes=fit.at.slopes,
-                    amid=AMID if fit.effects else 0,
                 ).errors
             )
             self._known[id(fit)] = fit, fit.in_metres(rows), rows
