@@ -13,7 +13,6 @@ from robolaser.data.board import Board
 from robolaser.data.csv_tables import finite
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import Sessions
-from robolaser.data.subsampling import some_of_each
 from robolaser.data.toml_schema import Positive
 from robolaser.errors import DataError, RobotError
 from robolaser.parameters import Parameter
@@ -356,16 +355,6 @@ class Dataset:
             self, poses=self.poses.take(np.flatnonzero(chosen)), points=replace(points, pose=number[points.pose])
         )
 
-    def subsampled(self, most: int) -> "Dataset":
-        """The same data set with at most about `most` points, every pose or, where points have names, every name kept.
-
-        At least three rows of each pose or name are kept, evenly taken along them.
-        """
-        points = self.points
-        chosen = [self._some(rows, named, max(1, most // len(self.parts))) for rows, named in self.rows_of_sensors]
-        rows = np.sort(np.concatenate(chosen))
-        return self if len(rows) == len(points) else replace(self, points=points.take(rows))
-
     @property
     def rows_of_sensors(self) -> list[tuple[Ints, bool]]:
         """Rows that each sensor saw, and whether its points have names of their own."""
@@ -375,11 +364,6 @@ class Dataset:
             (np.flatnonzero(self.points.sensor == number), bool(member.described.format.named_points))
             for number, member in enumerate(self.members)
         ]
-
-    def _some(self, rows: Ints, named: bool, most: int) -> Ints:  # noqa: FBT001
-        group = (self.points.number if named else self.points.pose)[rows]
-        table = some_of_each(group, max(3, most // max(1, len(np.unique(group)))))
-        return rows[table[table >= 0]]
 
 
 def numbers(cells: Sequence[str]) -> Array | None:

@@ -96,7 +96,7 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival, close).run(
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival, close=close).run(
             hopeless, slopes
         )
         for part in parts
@@ -126,6 +126,7 @@ class _Descents:
         tol: float,
         enough: float,
         rival: float,
+        *,
         close: bool,
     ) -> None:
         c, d = x.shape

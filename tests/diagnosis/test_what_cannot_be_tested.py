@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Noise
+from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.estimation.subsampling import MAX_POSES, chosen_rows
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
