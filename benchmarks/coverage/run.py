@@ -12,7 +12,7 @@ from robolaser.calibration.calibrate import Plan, calibrate
 from robolaser.data.dataset import Noise
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 CASES = {
     "stripe, noise stated": ("stripe", Noise(pixel_px=0.1, target_m=5e-5), None, "plain"),
@@ -34,7 +34,7 @@ def main() -> None:
     for name, (kind, noise, stated, weights) in CASES.items():
         scores = []
         for seed in range(args.trials):
-            made = simulate(robot, kind=kind, poses=30, noise=noise, stated=stated, seed=seed)
+            made = simulate(robot, kind=kind, poses=30, noise=noise, options=CellOptions(stated=stated), seed=seed)
             found = calibrate(made.dataset, Plan(algorithm="gauss-newton", weights=weights, seed=seed))
             truth = Model(made.dataset).fix_gauge(np.array([made.truth[n] for n in found.model.parameters.names]))
             scores += ((found.x - truth) / found.std)[np.isfinite(found.std)].tolist()

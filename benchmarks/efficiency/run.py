@@ -28,7 +28,7 @@ from robolaser.data.dataset import Dataset, Noise
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 WORLDS = {"pixels and target alike": (0.1, 3e-5), "mostly pixels": (0.1, 5e-6), "mostly target": (0.02, 1e-4)}
 """One standard deviation of a pixel [px], and of a target point [m]."""
@@ -65,7 +65,9 @@ def world(name: str) -> tuple[Dataset, Dataset, dict[str, float]]:
     """What is fitted and what is predicted, both without noise, and the truth."""
     pixel_px, target_m = WORLDS[name]
     stated = Noise(pixel_px=pixel_px, target_m=target_m)
-    made = simulate(find_robot("scorbot_er7"), poses=POSES + UNSEEN, points=POINTS, stated=stated, seed=BUILT)
+    made = simulate(
+        find_robot("scorbot_er7"), poses=POSES + UNSEEN, points=POINTS, options=CellOptions(stated=stated), seed=BUILT
+    )
     opened = {}
     for key, item in made.dataset.parameters.items():
         room = OPENED * (item.upper - item.lower)

@@ -14,7 +14,7 @@ from typing import Any
 import robolaser
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.errors import RobolaserError
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES, KINDS
 from robolaser.trials.making import make
@@ -93,7 +93,14 @@ def _scattered(sensor: str, rad: float) -> World:
     def load() -> tuple[Dataset, dict[str, Any]]:
         seed, noise = SEEN_BY[sensor]
         drawn = Noise(**{**{k: v for k, v in vars(noise).items() if v}, "joint_rad": rad})
-        made = simulate(robolaser.find_robot("ur5"), kind=sensor, poses=40, noise=drawn, stated=noise, seed=seed)
+        made = simulate(
+            robolaser.find_robot("ur5"),
+            kind=sensor,
+            poses=40,
+            noise=drawn,
+            options=CellOptions(stated=noise),
+            seed=seed,
+        )
         return made.dataset, {"scatter_rad": rad}
 
     return World(f"{sensor}-{1e3 * rad:g}-mrad", "scatter", load)

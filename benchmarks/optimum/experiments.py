@@ -1,6 +1,7 @@
 """Eleven calibrations: the paper's, and ten of other arms, sizes and noises, some of them hardly enough to go by."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -8,14 +9,15 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Noise
 from robolaser.geometry.rigid_motion import from_quaternion
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, paper, simulate
+from robolaser.simulation import CellOptions, Simulated, paper, simulate
 
 CHOICE = 300  # poses, of which the degenerate experiments take the few that are most alike
 
 
-def cell(robot: str, poses: int, points: int, noise: Noise, **more: object) -> Callable[[], Simulated]:
+def cell(robot: str, poses: int, points: int, noise: Noise, **options: Any) -> Callable[[], Simulated]:
     """A cell as `simulate` makes it, not yet made."""
-    return lambda: simulate(find_robot(robot), poses=poses, points=points, noise=noise, seed=1, **more)  # type: ignore[arg-type]
+    there = CellOptions(**options)
+    return lambda: simulate(find_robot(robot), poses=poses, points=points, noise=noise, options=there, seed=1)
 
 
 def alike(robot: str, poses: int, points: int, noise: Noise, unlike: Callable[[Array], Array]) -> Simulated:

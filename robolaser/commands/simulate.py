@@ -69,9 +69,9 @@ def simulate(
     from robolaser.data.importers.robots import find_robot
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.data.writing import FOLDER, files_of, texts_of
+    from robolaser.simulation import CellOptions, sizes_of
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
-    from robolaser.simulation import sizes_of
 
     typed_noise = stated(
         pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
@@ -100,13 +100,11 @@ def simulate(
                 kind=sensor,
                 poses=poses,
                 points=points,
-                repeats=repeats,
-                sessions=sessions,
                 noise=Noise(**typed_noise) if typed_noise else None,
-                placed=not unplaced,
-                mount=mount,
                 effects=sizes,
-                name=output.resolve().name,
+                options=CellOptions(
+                    repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=output.resolve().name
+                ),
                 seed=seed,
             )
         claim(files_of(made.dataset))

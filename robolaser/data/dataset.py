@@ -13,7 +13,6 @@ from robolaser.data.board import Board
 from robolaser.data.csv_tables import finite
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import Sessions
-from robolaser.data.subsampling import some_of_each
 from robolaser.data.toml_schema import Positive
 from robolaser.errors import DataError, RobotError
 from robolaser.parameters import Parameter
@@ -391,21 +390,6 @@ class Dataset:
         return replace(
             self, poses=self.poses.take(np.flatnonzero(chosen)), points=replace(points, pose=number[points.pose])
         )
-
-    def subsampled(self, most: int) -> "Dataset":
-        """The same data set with at most about `most` points, every pose or, where points have names, every name kept.
-
-        At least three rows of each pose or name are kept, evenly taken along them.
-        """
-        points = self.points
-        chosen = [self._some(one, max(1, most // len(self.sensors))) for one in self.sensors]
-        rows = np.sort(np.concatenate(chosen))
-        return self if len(rows) == len(points) else replace(self, points=points.take(rows))
-
-    def _some(self, sensor: SensorData, most: int) -> Ints:
-        group = (self.points.number if sensor.data.format.named_points else self.points.pose)[sensor.rows]
-        table = some_of_each(group, max(3, most // max(1, len(np.unique(group)))))
-        return sensor.rows[table[table >= 0]]
 
 
 def numbers(cells: Sequence[str]) -> Array | None:

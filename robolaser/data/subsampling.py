@@ -1,21 +1,23 @@
-"""Some of many rows, evenly taken: of all, of each group, or of some groups whole."""
+"""Some of many rows: evenly taken, or of poses that are spread over time and configurations."""
+
+from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Bools, Ints
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset
+
+MAX_POSES = 300
+"""Poses with rows that are kept: an effect that needs more to be seen is far below what matters."""
+MAX_ROWS = 4000
+"""Rows that are kept, as long as each pose has a few: rows of a pose share most of their errors."""
+MIN_ROWS = 3
+"""Of each pose, where it has as many: enough to tell a stripe's shift from its tilt."""
 
 
 def evenly(count: int, most: int) -> Ints:
     """Places of at most so many out of `count` things, the first and the last among them, (k,)."""
     return np.asarray(np.linspace(0, max(count - 1, 0), min(count, most)).round().astype(np.int64))
-
-
-def of_some_groups(group: Ints, most: int) -> Bools:
-    """Mark the rows of at most so many groups (m,), evenly taken along their numbers, (m,)."""
-    seen, number = np.unique(group, return_inverse=True)
-    chosen = np.zeros(len(seen), dtype=bool)
-    chosen[evenly(len(seen), most)] = True
-    return np.asarray(chosen[number])
 
 
 def rows_of_each(group: Ints, most: int) -> Ints:
@@ -36,3 +38,107 @@ def some_of_each(group: Ints, most: int) -> Ints:
     along = np.where(last, counts - 1, place * ((counts - 1) / np.maximum(taken - 1, 1)))
     rows = order[np.minimum(starts + along.round().astype(np.int64), len(order) - 1)]
     return np.where(place < taken, rows, -1)
+
+
+def subsampled(dataset: Dataset, most: int) -> Dataset:
+    """The same data set with at most about `most` points, every pose or, where points have names, every name kept.
+
+    At least three rows of each pose or name are kept, evenly taken along them.
+    """
+    points, sensors = dataset.points, dataset.sensors
+    chosen = []
+    for sensor in sensors:
+        group = (points.number if sensor.data.format.named_points else points.pose)[sensor.rows]
+        share = most // len(sensors) // max(1, len(np.unique(group)))
+        chosen.append(sensor.rows[rows_of_each(group, max(MIN_ROWS, share))])
+    kept = np.sort(np.concatenate(chosen))
+    return dataset if len(kept) == len(points) else replace(dataset, points=points.take(kept))
+
+
+def chosen_rows(dataset: Dataset, seed: int) -> Bools:
+    """Mark rows of poses that are spread over time and configurations, (m,).
+
+    Where names mean the same point at every pose, whole poses are kept; else rows evenly taken along those of each
+    pose. Where each pose shows one named point only, there are as many poses of each name.
+
+    Args:
+        dataset: Of which.
+        seed: Chooses among poses that are near each other; the same one makes the same choice.
+    """
+    points = dataset.points
+    chosen = _some(dataset, seed)
+    kept = np.zeros(len(points), dtype=bool)
+    for sensor in dataset.sensors:
+        rows = sensor.rows[np.isin(points.pose[sensor.rows], chosen)]
+        if not sensor.data.format.named_points and len(rows):
+            most = max(MIN_ROWS, MAX_ROWS // len(dataset.sensors) // len(chosen))
+            rows = rows[rows_of_each(points.pose[rows], most)]
+        kept[rows] = True
+    return kept
+
+
+def _some(dataset: Dataset, seed: int) -> Ints:
+    """At most about `MAX_POSES` of the poses with rows, as many of each name that stands alone in its poses."""
+    poses, first = np.unique(dataset.points.pose, return_index=True)
+    if len(poses) <= MAX_POSES:
+        return poses
+    name = dataset.points.number[first] if _one_name_a_pose(dataset) else np.zeros(len(poses), dtype=np.int64)
+    names, counts = np.unique(name, return_counts=True)
+    places, rng = _coordinates(dataset)[poses], np.random.default_rng(seed)
+    own = [np.flatnonzero(name == one) for one in names]
+    most = [max(1, int(share)) for share in _shares(counts)]
+    return np.sort(poses[np.concatenate([_spread(places, *one, rng) for one in zip(own, most, strict=True)])])
+
+
+def _one_name_a_pose(dataset: Dataset) -> bool:
+    """Whether names mean the same point at every pose, and each pose shows one of them."""
+    if not dataset.format.named_points or dataset.format.many_rows:
+        return False
+    shown = np.unique(np.stack([dataset.points.pose, dataset.points.number]), axis=1)[0]
+    return len(shown) == len(np.unique(shown))
+
+
+def _shares(counts: Ints) -> Ints:
+    """How many of each group (g,) are kept: the same of each, and all of groups that have no more."""
+    shares, left = np.zeros_like(counts), MAX_POSES
+    for number, i in enumerate(np.argsort(counts, kind="stable")):
+        shares[i] = min(counts[i], left // (len(counts) - number))
+        left -= shares[i]
+    return shares
+
+
+def _coordinates(dataset: Dataset) -> Array:
+    """When and in which configuration each pose was, and what else was measured, each from 0 to 1, (n, d)."""
+    poses, n = dataset.poses, len(dataset.poses)
+    configuration = poses.q if poses.q is not None else dataset.flange()[:, :3].reshape(n, -1)
+    when = np.arange(float(n)) if poses.time_s is None else poses.time_s
+    places = np.column_stack([when, configuration, *poses.coordinates.values()])
+    width = np.ptp(places, axis=0)
+    return np.asarray((places - places.min(axis=0)) / np.where(width > 0, width, 1.0))
+
+
+def _spread(places: Array, among: Ints, most: int, rng: np.random.Generator) -> Ints:
+    """So many of some places (n, d), one of each cell: cells are halved across their longest side."""
+    if most >= len(among):
+        return among
+    if most == 1:
+        return rng.choice(among, 1)
+    side = int(np.argmax(np.ptp(places[among], axis=0)))
+    order = among[np.argsort(places[among, side], kind="stable")]
+    half = most // 2
+    at = round(len(order) * half / most)
+    return np.concatenate([_spread(places, order[:at], half, rng), _spread(places, order[at:], most - half, rng)])
+
+
+def kept_poses(dataset: Dataset) -> Bools:
+    """Mark poses with rows, and those at the ends of time and of what else was measured, (n,)."""
+    poses = dataset.poses
+    kept = np.bincount(dataset.points.pose, minlength=len(poses)) > 0
+    measured = list(poses.coordinates.values())
+    if poses.time_s is not None:
+        measured.append(poses.time_s)
+    session = dataset.session_of_pose
+    for poses_of in (np.flatnonzero(session == number) for number in np.unique(session)):
+        for values in measured:
+            kept[poses_of[[int(np.argmin(values[poses_of])), int(np.argmax(values[poses_of]))]]] = True
+    return kept

@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.calibration.checks import check_poses, check_target
 from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import subsampled
 from robolaser.errors import RobolaserError
 from robolaser.estimation.identifiability import null_directions
 from robolaser.estimation.outliers import MIN_POSES
@@ -129,7 +130,7 @@ def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[st
     if not len(dataset.points):
         return EXTRACT if dataset.poses.image is not None else NO_POINTS, (), ()
     try:
-        model = Model(dataset.subsampled(MOST_POINTS), ()).sharing(Model(dataset).sensor_parameters)
+        model = Model(subsampled(dataset, MOST_POINTS), ()).sharing(Model(dataset).sensor_parameters)
         problem = Problem.of(model)
         check_target(model)
         check_poses(problem)

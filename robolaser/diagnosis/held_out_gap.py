@@ -52,7 +52,6 @@ class HeldOut:
                     fit.x,
                     self._folds,
                     enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2),
-                    slopes=fit.at.slopes,
                 ).errors
             )
             self._known[id(fit)] = fit, fit.in_metres(rows), rows

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.estimation.subsampling import chosen_rows, kept_poses
+from robolaser.data.subsampling import chosen_rows, kept_poses
 from robolaser.model.noise.whitening import group_sums
 
 

@@ -118,28 +118,42 @@ class FoldFits:
     evaluations: int  # residual vectors evaluated
 
 
-def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
+def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
-    Each fit starts from the parameters that all rows gave, with their derivatives there. Large data are fitted on a
-    sample of their rows that has the gradient of all of them.
+    Each fit starts from the parameters that all rows gave. Large data are fitted on a sample of their rows that has
+    the gradient of all of them.
 
     Args:
         problem: What was minimised.
         x: Its optimum, (d,).
         folds: Which rows are held out together.
         enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
-        slopes: Derivatives of the residuals there by each parameter over its scale, where they are known, (K, d).
     """
-    fits, evaluations = (
-        _by_all(problem, x, folds, enough, slopes)
-        if (sample := sampled(problem, SAMPLE)) is None
-        else _by_sample(problem, x, folds, *sample)
-    )
+    sample = sampled(problem, SAMPLE)
+    if sample is None:
+        fits, evaluations = _fits(problem, x, folds, enough)
+    else:
+        fits, evaluations = _by_sample(problem, x, folds, sample)
     errors = _predicted(problem, fits, folds)
     if folds.whole:
         errors = problem.model.blocks.located_apart(errors)
     return FoldFits(errors, fits, evaluations + folds.count)
+
+
+def _fits(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, int]:
+    """Fits without each fold, (f, d), and the residual vectors evaluated."""
+    starts, kept = np.tile(x, (folds.count, 1)), folds.of_row != np.arange(folds.count)[:, None]
+    end = solve(
+        problem,
+        starts,
+        kept=kept,
+        tol=TOLERANCE,
+        enough=max(enough, TOLERANCE * float(problem.costs(x[None])[0])),
+        hopeless=_many_steps if enough else None,
+        close=enough > 0.0,
+    )
+    return end.x, end.evaluations
 
 
 def _many_steps(cost: Array, converged: Bools, steps: Ints) -> Bools:
@@ -157,30 +171,19 @@ def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
     return errors
 
 
-def _by_all(problem: Problem, x: Array, folds: Folds, enough: float, slopes: Array | None) -> tuple[Array, int]:
-    """Fits without each fold, (f, d), and the residual vectors evaluated."""
-    kept = folds.of_row != np.arange(folds.count)[:, None]
-    if slopes is None and len(problem.batches) == 1:
-        slopes = problem.jacobian(x[None])[0].T
-    ends = solve(
-        problem,
-        np.repeat(x[None], folds.count, axis=0),
-        kept=kept,
-        tol=TOLERANCE,
-        enough=enough,
-        hopeless=_many_steps if enough else None,
-        slopes=None if slopes is None else slopes.T,
-    )
-    return ends.x, ends.evaluations + len(x)
-
-
-def _by_sample(problem: Problem, x: Array, folds: Folds, some: Problem, rows: Ints) -> tuple[Array, int]:
-    """Fits without each fold (f, d) on a sample of the rows, each with the gradient of all rows that it keeps."""
-    gradient = gradients(problem, x, folds.of_row, folds.count)
-    fits, evaluations = np.empty((folds.count, len(x))), len(x) + 1
-    for fold in range(folds.count):
-        kept = folds.of_row != fold
-        mean = (gradient.sum(axis=0) - gradient[fold]) / np.count_nonzero(kept)
-        end = solve_corrected(some, x, mean, kept=kept[rows], tol=TOLERANCE)
-        fits[fold], evaluations = end.x[0], evaluations + end.evaluations
-    return fits, evaluations
+def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, Ints]) -> tuple[Array, int]:
+    """The same on a sample of the rows, each fit with the gradient of all rows that it keeps."""
+    some, rows = sample
+    of_fold, counts = gradients(problem, x, folds.of_row, folds.count), np.bincount(folds.of_row)
+    ends = [
+        solve_corrected(
+            some,
+            x,
+            (of_fold.sum(axis=0) - of_fold[fold]) / (problem.rows - counts[fold]),
+            kept=folds.of_row[rows] != fold,
+            tol=TOLERANCE,
+        )
+        for fold in range(folds.count)
+    ]
+    evaluations = sum(end.evaluations for end in ends) + len(x) + 1
+    return np.concatenate([end.x for end in ends]), evaluations

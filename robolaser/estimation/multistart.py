@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.subsampling import of_some_groups
+from robolaser.data import subsampling
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
@@ -86,10 +86,11 @@ def multistart(
 
 def subsampled(model: Model) -> Model:
     """The model of rows enough to search on; itself where it has no more."""
-    few = model.dataset.subsampled(SEARCH_POINTS)
-    some = of_some_groups(few.points.pose, SEARCH_POSES)
-    if not (some.all() or few.format.named_points):
-        few = replace(few, points=few.points.take(np.flatnonzero(some)))
+    few = subsampling.subsampled(model.dataset, SEARCH_POINTS)
+    poses = np.unique(few.points.pose)
+    if len(poses) > SEARCH_POSES and not few.format.named_points:
+        some = poses[subsampling.evenly(len(poses), SEARCH_POSES)]
+        few = replace(few, points=few.points.take(np.flatnonzero(np.isin(few.points.pose, some))))
     return model if few is model.dataset else Model(few, model.effects).sharing(model.sensor_parameters)
 
 

@@ -54,7 +54,11 @@ def solve_corrected(
     _, s, Vt = np.linalg.svd(triangle(J.T), full_matrices=False)
     seen = s > RANK * s.max(initial=0.0)
     shift = ((Vt[seen] @ lacking) / s[seen] ** 2) @ Vt[seen] @ J
-    return solve(replace(sample, shift=shift), x[None], kept=None if kept is None else kept[None], tol=tol)
+    corrected = replace(sample, shift=shift)
+    if kept is None:
+        return solve(corrected, x[None], tol=tol)
+    enough = tol * float(corrected.costs(x[None])[0])
+    return solve(corrected, x[None], kept=kept[None], tol=tol, enough=enough)
 
 
 def gradients(problem: Problem, x: Array, groups: Ints | None = None, count: int | None = None) -> Array:

@@ -16,7 +16,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.bounded_step import EPS, bounded_steps
-from robolaser.estimation.least_squares import LeastSquares
+from robolaser.estimation.problem import Problem
 
 TOLERANCE = 1e-13
 SHARE, ENOUGH = 1e-5, 1e-2
@@ -60,7 +60,7 @@ class Solution:
 
 
 def solve(
-    problem: LeastSquares,
+    problem: Problem,
     starts: Array,
     *,
     kept: Bools | None = None,
@@ -69,6 +69,7 @@ def solve(
     hopeless: Callable[[Array, Bools, Ints], Bools] | None = None,
     slopes: Array | None = None,
     rival: float = np.inf,
+    close: bool = False,
 ) -> Solution:
     """Descend from each start to the optimum of its valley.
 
@@ -85,6 +86,7 @@ def solve(
         slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
             they are known: the first steps are chord steps with them.
         rival: Cost of another solution, which is the better one where these cost much more.
+        close: Whether candidates stay so close together that derivatives amid them serve all.
     """
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
@@ -94,7 +96,9 @@ def solve(
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
-        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival).run(hopeless, slopes)
+        _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival, close=close).run(
+            hopeless, slopes
+        )
         for part in parts
     ]
     if len(ends) == 1:
@@ -115,9 +119,18 @@ class _Descents:
     """
 
     def __init__(
-        self, problem: LeastSquares, x: Array, kept: Bools | None, tol: float, enough: float, rival: float
+        self,
+        problem: Problem,
+        x: Array,
+        kept: Bools | None,
+        tol: float,
+        enough: float,
+        rival: float,
+        *,
+        close: bool,
     ) -> None:
         c, d = x.shape
+        self._close = close
         self._problem, self._kept, self._tol, self._enough, self._rival = problem, kept, tol, enough, rival
         self._x, self._cost = x.copy(), np.empty(c)
         self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
@@ -126,7 +139,7 @@ class _Descents:
         self._to_go, self._converged = np.full(c, np.inf), np.zeros(c, dtype=bool)
         self._iterations = np.zeros(c, dtype=np.int64)
         self._promised, self._bent, self._chord = np.full(c, np.inf), np.zeros(c), np.zeros(c, dtype=bool)
-        self._evaluations = c
+        self._evaluations, self._curved = c, False
         batches = problem.batches
         self._r = [self._of_batch(i, x, np.arange(c)) for i in range(len(batches))]
         self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if self._keeps else []
@@ -139,11 +152,9 @@ class _Descents:
     def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
-        near = slopes is not None and len(self._J) == 1
+        near = slopes is not None and len(self._J) == 1 and self._kept is None
         if near:  # an end that matters is looked at with derivatives of its own
             self._J[0][:], self._bent[:] = slopes, self._enough
-            if self._kept is not None:
-                self._J[0] *= self._kept[:, None, self._problem.batches[0][1].row_of_number]
         if len(active):
             self._linearize(active, chord=near)
         for _ in range(4 * MOST_STEPS):
@@ -171,22 +182,25 @@ class _Descents:
 
     def _linearize(self, which: Ints, *, chord: bool = False) -> None:
         """Work out the quadratic model of candidates at their places; on a chord with the derivatives they have."""
+        places = self._x[which].mean(axis=0, keepdims=True) if self._close else self._x[which]
+        same = chord and self._curved and all(part.loss.is_square for _, part in self._problem.batches)
         J = self._problem.extra_jacobian(self._x[which])
-        A = J @ np.swapaxes(J, 1, 2)
+        A = self._A[which] if same else J @ np.swapaxes(J, 1, 2)
         g = (J @ self._problem.extra_residuals(self._x[which])[..., None])[..., 0]
         for i, (rows, part) in enumerate(self._problem.batches):
-            J = self._J[i][which] if chord else part.jacobian(self._x[which])
+            J = self._J[i][which] if chord else part.jacobian(places)
             if self._kept is not None and not chord:
-                J *= self._kept[which][:, rows][:, None, part.row_of_number]
+                J = J * self._kept[which][:, rows][:, None, part.row_of_number]
             if self._J and not chord:
                 self._J[i][which] = J
             r, J = part.loss.linearized(self._r[i][which], J, part.starts)
-            A += J @ np.swapaxes(J, 1, 2)
+            if not same:
+                A += J @ np.swapaxes(J, 1, 2)
             g += (J @ r[..., None])[..., 0]
         self._A[which], self._g[which] = A, g
         self._lengths[which] = np.maximum(self._lengths[which], np.sqrt(np.einsum("cii->ci", A)))
-        self._chord[which] = chord
-        self._evaluations += 0 if chord else len(which) * A.shape[1]
+        self._chord[which], self._curved = chord, True
+        self._evaluations += 0 if chord else len(places) * A.shape[1]
 
     def _advance(self, active: Ints) -> Ints:
         """Try a step of each candidate; those that have not come to rest."""

@@ -13,7 +13,7 @@ from robolaser.geometry.rigid_motion import from_angles, inverse, pose
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.parameters import Values
 from robolaser.simulation.sensors import simulated_sensor
-from robolaser.simulation.setup import Mount, RandomStreams, SensorSetup
+from robolaser.simulation.setup import CellOptions, Mount, RandomStreams, SensorSetup
 
 DRAWN = 8  # sensors that are drawn, at most: how one is mounted decides what it sees
 TRIED = 4  # planned poses, and poses that see a target, by pairs of which it is placed
@@ -51,7 +51,7 @@ def planned(dataset: Dataset, *, points: int | None = None, mount: Mount = "flan
     """
     kind = simulated_sensor(dataset.kind)
     mount = getattr(dataset.options, "mount", mount)
-    setup = SensorSetup(points or kind.default_points, placed=False, mount=mount)
+    setup = SensorSetup(points or kind.default_points, CellOptions(placed=False, mount=mount))
     blank = replace(dataset, points=Points(np.empty(0, dtype=np.int64), ()), placed=False)
     if not dataset.parameters:
         blank = kind.describe(blank, setup)

@@ -7,6 +7,7 @@ from typing import Literal, Self, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.dataset import Noise
 from robolaser.model.sensors.placements import motion
 
 Quaternion = tuple[float, float, float, float]
@@ -15,16 +16,32 @@ Mount = Literal["flange", "base"]
 
 @final
 @dataclass(frozen=True)
-class SensorSetup:
-    """What is asked of a sensor; a kind takes from it what concerns it."""
+class CellOptions:
+    """How a simulated cell stands and is measured, where it is not as usual."""
 
-    points: int  # in each pose, or names of points
-    placed: bool = True  # whether target points are given in the base frame
+    placed: bool = True  # whether target points are given in the base frame, or in their own (stripe only)
     level: float | None = None  # height of the target in the base frame [m]; None: one that the arm can look at
     stripe_axis: str = "u"  # image axis the stripe runs along
     # nominal turn of the camera on the flange; None: it looks away from the arm
     bracket_quat: Quaternion | None = None
-    mount: Mount = "flange"  # "flange" or "base": what carries the sensor
+    mount: Mount = "flange"  # what carries a camera or a profile sensor
+    repeats: int = 1  # images at each unmoved pose
+    sessions: int = 1  # campaigns of the same arm and sensor, each with base, target or sockets elsewhere
+    pause_s: float = 30.0  # time spent at each pose
+    # Joints' typical speed at the exposure [rad/s or m/s]. None: the arm rests and no speed is recorded, save where an
+    # effect of the timing is asked for.
+    speed: float | None = None
+    stated: Noise | None = None  # what the data set says of the noise; None: all of it
+    name: str = ""  # of the data set
+
+
+@final
+@dataclass(frozen=True)
+class SensorSetup:
+    """What is asked of a sensor; a kind takes from it what concerns it."""
+
+    points: int  # in each pose, or names of points
+    options: CellOptions
     # names of the effects that the cell has: a camera that fitted a term of its lens itself would hide them
     effects: frozenset[str] = frozenset()
     known: Mapping[str, float] = field(default_factory=dict)  # parameters that an earlier session has, too

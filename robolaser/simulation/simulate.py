@@ -20,7 +20,7 @@ from robolaser.simulation.corners import along_camera, seen_beside
 from robolaser.simulation.effect_specs import numbers_of
 from robolaser.simulation.outliers import gross_rows, impossible, share_of
 from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
-from robolaser.simulation.setup import Mount, Quaternion, RandomStreams, SensorSetup
+from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
@@ -50,19 +50,9 @@ def simulate(
     kind: str = "stripe",
     poses: int = 40,
     points: int | None = None,
-    repeats: int = 1,
     noise: Noise | None = None,
-    stated: Noise | None = None,
     effects: Mapping[str, float] | None = None,
-    placed: bool = True,
-    level: float | None = None,
-    stripe_axis: str = "u",
-    bracket_quat: Quaternion | None = None,
-    mount: Mount = "flange",
-    pause_s: float = 30.0,
-    speed: float | None = None,
-    sessions: int = 1,
-    name: str = "",
+    options: CellOptions | None = None,
     seed: int = 0,
 ) -> Simulated:
     """What a cell would record, its scanner built with the tolerances of `nominal.BUILT`.
@@ -78,21 +68,10 @@ def simulate(
         points: Of a stripe in each pose (12 when absent); corners of a camera's board (35); reflectors on the flange,
             or sockets in the cell (3); bodies on the flange (1); balls of a profile sensor (3), 24 points on one of
             them in each pose.
-        repeats: Images at each unmoved pose.
         noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
-        stated: What the data set says of it; all of `noise` when absent.
         effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
             `outliers` is the share of rows with gross errors.
-        placed: Whether target points are given in the base frame, or in their own (stripe only).
-        level: Height of the target in the base frame [m]; when absent, one that the arm can look at.
-        stripe_axis: Image axis the stripe runs along.
-        bracket_quat: Nominal turn of the camera on the flange; when absent it looks away from the arm.
-        mount: What carries a camera or a profile sensor, "flange" or "base".
-        pause_s: Time spent at each pose.
-        speed: Joints' typical speed at the exposure [rad/s or m/s]. When absent the arm rests and no speed is
-            recorded, save where an effect of the timing is asked for.
-        sessions: Campaigns of the same arm and sensor, each with base, target or sockets elsewhere.
-        name: Of the data set.
+        options: How the cell stands and is measured, where it is not as usual.
         seed: Same seed, same data set.
 
     Raises:
@@ -107,28 +86,30 @@ def simulate(
         >>> made.dataset
         <Dataset simulated-ur5e: ball in fixed sockets, robot ur5e, 20 points in 20 poses>
     """
+    options, noise = options or CellOptions(), noise or Noise()
+    repeats, sessions, speed = options.repeats, options.sessions, options.speed
     robot = find_robot(robot) if isinstance(robot, str) else robot
     kind, with_corners = along_camera(kind)
-    sensor_type, noise = simulated_sensor(kind), noise or Noise()
+    sensor_type = simulated_sensor(kind)
     points = sensor_type.default_points if points is None else points
     sensor_type.check_counts(poses=poses, points=points, repeats=repeats)
     _check_noise(noise)
     if sessions < 1:
         raise impossible("number of sessions", sessions, "1 or more")
     asked = {name.partition(":")[0] for name in effects or ()}
-    setup = SensorSetup(points, placed, level, stripe_axis, bracket_quat, mount, frozenset(asked))
+    setup = SensorSetup(points, options, frozenset(asked))
 
     def session(seed: int, shared: Mapping[str, float]) -> Simulated:
         random = RandomStreams.of(seed)
         qd = random.speed.uniform(-1.0, 1.0, (poses, len(robot.joints))) * (EXPOSURE_SPEED if speed is None else speed)
         blank = Dataset(
-            name=name or f"simulated-{robot.name}",
+            name=options.name or f"simulated-{robot.name}",
             source="simulated by robolaser",
             robot=robot,
             kind=kind,
-            poses=_middle(robot, qd, pause_s),
+            poses=_middle(robot, qd, options.pause_s),
             points=Points(np.empty(0, dtype=np.int64), ()),
-            noise=stated or noise,
+            noise=options.stated or noise,
         )
         blank = sensor_type.describe(blank, setup)
         sensor = sensor_type.build(blank, replace(setup, known=shared), random)
@@ -138,7 +119,7 @@ def simulate(
         if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
             blank = replace(blank, poses=replace(blank.poses, qd=None))
         truth = {**sensor.truth, **shared, **numbers}
-        exact = _measure(blank, sensor, truth, candidate_effects, pause_s, random.order)
+        exact = _measure(blank, sensor, truth, candidate_effects, options.pause_s, random.order)
         noisy = _add_noise(exact, sensor, noise, repeats, random)
         rows, sign = gross_rows(len(noisy.points), share, random.gross)
         spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
@@ -180,7 +161,13 @@ def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int
         25
     """
     return simulate(
-        robot, poses=5, points=5, noise=Noise(target_m=3e-4), stated=Noise(), effects=effects, name="paper", seed=seed
+        robot,
+        poses=5,
+        points=5,
+        noise=Noise(target_m=3e-4),
+        effects=effects,
+        options=CellOptions(stated=Noise(), name="paper"),
+        seed=seed,
     )
 
 

@@ -29,7 +29,7 @@ from robolaser.model.forward_model import Model
 from robolaser.operators import ArithmeticCrossover, NonUniformMutation
 from robolaser.problems import ReducedCalibration, ScannerCalibration
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, paper, simulate
+from robolaser.simulation import CellOptions, Simulated, paper, simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 BREEDING = Plan(algorithm="rcga", generations=80)
@@ -53,7 +53,9 @@ def bred(experiment: Simulated) -> Calibration:
 @pytest.fixture(scope="module")
 def rolled() -> Simulated:
     arm = find_robot("scorbot_er7")
-    return simulate(arm, poses=16, points=8, noise=NOISE, effects={"laser_roll": 0.05}, placed=False, seed=5)
+    return simulate(
+        arm, poses=16, points=8, noise=NOISE, effects={"laser_roll": 0.05}, options=CellOptions(placed=False), seed=5
+    )
 
 
 def test_the_search_ends_where_a_descent_from_the_truth_does(experiment: Simulated, calibrated: Calibration) -> None:

@@ -4,13 +4,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 from several import two_trackers
 
 import robolaser
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, joint_rad=1e-4)
 KINDS = ("stripe", "point", "socket", "camera", "pose", "profile", "two trackers", "three sessions", "gross errors")
@@ -21,13 +22,21 @@ def data(kind: str) -> Dataset:
     if kind == "two trackers":
         return two_trackers()
     if kind == "three sessions":
-        return simulate(find_robot("scorbot_er7"), kind="point", sessions=3, poses=12, noise=NOISE, seed=4).dataset
+        return simulate(
+            find_robot("scorbot_er7"), kind="point", poses=12, noise=NOISE, options=CellOptions(sessions=3), seed=4
+        ).dataset
     if kind == "gross errors":
         effects = {"outliers": 0.02}
         return simulate(find_robot("scorbot_er7"), poses=24, noise=NOISE, effects=effects, seed=4).dataset
     repeats = {"repeats": 2} if kind in ("stripe", "camera") else {}
-    return simulate(
-        find_robot("scorbot_er7"), kind=kind, poses=24, noise=NOISE, stated=Noise(), seed=4, **repeats
+    return simulate_as_asked(
+        find_robot("scorbot_er7"),
+        kind=kind,
+        poses=24,
+        noise=NOISE,
+        stated=Noise(),
+        seed=4,
+        **repeats,
     ).dataset
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.subsampling import some_of_each
+from robolaser.data.subsampling import some_of_each, subsampled
 
 
 @pytest.fixture(params=range(8))
@@ -40,8 +40,8 @@ def test_subsampling_keeps_every_named_point_and_every_pose_of_others() -> None:
     poses, reflectors = 60, 4
     points = Points(np.repeat(np.arange(poses), reflectors), tuple("abcd") * poses, xyz=np.zeros((240, 3)))
     tracked = Dataset("tracker", Poses(tuple(map(str, range(poses)))), points, kind="point")
-    few = tracked.subsampled(100)
+    few = subsampled(tracked, 100)
     assert np.bincount(few.points.number).tolist() == [25] * reflectors
-    stripes = replace(tracked, kind="stripe").subsampled(180)
+    stripes = subsampled(replace(tracked, kind="stripe"), 180)
     assert np.bincount(stripes.points.pose).tolist() == [3] * poses
-    assert tracked.subsampled(240) is tracked
+    assert subsampled(tracked, 240) is tracked

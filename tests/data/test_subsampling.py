@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.data.subsampling import evenly, of_some_groups, rows_of_each
+from robolaser.data.subsampling import evenly, rows_of_each
 
 
 @pytest.mark.parametrize(("count", "most"), [(0, 5), (1, 5), (5, 5), (17, 5), (1000, 7), (3, 10)])
@@ -13,13 +13,6 @@ def test_places_are_each_taken_once_and_reach_from_the_first_to_the_last(count: 
     if count:
         assert (places[0], places[-1]) == (0, count - 1)
         assert np.ptp(np.diff(places)) <= 1 if len(places) > 1 else True
-
-
-def test_groups_are_kept_whole_or_not_at_all() -> None:
-    group = np.random.default_rng(1).integers(0, 50, 400) * 3
-    kept = of_some_groups(group, 8)
-    assert len(np.unique(group[kept])) == 8
-    assert not set(group[kept].tolist()) & set(group[~kept].tolist())
 
 
 def test_each_group_gives_as_many_rows_as_it_may_in_their_order() -> None:

@@ -5,7 +5,7 @@ import pytest
 from robolaser.data.dataset import Noise
 from robolaser.diagnosis import examine
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 CASES = [
     ("flange", "", 0.0),
@@ -22,12 +22,11 @@ def test_a_single_cause_is_named_and_nothing_else(mount: str, effect: str, size:
     made = simulate(
         find_robot("ur5"),
         kind="camera",
-        mount=mount,
-        placed=False,
         poses=30,
         points=20,
         noise=Noise(pixel_px=0.1),
         effects={effect: size} if effect else None,
+        options=CellOptions(mount=mount, placed=False),
         seed=5,
     )
     found = examine(made.dataset, seed=0)

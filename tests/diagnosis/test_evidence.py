@@ -36,7 +36,7 @@ from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 from robolaser.trials.building import Ranges
 from robolaser.trials.making import make
 
@@ -45,7 +45,13 @@ NOISE = Noise(pixel_px=0.1, target_m=3e-5)
 
 def cell(effects: dict[str, float] | None = None, seed: int = 2, poses: int = 40) -> Dataset:
     return simulate(
-        find_robot("scorbot_er7"), poses=poses, points=8, repeats=2, noise=NOISE, effects=effects, seed=seed
+        find_robot("scorbot_er7"),
+        poses=poses,
+        points=8,
+        noise=NOISE,
+        effects=effects,
+        options=CellOptions(repeats=2),
+        seed=seed,
     ).dataset
 
 

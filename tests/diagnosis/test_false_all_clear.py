@@ -17,7 +17,7 @@ from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 STATED = {
     "stripe": Noise(pixel_px=0.1, target_m=3e-5),
@@ -36,7 +36,7 @@ def measured(kind: str, joint_rad: float, seed: int = 1, **stated: float) -> Dat
         poses=40,
         points=POINTS[kind],
         noise=replace(noise, joint_rad=joint_rad),
-        stated=noise,
+        options=CellOptions(stated=noise),
         seed=seed,
     ).dataset
     return replace(dataset, noise=replace(dataset.noise, **stated))

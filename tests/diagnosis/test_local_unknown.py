@@ -24,7 +24,7 @@ from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EF
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.hand_eye_sag import HandEyeSag
 from robolaser.model.effects.link_geometry import LinkGeometry
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 from robolaser.trials.building import Ranges
 from robolaser.trials.making import make
 
@@ -123,7 +123,15 @@ def test_a_projector_that_turns_in_the_course_of_a_run_is_found_at_the_laser() -
 def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
     noise, effects = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-4), {"backlash:joint_2": 8e-4}
     stated = Noise(pixel_px=0.1, target_m=3e-5)
-    made = simulate(find_robot("scorbot_er7"), poses=40, points=8, noise=noise, stated=stated, effects=effects, seed=3)
+    made = simulate(
+        find_robot("scorbot_er7"),
+        poses=40,
+        points=8,
+        noise=noise,
+        effects=effects,
+        options=CellOptions(stated=stated),
+        seed=3,
+    )
     start = Preparation.of(made.dataset, 1).fit(())
     few = start.noise.with_scatter_times(0.01)
     start = Fit.of(start.problem.with_noise(few), start.x)

@@ -17,7 +17,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.estimation.noise_estimate import Excess
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 STATED = {"stripe": Noise(pixel_px=0.1, target_m=3e-5), "point": Noise(point_m=2e-5)}
 JOINT_RAD = 1e-4
@@ -31,8 +31,8 @@ def diagnosed(kind: str, *, effect: str = "", size: float = 0.0, joint_rad: floa
         poses=40,
         points=8 if kind == "stripe" else 3,
         noise=replace(STATED[kind], joint_rad=joint_rad),
-        stated=STATED[kind],
         effects={effect: size} if effect else None,
+        options=CellOptions(stated=STATED[kind]),
         seed=4,
     ).dataset
     return examine(dataset, seed=0)
@@ -100,7 +100,9 @@ def test_a_smooth_cause_that_the_library_lacks_is_not_swallowed():
 
 def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger():
     noise = Noise(pixel_px=0.1, target_m=6e-5)
-    dataset = simulate(find_robot("ur5"), poses=30, points=10, repeats=2, noise=noise, seed=5).dataset
+    dataset = simulate(
+        find_robot("ur5"), poses=30, points=10, noise=noise, options=CellOptions(repeats=2), seed=5
+    ).dataset
     diagnosis = examine(replace(dataset, noise=Noise(pixel_px=0.04, target_m=2.4e-5)), seed=0)
     assert diagnosis.verdict == "no_gap"
     assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
@@ -109,7 +111,12 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
 
 def test_stated_noise_that_is_ten_times_too_small_makes_no_gross_errors():
     dataset = simulate(
-        find_robot("scorbot_er7"), poses=30, points=8, noise=Noise(pixel_px=0.1), stated=Noise(pixel_px=0.01), seed=3
+        find_robot("scorbot_er7"),
+        poses=30,
+        points=8,
+        noise=Noise(pixel_px=0.1),
+        options=CellOptions(stated=Noise(pixel_px=0.01)),
+        seed=3,
     ).dataset
     diagnosis = examine(dataset, effects=[], seed=1)
     assert diagnosis.verdict == "no_gap"
@@ -132,7 +139,12 @@ def test_chi_squared_of_any_freedoms_has_the_normal_deviate_of_its_quantiles():
 def test_an_arm_that_shrinks_with_its_sockets_explains_no_scatter() -> None:
     effects = {"link_geometry:joint_3": 0.004}
     dataset = simulate(
-        find_robot("scorbot_er7"), kind="socket", effects=effects, noise=Noise(joint_rad=1e-4), stated=Noise(), seed=4
+        find_robot("scorbot_er7"),
+        kind="socket",
+        effects=effects,
+        noise=Noise(joint_rad=1e-4),
+        options=CellOptions(stated=Noise()),
+        seed=4,
     ).dataset
     start = Preparation.of(dataset, 1).fit([])
     arm = start.model.with_effects(tuple(library([LinkGeometry], dataset)))

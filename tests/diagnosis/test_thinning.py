@@ -7,10 +7,10 @@ import pytest
 
 from robolaser import find_robot
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.subsampling import MAX_POSES, chosen_rows
 from robolaser.model.effects import EFFECTS
 from robolaser.report.diagnosis.page import document
 from robolaser.simulation import simulate

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 from robolaser.cli import main
 from robolaser.data.dataset import Noise
@@ -17,7 +18,7 @@ from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 OFFSET = {"joint_offset:joint_3": 0.004}
 OFFSETS = [kind for kind in EFFECTS if kind.name == "joint_offset"]
@@ -25,7 +26,7 @@ OFFSETS = [kind for kind in EFFECTS if kind.name == "joint_offset"]
 
 def campaign(seed, *, effects=OFFSET, kind="point", robot="scorbot_er7", poses=16, **options):
     """A campaign with a tracker and tools of its own: each seed sets them up anew."""
-    made = simulate(
+    made = simulate_as_asked(
         find_robot(robot), kind=kind, poses=poses, noise=Noise(point_m=2e-5), effects=effects, seed=seed, **options
     )
     return replace(made.dataset, name=f"campaign-{seed}")
@@ -81,7 +82,7 @@ def test_a_scanner_is_transferred_with_its_own_parameters():
     """A stripe scanner's fourteen parameters stay as found; nothing but an unplaced target is fitted anew."""
     noise = {"noise": Noise(pixel_px=0.05)}
     robot = find_robot("scorbot_er7")
-    made = simulate(robot, poses=12, placed=False, seed=3, **noise)
+    made = simulate_as_asked(robot, poses=12, placed=False, seed=3, **noise)
     whole = made.dataset
     here = np.arange(len(whole.poses)) % 3 != 0
     validation = examine(whole.of_poses(here), OFFSETS, seed=1, validate=[whole.of_poses(~here)]).validation[0]
@@ -100,7 +101,13 @@ def test_what_drifted_is_taken_as_at_the_end_of_its_run_and_said_so():
 
 def test_campaigns_with_sessions_predict_and_are_predicted():
     both = simulate(
-        find_robot("scorbot_er7"), kind="point", poses=10, sessions=2, noise=Noise(point_m=2e-5), effects=OFFSET, seed=5
+        find_robot("scorbot_er7"),
+        kind="point",
+        poses=10,
+        noise=Noise(point_m=2e-5),
+        effects=OFFSET,
+        options=CellOptions(sessions=2),
+        seed=5,
     ).dataset
     bounds = Parameter("base.x@session-1", "m", 2.5, 0.0, 5.0)
     both = replace(both, parameters={bounds.name: bounds})
@@ -112,7 +119,12 @@ def test_campaigns_with_sessions_predict_and_are_predicted():
 def standing_camera(**moved_by: float):
     """A campaign before a standing camera, seen once more with camera or board moved."""
     made = simulate(
-        find_robot("ur5"), kind="camera", mount="base", placed=False, poses=20, noise=Noise(pixel_px=0.05), seed=3
+        find_robot("ur5"),
+        kind="camera",
+        poses=20,
+        noise=Noise(pixel_px=0.05),
+        options=CellOptions(mount="base", placed=False),
+        seed=3,
     )
     dataset, model = made.dataset, Model(made.dataset)
     there = {name: made.truth[name] + moved_by.get(name, 0.0) for name in model.parameters.names}

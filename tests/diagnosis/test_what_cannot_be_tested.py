@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 from robolaser.data.dataset import Noise
+from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.estimation.subsampling import MAX_POSES, chosen_rows
 from robolaser.model.effects import EFFECTS
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
-from robolaser.simulation import simulate
 
 NOISE = Noise(pixel_px=0.1, target_m=3e-5, joint_rad=1e-5, point_m=2e-5)
 FEW = (
@@ -36,7 +36,7 @@ POINTS = {"camera": 12, "stripe": 5}
 
 def recorded(kind="stripe", **wanted):
     wanted = {"poses": 14, "points": POINTS.get(kind, 3), "noise": NOISE, "seed": 4} | wanted
-    dataset = simulate(find_robot("scorbot_er7"), kind=kind, **wanted).dataset
+    dataset = simulate_as_asked(find_robot("scorbot_er7"), kind=kind, **wanted).dataset
     if kind != "camera":  # which has no closed form for one or two poses
         return dataset
     items = Model(dataset).parameters.items

@@ -12,14 +12,14 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, paper, simulate
+from robolaser.simulation import CellOptions, Simulated, paper, simulate
 
 WORLDS = {
     "the paper's": lambda: paper(find_robot("scorbot_er7"), seed=1),
     "ten points": lambda: simulate(find_robot("scorbot_er7"), poses=5, points=2, noise=Noise(target_m=3e-4), seed=1),
     "no noise": lambda: simulate(find_robot("ur5"), poses=8, points=5, noise=Noise(), seed=1),
     "unplaced": lambda: simulate(
-        find_robot("ur3"), poses=12, points=6, noise=Noise(target_m=2e-4), placed=False, seed=1
+        find_robot("ur3"), poses=12, points=6, noise=Noise(target_m=2e-4), options=CellOptions(placed=False), seed=1
     ),
 }
 

@@ -14,7 +14,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 from robolaser.simulation.nominal import IMAGE_PX, facing_outward, scanner
 
 PLACE = {"x": 0.5, "y": 0.0, "z": 0.0, "w": np.pi, "phi": 0.0, "psi": 0.0}
@@ -141,7 +141,9 @@ def test_a_board_whose_place_is_not_said_cannot_be_planned_for(description: Data
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
 def test_a_camera_sees_its_whole_board_from_every_planned_posture(mount: str) -> None:
-    made = simulate(find_robot("ur5"), kind="camera", mount=mount, placed=False, poses=6, points=20, seed=3)
+    made = simulate(
+        find_robot("ur5"), kind="camera", poses=6, points=20, options=CellOptions(mount=mount, placed=False), seed=3
+    )
     given = {name: Parameter(name, "", value, value - 0.1, value + 0.1) for name, value in made.truth.items()}
     described = replace(made.dataset, parameters=given)
     q = planned(described, count=10, seed=1)

@@ -14,7 +14,7 @@ from robolaser import find_robot
 from robolaser.export.python_module import OF_THE_ARM, corrected_module
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 OF_ARMS = [effect for effect in robolaser.EFFECTS if effect.stage in OF_THE_ARM]
 AT_REST = [effect for effect in OF_ARMS if effect.name != "latency"]
@@ -48,7 +48,7 @@ class Stuck(Effect):
 
 @cache
 def made(warm=False):
-    dataset = simulate(find_robot("ur5"), kind="point", poses=8, speed=0.1, seed=3).dataset
+    dataset = simulate(find_robot("ur5"), kind="point", poses=8, options=CellOptions(speed=0.1), seed=3).dataset
     if not warm:
         return dataset
     poses = replace(dataset.poses, temperature_c=np.linspace(21.0, 34.0, 8) ** 1.1)

@@ -16,7 +16,7 @@ from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pos
 from robolaser.model.sensors.placements import motion
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 BENT = ("joint_offset", "link_geometry", "laser_roll")
 
@@ -157,7 +157,14 @@ def test_a_tracker_has_no_camera():
 
 @pytest.fixture(scope="module", params=["flange", "base"])
 def camera(request):
-    made = simulate(find_robot("ur5"), kind="camera", mount=request.param, placed=False, poses=8, points=12, seed=3)
+    made = simulate(
+        find_robot("ur5"),
+        kind="camera",
+        poses=8,
+        points=12,
+        options=CellOptions(mount=request.param, placed=False),
+        seed=3,
+    )
     return calibrate(made.dataset)
 
 

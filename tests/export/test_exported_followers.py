@@ -14,7 +14,7 @@ from robolaser.export.sdf import sdf
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 MIMIC = {"joint": "elbow_joint", "multiplier": "-0.8", "offset": "0.3"}
 EFFECTS = ("joint_offset:elbow_joint", "link_geometry:wrist_2_joint")
@@ -28,7 +28,7 @@ def made():
     ET.SubElement(wrist, "mimic", MIMIC)
     robot = Robot.from_urdf(ET.tostring(urdf, encoding="unicode"), flange="tool0")
     assert "wrist_1_joint" not in robot.joints
-    return simulate(robot, kind="point", poses=8, speed=0.1, seed=3).dataset
+    return simulate(robot, kind="point", poses=8, options=CellOptions(speed=0.1), seed=3).dataset
 
 
 def bent():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
@@ -35,7 +36,7 @@ CELLS = {
 
 @pytest.fixture(params=CELLS)
 def dataset(request):
-    return simulate(find_robot("scorbot_er7"), noise=NOISE, seed=3, **CELLS[request.param]).dataset
+    return simulate_as_asked(find_robot("scorbot_er7"), noise=NOISE, seed=3, **CELLS[request.param]).dataset
 
 
 @pytest.fixture

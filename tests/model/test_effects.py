@@ -19,7 +19,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")
 ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are multiplied in another order
@@ -29,7 +29,9 @@ ROUNDING_M = 1e-15  # placements of joints that differ from pose to pose are mul
 def cell(kind: str) -> Dataset:
     points = 12 if kind == "camera" else 3
     arm = find_robot("scorbot_er7")
-    return simulate(arm, kind=kind, poses=6, points=points, noise=Noise(), speed=0.1, seed=3).dataset
+    return simulate(
+        arm, kind=kind, poses=6, points=points, noise=Noise(), options=CellOptions(speed=0.1), seed=3
+    ).dataset
 
 
 def rounding(model: Model, metres: float) -> float:

@@ -10,6 +10,7 @@ import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.subsampling import subsampled
 from robolaser.data.writing import save
 from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
@@ -160,6 +161,6 @@ def test_a_population_costs_what_its_members_cost(made: Simulated) -> None:
 
 
 def test_thinning_keeps_every_pose(made: Simulated) -> None:
-    dataset: Dataset = made.dataset.subsampled(18)
+    dataset: Dataset = subsampled(made.dataset, 18)
     assert set(dataset.points.pose) == set(made.dataset.points.pose)
     assert len(dataset.points) <= 18

@@ -14,7 +14,7 @@ from robolaser.model.effects.run import Run
 from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.effects.tangential_distortion import TangentialDistortion
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 F = 0.008
 K = np.diag([F, F, 1.0])
@@ -130,7 +130,9 @@ def test_a_surface_seen_square_on_has_no_tilt_and_turning_it_tilts_it_by_as_much
 
 @pytest.mark.parametrize(("axis", "across"), [("u", 1), ("v", 0)])
 def test_a_biased_stripe_shifts_across_itself_only(axis: str, across: int) -> None:
-    dataset = simulate(find_robot("scorbot_er7"), poses=6, points=3, stripe_axis=axis, seed=2).dataset
+    dataset = simulate(
+        find_robot("scorbot_er7"), poses=6, points=3, options=CellOptions(stripe_axis=axis), seed=2
+    ).dataset
     run = Run(dataset)
     pixel = dataset.points.pixel[None]
     shift = (StripeBias("laser", np.array([0.2])).apply(pixel, run) - pixel)[0]

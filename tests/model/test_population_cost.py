@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise
@@ -27,7 +28,9 @@ def same_draws_in_any_order(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module", params=list(CELLS))
 def dataset(request: pytest.FixtureRequest) -> Dataset:
-    return simulate(find_robot("scorbot_er7"), poses=9, points=7, noise=Noise(), seed=2, **CELLS[request.param]).dataset
+    return simulate_as_asked(
+        find_robot("scorbot_er7"), poses=9, points=7, noise=Noise(), seed=2, **CELLS[request.param]
+    ).dataset
 
 
 def candidates(model: Model, count: int = 6) -> Array:

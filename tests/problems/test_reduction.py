@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 from scipy.optimize import least_squares
 
 from robolaser.arrays import Array
@@ -14,7 +15,7 @@ from robolaser.model.sensors.stripe_similarity import SIMILARITY
 from robolaser.parameters import Parameter
 from robolaser.problems import ReducedCalibration
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, simulate
+from robolaser.simulation import Simulated
 
 CELLS: dict[str, dict[str, Any]] = {
     "stripe": {},
@@ -39,7 +40,7 @@ APPROXIMATE: dict[str, dict[str, Any]] = {
 
 
 def made_in(cell: dict[str, Any], noise: Noise | None = None) -> Simulated:
-    return simulate(
+    return simulate_as_asked(
         find_robot("scorbot_er7"), poses=12, points=5 if "kind" not in cell else 3, noise=noise, seed=3, **cell
     )
 

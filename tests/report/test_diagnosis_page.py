@@ -36,7 +36,7 @@ from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent
 from robolaser.report.model_scene import CellPoses
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +216,9 @@ def test_the_same_diagnosis_gives_the_same_page(made, pages):
 def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_frame():
     """Each tracker stands elsewhere, and each session has a tool of its own."""
     robot = find_robot("scorbot_er7")
-    made = simulate(robot, kind="point", poses=8, sessions=2, noise=Noise(point_m=2e-5), seed=3).dataset
+    made = simulate(
+        robot, kind="point", poses=8, noise=Noise(point_m=2e-5), options=CellOptions(sessions=2), seed=3
+    ).dataset
     apart = replace(made, sessions=replace(made.sessions, own=("base.*", "tool.*")))
     found = examine(apart, [], seed=1)
     assert "base.x@session-2" in found.model.parameters.names

@@ -5,13 +5,13 @@ import pytest
 
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
 @pytest.mark.parametrize("kind", ["camera", "profile"])
 def test_a_sensor_that_all_sessions_share_sees_its_target_in_each_of_them(kind: str, mount: str) -> None:
-    made = simulate(find_robot("ur5"), kind=kind, mount=mount, poses=10, sessions=2, seed=1)
+    made = simulate(find_robot("ur5"), kind=kind, poses=10, options=CellOptions(mount=mount, sessions=2), seed=1)
     model = Model(made.dataset)
     truth = np.array([[made.truth[name] for name in model.parameters.names]])
     assert not any(name.startswith("hand_eye.") and "@" in name for name in made.truth)

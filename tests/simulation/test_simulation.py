@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
@@ -31,7 +32,7 @@ def rms(simulated: Simulated, *, effects: bool = True) -> float:
 
 
 def small(robot: Robot, kind: str = "stripe", **more: object) -> Simulated:
-    return simulate(robot, kind=kind, poses=6, points=12 if kind == "camera" else 3, seed=2, **more)
+    return simulate_as_asked(robot, kind=kind, poses=6, points=12 if kind == "camera" else 3, seed=2, **more)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -153,7 +154,7 @@ def test_noise_moves_the_points_but_not_the_cell(robot: Robot) -> None:
 def test_noise_is_as_strong_as_asked_and_repeats_share_the_targets(robot: Robot) -> None:
     asked = {"poses": 30, "points": 20, "repeats": 3, "seed": 5}
     noise = Noise(pixel_px=0.2, target_m=1e-4, joint_rad=1e-4)
-    clean, noisy = simulate(robot, **asked).dataset, simulate(robot, **asked, noise=noise).dataset
+    clean, noisy = simulate_as_asked(robot, **asked).dataset, simulate_as_asked(robot, **asked, noise=noise).dataset
     pixel, target = noisy.points.pixel - clean.points.pixel, noisy.points.xyz - clean.points.xyz
     assert np.std(pixel) == pytest.approx(0.2, rel=0.05)
     assert np.std(target) == pytest.approx(1e-4, rel=0.06)
@@ -166,8 +167,8 @@ def test_noise_is_as_strong_as_asked_and_repeats_share_the_targets(robot: Robot)
 
 def test_a_trackers_noise_is_as_strong_as_asked(robot: Robot) -> None:
     asked = {"kind": "point", "poses": 100, "points": 3, "seed": 5}
-    clean = simulate(robot, **asked).dataset.points.xyz
-    noisy = simulate(robot, **asked, noise=Noise(point_m=2e-5)).dataset.points.xyz
+    clean = simulate_as_asked(robot, **asked).dataset.points.xyz
+    noisy = simulate_as_asked(robot, **asked, noise=Noise(point_m=2e-5)).dataset.points.xyz
     assert np.std(noisy - clean) == pytest.approx(2e-5, rel=0.1)
 
 
@@ -268,7 +269,7 @@ def test_what_cannot_be_is_refused_with_a_reason(
     robot: Robot, demand: dict[str, object], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message):
-        simulate(robot, **{"poses": 4, "points": 2, "seed": 1} | demand)
+        simulate_as_asked(robot, **{"poses": 4, "points": 2, "seed": 1} | demand)
 
 
 def test_sizes_are_read_as_they_are_typed() -> None:

@@ -73,10 +73,10 @@ class SimulatedCamera(SimulatedSensor):
         columns, rows = _board(setup.points)
         return replace(
             dataset,
-            placed=setup.placed and setup.mount == "flange",
+            placed=setup.options.placed and setup.options.mount == "flange",
             image_px=IMAGE_PX,
             board=Board(columns, rows, SQUARE_M) if min(columns, rows) >= 3 else None,
-            options=Mounting(setup.mount),
+            options=Mounting(setup.options.mount),
             parameters={
                 name: Parameter(name, "", 0.0, 0.0, 0.0)
                 for effect, names in HIDING.items()

@@ -48,7 +48,7 @@ class SimulatedProfile(SimulatedSensor):
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
         """With what carries the sensor, and the radius of each ball."""
         radii = {str(ball): RADIUS_M for ball in range(setup.points)}
-        return replace(dataset, options=Mounting(setup.mount), radius_m=radii)
+        return replace(dataset, options=Mounting(setup.options.mount), radius_m=radii)
 
     @classmethod
     def build(cls, dataset: Dataset, setup: SensorSetup, random: RandomStreams) -> Self:
@@ -56,7 +56,7 @@ class SimulatedProfile(SimulatedSensor):
         robot, n, rng = dataset.arm[0], len(dataset.poses), random.build
         outward = from_quaternion(np.array(facing_outward(robot)))
         tilt = from_angles(*rng.uniform(-TOLERANCE, TOLERANCE, 3))
-        stands = setup.mount == "base"
+        stands = setup.options.mount == "base"
         if stands:
             turn = rng.uniform(-np.pi, np.pi, setup.points)
             around = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=-1)

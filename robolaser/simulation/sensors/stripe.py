@@ -39,11 +39,11 @@ class SimulatedStripe(SimulatedSensor):
     @classmethod
     def describe(cls, dataset: Dataset, setup: SensorSetup) -> Dataset:
         """With the drawing of the scanner, its bracket and its image."""
-        bracket = facing_outward(dataset.arm[0]) if setup.bracket_quat is None else setup.bracket_quat
+        bracket = facing_outward(dataset.arm[0]) if setup.options.bracket_quat is None else setup.options.bracket_quat
         return replace(
             dataset,
-            placed=setup.placed,
-            stripe_axis=setup.stripe_axis,
+            placed=setup.options.placed,
+            stripe_axis=setup.options.stripe_axis,
             bracket_quat=bracket,
             image_px=IMAGE_PX,
             parameters=scanner(bracket),
@@ -55,7 +55,9 @@ class SimulatedStripe(SimulatedSensor):
         (robot, _), n, points = dataset.arm, len(dataset.poses), setup.points
         truth = built(dataset.parameters, random.build)
         view = View(_mount(dataset, truth), truth, dataset.stripe_axis, IMAGE_PX)
-        candidates, level = configurations_looking_down(robot, view, wanted=n, level=setup.level, rng=random.place)
+        candidates, level = configurations_looking_down(
+            robot, view, wanted=n, level=setup.options.level, rng=random.place
+        )
         first, last = view.stripe_range()
         step = (last - first) / points
         at = first + step * (np.arange(points) + 0.5 + JITTER * random.along.uniform(-0.5, 0.5, (n, points)))

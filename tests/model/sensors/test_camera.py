@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 import robolaser
 from robolaser.calibration.calibrate import calibrate
@@ -23,7 +24,7 @@ from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, simulate
+from robolaser.simulation import Simulated
 
 ROBOT = find_robot("ur5")
 NOISE = Noise(pixel_px=0.1)
@@ -33,7 +34,7 @@ CELLS = [("flange", False), ("flange", True), ("base", False)]
 
 
 def cell(mount: str = "flange", *, placed: bool = False, **options: object) -> Simulated:
-    return simulate(ROBOT, kind="camera", mount=mount, placed=placed, **{"poses": 12, "seed": 3, **options})
+    return simulate_as_asked(ROBOT, kind="camera", mount=mount, placed=placed, **{"poses": 12, "seed": 3, **options})
 
 
 def truth_of(made: Simulated, model: Model) -> np.ndarray:

@@ -11,19 +11,23 @@ from robolaser.model.derivatives import jacobian, jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 ROBOT = find_robot("ur5")
 CELLS = {
     "stripe along u": simulate(ROBOT, poses=4, points=5),
-    "stripe along v": simulate(ROBOT, poses=4, points=5, stripe_axis="v", bracket_quat=(0.1, 0.3, -0.2, 0.9)),
-    "unplaced target": simulate(ROBOT, poses=4, points=5, placed=False),
+    "stripe along v": simulate(
+        ROBOT, poses=4, points=5, options=CellOptions(stripe_axis="v", bracket_quat=(0.1, 0.3, -0.2, 0.9))
+    ),
+    "unplaced target": simulate(ROBOT, poses=4, points=5, options=CellOptions(placed=False)),
     "tracker": simulate(ROBOT, kind="point", poses=8, points=4),
     "bodies": simulate(ROBOT, kind="pose", poses=8, points=2, noise=Noise(point_m=1e-3, angle_rad=0.3)),
     "profiles": simulate(ROBOT, kind="profile", poses=8, noise=Noise(point_m=1e-4)),
-    "profiles of a standing sensor": simulate(ROBOT, kind="profile", mount="base", poses=8, points=2),
+    "profiles of a standing sensor": simulate(
+        ROBOT, kind="profile", poses=8, points=2, options=CellOptions(mount="base")
+    ),
     "corners from the flange": simulate(ROBOT, kind="camera", poses=6),
-    "corners from the cell": simulate(ROBOT, kind="camera", mount="base", poses=6),
+    "corners from the cell": simulate(ROBOT, kind="camera", poses=6, options=CellOptions(mount="base")),
     "sockets": simulate(ROBOT, kind="socket", poses=6, points=3),
 }
 

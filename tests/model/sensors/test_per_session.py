@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 from several import two_trackers
 
 from robolaser.calibration.calibrate import calibrate
@@ -26,7 +27,7 @@ from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 OFFSET = 0.004
 EFFECT = {"joint_offset:joint_3": OFFSET}
@@ -36,7 +37,7 @@ ROBOT = find_robot("scorbot_er7")
 
 def cell(kind="point", sessions=2, **options):
     noise = Noise(pixel_px=0.05) if kind in ("stripe", "camera") else Noise(point_m=2e-5, angle_rad=1e-4)
-    return simulate(ROBOT, kind=kind, sessions=sessions, **{"poses": 12, "noise": noise, "seed": 4, **options})
+    return simulate_as_asked(ROBOT, kind=kind, sessions=sessions, **{"poses": 12, "noise": noise, "seed": 4, **options})
 
 
 def session(dataset, name):
@@ -236,7 +237,9 @@ def test_a_table_of_sessions_without_the_column_is_an_error(tmp_path):
 
 
 def test_a_camera_that_stands_in_the_cell_is_shared_unless_said_otherwise():
-    made = simulate(find_robot("ur5"), kind="camera", mount="base", placed=False, poses=12, seed=1).dataset
+    made = simulate(
+        find_robot("ur5"), kind="camera", poses=12, options=CellOptions(mount="base", placed=False), seed=1
+    ).dataset
     halves = Sessions(("monday", "friday"))
     both = replace(made, poses=replace(made.poses, session=("monday",) * 6 + ("friday",) * 6), sessions=halves)
     assert "hand_eye.x" in Model(both).parameters.names
@@ -247,7 +250,9 @@ def test_a_camera_that_stands_in_the_cell_is_shared_unless_said_otherwise():
 def test_what_another_campaign_puts_anew_is_what_sessions_own_and_the_tool():
     two = two_trackers(12)
     assert {"left.base.x", "right.base.x", "tool.0.x"} <= set(Model(two).blocks.put_anew)
-    standing = simulate(find_robot("ur5"), kind="camera", mount="base", placed=False, poses=6).dataset
+    standing = simulate(
+        find_robot("ur5"), kind="camera", poses=6, options=CellOptions(mount="base", placed=False)
+    ).dataset
     assert {name.partition(".")[0] for name in Model(standing).blocks.sensor.put_anew} == {"hand_eye", "target"}
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 import robolaser
 from robolaser.arrays import Array
@@ -23,7 +24,7 @@ from robolaser.parameters import Parameter
 from robolaser.report.calibration.page import figures
 from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, simulate
+from robolaser.simulation import Simulated
 
 ROBOT = find_robot("ur5")
 TAGS = Noise(point_m=1e-3, angle_rad=1e-2)
@@ -31,7 +32,7 @@ CAPTURED = Noise(point_m=1e-4, angle_rad=1e-3)
 
 
 def cell(noise: Noise | None = CAPTURED, **more: object) -> Simulated:
-    return simulate(ROBOT, kind="pose", noise=noise, **{"poses": 30, "seed": 1, **more})
+    return simulate_as_asked(ROBOT, kind="pose", noise=noise, **{"poses": 30, "seed": 1, **more})
 
 
 def turned_by(made: Simulated, degrees: float, width: float) -> Dataset:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 
 import robolaser
 from robolaser.calibration.calibrate import calibrate
@@ -25,14 +26,16 @@ from robolaser.model.noise import NoiseModel
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.profile_start import circles
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import Simulated, simulate
+from robolaser.simulation import Simulated
 
 POINT_M = 2e-5
 
 
 def cell(robot: str = "ur5", **more: object) -> Simulated:
     noise = Noise(point_m=POINT_M)
-    return simulate(find_robot(robot), kind="profile", **{"noise": noise, "poses": 14, "points": 2, "seed": 1, **more})
+    return simulate_as_asked(
+        find_robot(robot), kind="profile", **{"noise": noise, "poses": 14, "points": 2, "seed": 1, **more}
+    )
 
 
 def test_a_circle_is_found_from_an_arc_of_it() -> None:

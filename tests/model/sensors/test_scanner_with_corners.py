@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
 from differences import central_differences
 
 from robolaser import find_robot
@@ -21,12 +22,12 @@ from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation
-from robolaser.simulation import Simulated, simulate
+from robolaser.simulation import CellOptions, Simulated, simulate
 
 
 def scanner(**options: object) -> Simulated:
     """On a UR10, its target somewhere."""
-    return simulate(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)  # type: ignore[arg-type]
+    return simulate_as_asked(find_robot("ur10"), kind="stripe+camera", poses=15, placed=False, seed=1, **options)  # type: ignore[arg-type]
 
 
 def with_nothing_given(dataset: Dataset) -> Dataset:
@@ -167,7 +168,7 @@ def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, 
         find_robot("ur10"),
         kind="stripe+camera",
         poses=24,
-        placed=False,
+        options=CellOptions(placed=False),
         seed=2,
         noise=Noise(pixel_px=0.1),
         effects=effects,

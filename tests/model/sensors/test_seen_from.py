@@ -13,14 +13,14 @@ from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.postures import random_configurations
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 ROBOT = find_robot("ur5")
 
 
 @pytest.mark.parametrize("placed", [True, False])
 def test_a_stripe_on_the_target_leaves_no_residual_from_wherever_it_is_seen(placed: bool) -> None:
-    made = simulate(ROBOT, poses=12, points=8, placed=placed, seed=2)
+    made = simulate(ROBOT, poses=12, points=8, options=CellOptions(placed=placed), seed=2)
     values = {name: np.array([value]) for name, value in made.truth.items()}
     q = made.dataset.poses.q + np.random.default_rng(0).normal(0.0, 0.02, (12, 6))
     points, good = Model(made.dataset).blocks.sensor.new_poses.seen_from(values, ROBOT.forward(q[None])[0])
@@ -48,7 +48,7 @@ def test_an_arm_in_a_socket_goes_nowhere_else() -> None:
 
 @pytest.mark.parametrize("mount", ["flange", "base"])
 def test_profiles_of_balls_that_poses_aim_at_leave_no_residual(mount: str) -> None:
-    made = simulate(ROBOT, kind="profile", poses=12, points=2, mount=mount, seed=2)
+    made = simulate(ROBOT, kind="profile", poses=12, points=2, options=CellOptions(mount=mount), seed=2)
     sensor = Model(made.dataset).blocks.sensor
     values = {name: np.array([value]) for name, value in made.truth.items()}
     T_base_flange = made.dataset.flange()
