@@ -16,7 +16,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.bounded_step import EPS, bounded_steps
-from robolaser.estimation.least_squares import LeastSquares
+from robolaser.estimation.problem import Problem
 
 TOLERANCE = 1e-13
 SHARE, ENOUGH = 1e-5, 1e-2
@@ -60,7 +60,7 @@ class Solution:
 
 
 def solve(
-    problem: LeastSquares,
+    problem: Problem,
     starts: Array,
     *,
     kept: Bools | None = None,
@@ -120,7 +120,7 @@ class _Descents:
 
     def __init__(
         self,
-        problem: LeastSquares,
+        problem: Problem,
         x: Array,
         kept: Bools | None,
         tol: float,
