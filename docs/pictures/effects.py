@@ -34,7 +34,7 @@ Draw = Callable[[Axes, Simulated, Array], None]
 def left_over(made: Simulated) -> Array:
     """Target less predicted point after a calibration that does not know of the effect, (m, 3) [mm]."""
     found = calibrate(made.dataset, Plan(algorithm=POLISH_ONLY, seed=1))
-    model = found.model
+    model = Model(made.dataset)
     x = np.array([[found.value(name) for name in model.parameters.names]])
     return 1e3 * model.residuals(x)[0]
 
@@ -292,14 +292,18 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
     "hand_eye_drift": ({"hand_eye_drift:hand_eye": 1e-3, "hand_eye_drift:hand_eye.settling": 3.0}, in_camera_over_run),
     "base_compliance": ({"base_compliance:base": 5e-5}, over_reach),
     "hand_eye_sag": ({"hand_eye_sag:hand_eye": 1e-3, "hand_eye_sag:hand_eye.moment_z": 2e-3}, over_attitude),
+    "arm_scale": ({"arm_scale:base": 1e-3}, over_distance),
+    "tool_sag": ({"tool_sag:tool": 5e-4}, over_attitude),
     "latency": ({"latency:timing": 0.02}, over_speed),
     "radial_distortion": ({"radial_distortion:camera": 2e8}, along_stripe(1)),
     "tangential_distortion": ({"tangential_distortion:camera.p_2": 1.0}, along_stripe(1)),
+    "focus_breathing": ({"focus_breathing:camera": 5e-2}, along_stripe(0)),
     "laser_curvature": ({"laser_curvature:laser": 0.08}, along_stripe(0)),
     "laser_roll": ({"laser_roll:laser": 0.02}, along_stripe(0)),
     "laser_drift": ({"laser_drift:laser": 1e-3}, in_camera_over_run),
     "stripe_bias": ({"stripe_bias:laser": 1.0}, over_tilt),
     "target_scale": ({"target_scale:target": 5e-3}, as_arrows),
+    "target_stretch": ({"target_stretch:target": 5e-3}, as_arrows),
     "target_warp": ({"target_warp:target": 1e-3, "target_warp:target.yy": -1e-3}, as_heights),
     "tracker_scale": ({"tracker_scale:measuring_system": 1e-3}, over_distance),
     "outliers": ({"outliers": 0.03}, by_row),
@@ -307,7 +311,8 @@ PICTURES: dict[str, tuple[dict[str, float], Draw]] = {
 """For each effect what is put into the cell, a little more than usual, and the view in which it shows."""
 
 
-TRACKED = {"link_compliance": "ur5", "base_compliance": "ur5", "tracker_scale": "ur5"}
+TRACKED = {"link_compliance": "ur5", "base_compliance": "ur5", "tracker_scale": "ur5", "arm_scale": "ur5",
+           "tool_sag": "ur5"}  # fmt: skip
 """Effects that a scanner on the plane arm of a SCORBOT would not show: a tracker before another arm."""
 
 

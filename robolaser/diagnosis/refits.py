@@ -240,9 +240,10 @@ class Refits:
 
 
 def penalty(test: ScoreTest) -> float:
-    """The complexity penalty of an effect, its nonlinear parameters chosen from those that were tried."""
+    """The complexity penalty of an effect; its nonlinear parameters count where several values of them were tried."""
     kind = test.candidate_effect.effect
-    return complexity_penalty(len(kind.units()), INDEPENDENT_SHAPES.get(kind.name, 1.0) * test.tried)
+    parameters = len(kind.units()) if test.tried > 1 else len(kind.amplitudes())
+    return complexity_penalty(parameters, INDEPENDENT_SHAPES.get(kind.name, 1.0) * test.tried)
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

@@ -76,6 +76,18 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     return "" if stage in stages else SensorLacks(dataset, PARTS.get(stage, "flange"))
 
 
+def known_ranges(dataset: Dataset) -> str:
+    """A camera sees points of a target at known places."""
+    own = passes(Stage.IMAGE, dataset)
+    return own or passes(Stage.TARGET, dataset)
+
+
+def no_mount(dataset: Dataset) -> str:
+    """What the flange carries is no sensor: that of a sensor is `hand_eye_sag`."""
+    mounted = not passes(Stage.MOUNT, dataset)
+    return "the flange carries the sensor, whose bracket has an effect of its own" if mounted else ""
+
+
 def laser_plane(dataset: Dataset) -> str:
     """A plane of light cuts the surface."""
     return passes(Stage.LASER_PLANE, dataset)

@@ -11,10 +11,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.path_velocities import known_velocities
-from robolaser.model.blocks import Block, blocks_of
+from robolaser.model.blocks import Block, Blocks, blocks_of
+from robolaser.model.blocks.start import parameters_of
 from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
 from robolaser.model.sensors import fitted_lens, parts_with_lens
+from robolaser.model.stages import Perturbation
 from robolaser.robot.kinematics import DOWN, Robot
 
 
@@ -193,6 +195,14 @@ class Run:
         seen = [sensor.data.points for sensor in self.dataset.sensors]
         with_target = [points["xyz"] for points in seen if points.pixel is not None]
         return plane_of(np.concatenate(with_target) if with_target else self.points["xyz"])
+
+    @cached_property
+    def relative_range(self) -> Array:
+        """By what share each row's point is farther from its camera than the mean, by the nominal model, (m,)."""
+        blocks, flange = Blocks(self.dataset), self.flange[None]
+        values = {item.name: np.array([item.nominal]) for item in parameters_of(blocks, flange).items}
+        ranges = blocks.ranges(values, flange, Perturbation())
+        return np.zeros(len(self.points)) if ranges is None else ranges / ranges.mean() - 1.0
 
     @cached_property
     def tilt(self) -> Array:

@@ -38,7 +38,9 @@ class TargetScale(Effect):
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:
-        """The middle of the target and eight points around it."""
+        """The middle of the target and eight points around it; it alone where a shift of the target makes up for it."""
+        if not dataset.placed:
+            return np.zeros((1, 2))
         half = Run(dataset).target.half
         return half * np.array([[x, y] for x in (0.0, -0.7, 0.7) for y in (0.0, -0.7, 0.7)])
 

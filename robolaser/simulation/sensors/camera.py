@@ -139,8 +139,10 @@ class SimulatedCamera(SimulatedSensor):
         points = Points(
             np.repeat(np.arange(n), k), names, pixel=np.zeros((n * k, 2)), xyz=np.tile(self.corners, (n, 1))
         )
-        model = Model(replace(dataset, points=points), tuple(candidate_effects))
-        pixel = -model.residuals_at(values)[0]
+        pixel = -Model(replace(dataset, points=points)).residuals_at(values)[0]
+        if candidate_effects:
+            there = replace(dataset, points=replace(points, pixel=pixel))
+            pixel = pixel - Model(there, tuple(candidate_effects)).residuals_at(values)[0]
         good = np.asarray(_inside(pixel).reshape(n, k).all(axis=1))
         return replace(dataset, points=replace(points, pixel=pixel)), good
 

@@ -1,0 +1,93 @@
+"""Lenses that breathe, prints that are longer one way, holders that bend, arms that grew: in other forms than ours."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_false_explanation import breathing
+
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.result import Diagnosis
+from robolaser.geometry.rigid_motion import from_angles
+from robolaser.model.effects import EFFECTS
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import simulate
+
+
+def names(found: Diagnosis) -> list[str]:
+    return [one.candidate_effect.effect.name for one in found.findings]
+
+
+@pytest.mark.parametrize("size", [0.02, 0.05])
+def test_a_lens_that_breathes_by_the_square_of_the_distance_is_named(size: float) -> None:
+    found = examine(breathing(size), seed=0)
+    assert (found.verdict, names(found)) == ("explained", ["focus_breathing"])
+    assert found.findings[0].probability > 0.95
+
+
+def stretched(along_x: float, along_y: float) -> Dataset:
+    """What images show of a print with a scale of its own along each side."""
+    made = simulate(find_robot("ur5"), kind="camera", placed=False, poses=30, noise=Noise(pixel_px=0.1), seed=6)
+    stated = made.dataset.points["xyz"] / np.array([1.0 + along_x, 1.0 + along_y, 1.0])
+    return replace(made.dataset, points=replace(made.dataset.points, xyz=stated))
+
+
+def test_a_print_that_is_longer_along_one_side_is_named() -> None:
+    found = examine(stretched(0.0, 0.004), seed=0)
+    assert (found.verdict, names(found)) == ("explained", ["target_stretch"])
+
+
+def test_of_a_print_with_two_scales_what_they_have_in_common_may_be_the_arms() -> None:
+    found = examine(stretched(0.001, 0.003), seed=0)
+    sure = [one.candidate_effect.effect.name for one in found.findings if one.probability > 0.95]
+    assert (found.verdict, sure) == ("explained", ["target_stretch"])
+    assert set(names(found)) <= {"target_stretch", "target_scale", "arm_scale"}
+
+
+def held_by_a_cantilever(size: float, axis: np.ndarray, seed: int = 5) -> Dataset:
+    """Points of a reflector whose holder bends across its axis."""
+    made = simulate(find_robot("ur5"), kind="point", poses=40, noise=Noise(point_m=2e-5), seed=seed)
+    T, truth = made.dataset.flange(), made.truth
+    down = np.einsum("nij,i->nj", T[:, :3, :3], np.array([0.0, 0.0, -1.0]))
+    across = size * (down - (down @ axis)[:, None] * axis)
+    in_base = np.einsum("nij,nj->ni", T[:, :3, :3], across)[made.dataset.points.pose]
+    R = from_angles(*(np.array(truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    return replace(made.dataset, points=replace(made.dataset.points, xyz=made.dataset.points["xyz"] + in_base @ R.T))
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.8, 0.0)])
+def test_a_holder_that_bends_across_its_axis_is_named(axis: tuple[float, float, float]) -> None:
+    found = examine(held_by_a_cantilever(3e-4, np.array(axis)), seed=0)
+    assert (found.verdict, names(found)) == ("explained", ["tool_sag"])
+
+
+def test_without_it_in_the_library_a_holder_that_bends_is_no_certain_cause_of_another_class() -> None:
+    others = [one for one in EFFECTS if one.name != "tool_sag"]
+    found = examine(held_by_a_cantilever(3e-4, np.array([0.6, 0.8, 0.0])), effects=others, seed=0)
+    assert found.verdict == "unexplained" or all(one.probability < 0.95 for one in found.findings)
+
+
+def grown(share: float, **known: object) -> Dataset:
+    """A tracker's data of an arm whose lengths have all grown, the way to the flange as well."""
+    made = simulate(find_robot("ur5"), kind="point", poses=40, points=3, noise=Noise(point_m=1e-5), seed=7)
+    R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    flange = made.dataset.flange()[made.dataset.points.pose, :3, 3]
+    points = replace(made.dataset.points, xyz=made.dataset.points["xyz"] + share * flange @ R.T)
+    return replace(made.dataset, points=points, **known)
+
+
+def test_an_arm_that_grew_is_certainly_a_matter_of_lengths_and_not_certainly_the_arms() -> None:
+    found = examine(grown(1e-3), seed=0)
+    assert found.verdict == "explained"
+    assert set(names(found)) <= {"arm_scale", "tracker_scale"}
+    assert {one.name: one.probability for one in found.classes}["measuring_system"] > 0.99
+
+
+def test_known_distances_between_reflectors_tell_it_from_the_trackers_scale() -> None:
+    points = grown(1e-3).points
+    first = points["xyz"][points.pose == 0]
+    near = points.names[:3]
+    known = tuple((near[i], near[j], float(np.linalg.norm(first[i] - first[j]))) for i, j in ((0, 1), (0, 2), (1, 2)))
+    found = examine(grown(1e-3, distances_m=known), seed=0)
+    assert names(found) == ["arm_scale"]
