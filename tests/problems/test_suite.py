@@ -8,6 +8,7 @@ from pymoo.algorithms.soo.nonconvex.de import DE
 from pymoo.optimize import minimize
 from scipy.optimize import least_squares
 
+from robolaser.benchmark.named_problems import specs_of
 from robolaser.errors import DependencyMissing, UsageError
 from robolaser.estimation.multistart import multistart
 from robolaser.problems import suite
@@ -128,3 +129,12 @@ def test_a_logger_of_ioh_writes_the_run(tmp_path):
 def test_without_ioh_the_error_says_what_to_install():
     with pytest.raises(DependencyMissing, match=r"pip install 'robolaser\[bbob\]'"):
         suite()["lee2004"].as_ioh()
+
+
+def test_compare_knows_the_suite_by_name_and_each_lowest_cost_before_any_run():
+    specs = specs_of(["suite"])
+    assert [spec.name for spec in specs] == [f"suite:{name}" for name in IDS]
+    first = specs[0].makers[0]()
+    assert (first.family, first.lowest) == ("calibration", suite()[0].lowest)
+    squares = (first.residuals(first.question.best_x[None]) ** 2).sum()
+    assert squares == pytest.approx(first.lowest, rel=1e-9)

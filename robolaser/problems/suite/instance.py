@@ -4,7 +4,9 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, final
+from typing import final
+
+import msgspec
 
 from robolaser.errors import UsageError, near
 
@@ -28,17 +30,12 @@ class Instance:
     starts: int = 0  # descents that were made, from starts that are uniform within the bounds
     reached: int = 0  # of them that ended within one per cent of the lowest J
 
-    @classmethod
-    def of(cls, name: str, entry: dict[str, Any]) -> "Instance":
-        """Read one table of instances.toml."""
-        return cls(name, **{key: tuple(value) if isinstance(value, list) else value for key, value in entry.items()})
-
 
 @cache
 def instances() -> dict[str, Instance]:
     """All of them, by id, in their order."""
     found = tomllib.loads(TABLE.read_text(encoding="utf-8"))
-    return {name: Instance.of(name, entry) for name, entry in found.items()}
+    return {name: msgspec.convert({"id": name, **entry}, Instance) for name, entry in found.items()}
 
 
 def instance_named(name: str) -> Instance:
