@@ -1,29 +1,17 @@
 """The real-coded genetic algorithm of Lee et al. 2004, figure 4."""
 
-import math
 from typing import Any, final
 
 import numpy as np
-from pymoo.core.duplicate import NoDuplicateElimination
-from pymoo.core.mating import Mating
-from pymoo.core.repair import NoRepair
-from pymoo.core.termination import TerminateIfAny
-from pymoo.core.variable import get
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
-from robolaser.algorithms.array_based import ArrayBased
-from robolaser.algorithms.offspring import make_offspring
-from robolaser.algorithms.population import PopulationArrays
-from robolaser.algorithms.stopping import CostReached, Stalled, several_objectives
-from robolaser.arrays import Array, Ints
+from robolaser.algorithms.stopping import Stalled, several_objectives
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.bounds import bounds_missing
-from robolaser.operators.cost import penalised
-from robolaser.operators.elitist_replacement import survivors
-from robolaser.operators.non_uniform_mutation import Form, step_size
-from robolaser.operators.scaling import inverse_cost
+from robolaser.operators.non_uniform_mutation import Form
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -34,20 +22,18 @@ _BELONGS_TO = {
     "prob_var": "mutation",
     "b": "mutation",
     "form": "mutation",
-    "last_generation": "mutation",
     "n_elites": "survival",
 }
 """The operator that takes each setting."""
 
 
 @final
-class RCGA(ArrayBased):
+class RCGA(GeneticAlgorithm):
     """Elites, roulette, arithmetic crossover and non-uniform mutation, with the settings of the paper.
 
-    It stops when `cost` is reached or after `patience` generations without a better cost, unless it is given
-    another termination, such as `TerminateIfAny(Stalled(500), get_termination("n_gen", 5000))`. The last
-    generation T of the mutation is the termination's, see `robolaser.operators.schedule.progress`. A cost that
-    is not a number counts as infinite.
+    It stops after 10 000 generations without a better cost, unless it is given another termination, such as
+    `TerminateIfAny(Stalled(500), CostReached(1e-6))`. The last generation T of the mutation is the termination's, see
+    `robolaser.operators.schedule.progress`. A cost that is not a number counts as infinite.
 
     A run is its seed. Draws, in this order, for N individuals, E elites, d variables and M = ⌈(N − E)/2⌉ pairs:
     first random((N, d)), the initial population; then in each generation random((M, 2)), the parents on the
@@ -63,18 +49,8 @@ class RCGA(ArrayBased):
         prob_var: Mutation rate: probability that a gene is moved.
         b: Non-uniformity of the mutation.
         form: The mutation's, "linear" as in the paper or "power".
-        last_generation: T of the mutation, if not the termination's.
-        cost: Stop once this cost is reached.
-        patience: Stop after so many generations without a better cost.
-        termination: When to stop instead.
-        sampling: Other first individuals than uniform ones: a pymoo Sampling, or an array (n, d).
-        n_offsprings: Children of a generation; by default as many as there are places beside the elites.
-        selection: Another operator than roulette.
-        crossover: Another operator than arithmetic crossover; `prob_crossover` is then its own.
-        mutation: Another operator than non-uniform mutation; its settings above are then its own.
-        survival: Another one than elitist replacement; `n_elites` is then its own.
-        eliminate_duplicates: As in pymoo's algorithms. The paper does not eliminate any.
-        kwargs: More for pymoo's `GeneticAlgorithm`: `repair`, `callback`, `archive` and others.
+        kwargs: More for pymoo's `GeneticAlgorithm`: `termination`, `sampling`, `repair`, `eliminate_duplicates` and
+            others, and other operators as `selection`, `crossover`, `mutation` and `survival`, with their own settings.
 
     Raises:
         AlgorithmError: A setting makes no sense, or belongs to an operator that is replaced; in `setup`, if the problem
@@ -96,32 +72,12 @@ class RCGA(ArrayBased):
         prob_var: float = 0.1,
         b: float = 5.0,
         form: Form = "linear",
-        last_generation: int | None = None,
-        cost: float | None = None,
-        patience: int = 10_000,
-        termination: Any = None,
-        sampling: Any = None,
-        n_offsprings: int | None = None,
-        selection: Any = None,
-        crossover: Any = None,
-        mutation: Any = None,
-        survival: Any = None,
-        eliminate_duplicates: Any = False,
-        output: Any = None,
         **kwargs: Any,
     ) -> None:
-        replaced = {"crossover": crossover, "mutation": mutation, "survival": survival}
-        given = {
-            "prob_crossover": prob_crossover,
-            "prob_var": prob_var,
-            "b": b,
-            "form": form,
-            "last_generation": last_generation,
-            "n_elites": n_elites,
-        }
-        _settings_of_parts_in_use(given, replaced)
-        if survival is not None:
-            n_elites = getattr(survival, "n_elites", 0)
+        given = {"prob_crossover": prob_crossover, "prob_var": prob_var, "b": b, "form": form, "n_elites": n_elites}
+        _settings_of_parts_in_use(given, kwargs)
+        if "survival" in kwargs:
+            n_elites = getattr(kwargs["survival"], "n_elites", 0)
         elif n_elites is None:
             n_elites = min(max(round(ELITES * pop_size), 1), pop_size - 1)
         if not 0 <= n_elites < pop_size:
@@ -129,42 +85,18 @@ class RCGA(ArrayBased):
         for name, share in (("prob_crossover", prob_crossover), ("prob_var", prob_var)):
             if not 0.0 <= share <= 1.0:
                 raise AlgorithmError(f"RCGA: {name} is {share!r}, expected a probability, 0 to 1.")
-        if termination is None:
-            termination = Stalled(patience)
-            if cost is not None:
-                termination = TerminateIfAny(termination, CostReached(cost))
-        if mutation is None:
-            mutation = NonUniformMutation(prob_var=prob_var, b=b, form=form, last_generation=last_generation)
-        super().__init__(
-            pop_size=pop_size,
-            n_offsprings=pop_size - n_elites if n_offsprings is None else n_offsprings,
-            sampling=FloatRandomSampling() if sampling is None else sampling,
-            selection=RouletteSelection() if selection is None else selection,
-            crossover=ArithmeticCrossover(prob=prob_crossover) if crossover is None else crossover,
-            mutation=mutation,
-            survival=ElitistReplacement(n_elites) if survival is None else survival,
-            eliminate_duplicates=eliminate_duplicates,
-            termination=termination,
-            output=SingleObjectiveOutput() if output is None else output,
-            **kwargs,
-        )
-        self._stop = {"cost": cost, "patience": patience}
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """What makes this algorithm but for parts that are not the paper's: `RCGA(**settings)` is its twin."""
-        crossover, mutation, survival = self.mating.crossover, self.mating.mutation, self.survival
-        found: dict[str, Any] = {"pop_size": self.pop_size}
-        if type(survival) is ElitistReplacement:
-            found["n_elites"] = survival.n_elites
-        if self.n_offsprings != self.pop_size - found.get("n_elites", 0):
-            found["n_offsprings"] = self.n_offsprings
-        if type(crossover) is ArithmeticCrossover:
-            found["prob_crossover"] = get(crossover.prob)
-        if type(mutation) is NonUniformMutation:
-            found |= {"prob_var": get(mutation.prob_var), "b": get(mutation.b), "form": mutation.form}
-            found["last_generation"] = mutation.last_generation
-        return found | self._stop
+        parts: dict[str, Any] = {
+            "n_offsprings": pop_size - n_elites,
+            "sampling": FloatRandomSampling(),
+            "selection": RouletteSelection(),
+            "crossover": ArithmeticCrossover(prob=prob_crossover),
+            "mutation": NonUniformMutation(prob_var=prob_var, b=b, form=form),
+            "survival": ElitistReplacement(n_elites),
+            "eliminate_duplicates": False,
+            "termination": Stalled(),
+            "output": SingleObjectiveOutput(),
+        }
+        super().__init__(pop_size=pop_size, **parts | kwargs)
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         if problem.n_obj != 1:
@@ -179,69 +111,6 @@ class RCGA(ArrayBased):
         if open_ended.any():
             raise bounds_missing("RCGA", np.flatnonzero(open_ended))
 
-    def _is_itself(self) -> bool:
-        mating = self.mating
-        return (
-            type(self) is RCGA
-            and type(mating) is Mating
-            and type(mating.repair) is NoRepair
-            and type(mating.eliminate_duplicates) is NoDuplicateElimination
-            and _is_plainly(mating.selection, RouletteSelection)
-            and mating.selection.scaling == "inverse"
-            and _is_plainly(mating.crossover, ArithmeticCrossover)
-            and _is_plainly(mating.mutation, NonUniformMutation)
-            and type(self.survival) is ElitistReplacement
-            and (self.is_initialized or self._begins_plainly())
-        )
-
-    def _begins_plainly(self) -> bool:
-        start = self.initialization
-        return (
-            _is_plainly(start.sampling, FloatRandomSampling)
-            and type(start.repair) is NoRepair
-            and not self.advance_after_initial_infill
-        )
-
-    def _sampled(self) -> Array:
-        sampling = self.initialization.sampling
-        return np.asarray(sampling._do(self.problem, self.pop_size, random_state=self.random_state), np.float64)
-
-    def _bred(self, parents: PopulationArrays) -> Array:
-        crossover, mutation, rng = self.mating.crossover, self.mating.mutation, self.random_state
-        n, d = math.ceil(self.n_offsprings / 2), self.problem.n_var
-
-        coins = rng.random(3 * n)
-        crossed = coins[2 * n :] < get(crossover.prob)
-        share = rng.random(n) if crossed.any() else np.zeros(n)
-        moved = rng.random((2 * n, d)) < mutation.get_prob_var(self.problem)
-        h = np.count_nonzero(moved)
-        moves = rng.random(2 * h + 2 * n)
-        Y = make_offspring(
-            parents.X,
-            inverse_cost(penalised(parents.F, parents.violation)),
-            coins[: 2 * n].reshape(n, 2),
-            crossed,
-            share,
-            moved,
-            moves[:h] < 0.5,
-            step_size(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
-            moves[2 * h :],
-            float(get(mutation.prob)),
-            np.asarray(self.problem.xl, np.float64),
-            np.asarray(self.problem.xu, np.float64),
-        )
-        return np.asarray(Y[: self.n_offsprings])
-
-    def _kept(self, parents: PopulationArrays, offspring: PopulationArrays) -> Ints:
-        violation = None
-        if parents.violation is not None or offspring.violation is not None:
-            violation = np.concatenate(
-                [m.violation if m.violation is not None else np.zeros(len(m)) for m in (parents, offspring)]
-            )
-        J = penalised(np.concatenate((parents.F, offspring.F)), violation)
-        n = len(parents)
-        return survivors(J[:n], J[n:], self.survival.n_elites, min(self.pop_size, len(J)))
-
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         _never_nan(infills)
         super()._initialize_advance(infills=infills, **kwargs)
@@ -254,15 +123,11 @@ class RCGA(ArrayBased):
 def _settings_of_parts_in_use(given: dict[str, Any], replaced: dict[str, Any]) -> None:
     """Refuse a setting of an operator that another one replaces."""
     for name, slot in _BELONGS_TO.items():
-        if replaced[slot] is not None and given[name] != (RCGA.__init__.__kwdefaults__ or {})[name]:
+        if slot in replaced and given[name] != (RCGA.__init__.__kwdefaults__ or {})[name]:
             raise AlgorithmError(
                 f"RCGA: {name} belongs to the paper's {slot}, which {type(replaced[slot]).__name__} replaces."
                 f" State either {name} or {slot}."
             )
-
-
-def _is_plainly(operator: Any, kind: Any) -> bool:
-    return type(operator) is kind and operator.repair is None and operator.vtype is None
 
 
 def _never_nan(pop: Any) -> None:

@@ -17,7 +17,7 @@ from robolaser.arrays import Array
 from robolaser.benchmark.problem import CALIBRATION, OWN, SEVERAL, TEST_FUNCTION, BenchmarkProblem, ProblemSpec
 from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
 
-PAPER, REDUCED, PYMOO, BBOB = "paper", "reduced:", "pymoo:", "bbob:"
+PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
 NEGLIGIBLE_M2 = 1e-12
 """Squared error of a point that can be neglected: a micrometre's."""
 TEST_FUNCTIONS = ("ackley", "griewank", "rastrigin", "rosenbrock", "schwefel", "sphere", "zakharov")
@@ -38,6 +38,11 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
         DataError: A data set cannot be read.
     """
     pairs = list(problems.items()) if isinstance(problems, Mapping) else [("", problem) for problem in problems]
+    if (whole := ("", SUITE)) in pairs:
+        from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
+
+        at = pairs.index(whole)
+        pairs[at : at + 1] = [("", f"{SUITE}:{one}") for one in suite().ids]
     found: dict[str, ProblemSpec] = {}
     given: dict[str, object] = {}
     for name, problem in pairs:
@@ -53,6 +58,10 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
 
 
 def _named(text: str, name: str) -> ProblemSpec:
+    if text.startswith(f"{SUITE}:"):
+        make = partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:"))
+        make()
+        return ProblemSpec(name or text, (make,))
     whole = text.removeprefix(REDUCED)
     if ":" in whole and not Path(whole).exists():
         if whole != text:
@@ -100,7 +109,8 @@ def _dataset(text: str) -> tuple[str, Any]:
         raise UsageError(
             f"No folder '{text}', and no problem of that name. A problem is the folder of a data set; `paper`, the"
             " simulated experiment of Lee et al. 2004; `reduced:` before either, the search problem that its closed"
-            " form leaves; a test function, as pymoo:rastrigin or bbob:15-10; or your own, package.module:attribute."
+            " form leaves; `suite`, calibrations whose optima are known; a test function, as pymoo:rastrigin or"
+            " bbob:15-10; or your own, package.module:attribute."
         )
     dataset = load(folder)
     return dataset.name, dataset
@@ -112,16 +122,32 @@ def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
     from robolaser.problems import ReducedCalibration, ScannerCalibration  # noqa: PLC0415
 
     question = ReducedCalibration(Model(dataset)) if reduced else ScannerCalibration(dataset)
-    model, completed = question.model, question.completed if isinstance(question, ReducedCalibration) else np.asarray
+    return _of_model(name, question, "parameters left by the closed form" if reduced else "parameters")
+
+
+def _of_suite(name: str, which: str) -> BenchmarkProblem:
+    """An instance of the suite.
+
+    Raises:
+        UsageError: It has none of that id.
+    """
+    from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
+
+    question = suite()[which]
+    return replace(_of_model(name, question, f"parameters: {question.title}"), lowest=question.lowest)
+
+
+def _of_model(name: str, question: Any, variables: str) -> BenchmarkProblem:
+    model, dataset = question.model, question.model.dataset
+    completed = getattr(question, "completed", np.asarray)
     arm = dataset.robot.name if dataset.robot else "measured flange poses"
-    left = "parameters left by the closed form" if reduced else "parameters"
     return BenchmarkProblem(
         name,
         f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses,"
-        f" {question.n_var} {left}",
+        f" {question.n_var} {variables}",
         CALIBRATION,
         question,
-        unit="m²",
+        unit="m²" if model.blocks.unit == "m" else f"{model.blocks.unit}²",
         floor=NEGLIGIBLE_M2 * len(dataset.points),
         residuals=lambda x: model.residuals(completed(x)).reshape(len(x), -1),
         model=model,

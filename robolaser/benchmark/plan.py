@@ -200,7 +200,7 @@ def _planned(spec: ProblemSpec, terms: Terms) -> Planned:
 def _lowest(problem: BenchmarkProblem) -> tuple[float | None, str]:
     """The lowest cost that is known before any run, and who found it."""
     if problem.lowest is not None:
-        return problem.lowest, THEORY
+        return problem.lowest, THEORY if problem.model is None else OUR_OWN
     if problem.model is None:
         return None, ""
     from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it

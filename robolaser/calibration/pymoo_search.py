@@ -8,9 +8,10 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
+from robolaser.calibration.search_state import load_state, save_state
 
 CHECKPOINT = "search.npz"
-COURSE = "search-history.npz"
+COURSE = ("evaluations", "best", "x")
 INSTEAD_OF_0 = 2**31 - 1  # pycma seeds itself from the clock where the seed is 0
 ON_THE_WAY = 10  # earlier best candidates that are returned
 SECONDS_BETWEEN_CHECKPOINTS = 2.0  # an interrupted run loses no more than that
@@ -67,17 +68,14 @@ def search(
     """
     from pymoo.termination import get_termination  # noqa: PLC0415 - pymoo takes a second to import
 
-    from robolaser.algorithms.checkpoint import load, save  # noqa: PLC0415
     from robolaser.algorithms.rcga import RCGA  # noqa: PLC0415
 
     termination = get_termination("n_gen", generations)
     course = _Course(problem.names)
     keeps = state if isinstance(algorithm, RCGA) else None
+    algorithm.setup(problem, termination=termination, seed=seed or INSTEAD_OF_0, verbose=False)
     if keeps is not None and resume and (keeps / CHECKPOINT).exists():
-        algorithm = load(keeps / CHECKPOINT, problem, termination=termination, fingerprint=fingerprint)
-        course.read(keeps / COURSE, algorithm.n_iter - 1)
-    else:
-        algorithm.setup(problem, termination=termination, seed=seed or INSTEAD_OF_0, verbose=False)
+        course.read(load_state(algorithm, keeps / CHECKPOINT, fingerprint, COURSE))
     saved = time.monotonic()
     while algorithm.has_next():
         algorithm.next()
@@ -85,8 +83,7 @@ def search(
         if progress is not None:
             progress("searching", min(1.0, len(course.best) / generations))
         if keeps is not None and time.monotonic() - saved > SECONDS_BETWEEN_CHECKPOINTS:
-            course.write(keeps / COURSE)
-            save(algorithm, keeps / CHECKPOINT, fingerprint=fingerprint)
+            save_state(algorithm, course.arrays, keeps / CHECKPOINT, fingerprint)
             saved = time.monotonic()
     X, F = _generation(algorithm)
     last = X[np.argsort(F, kind="stable")]
@@ -96,11 +93,6 @@ def search(
 
 def _generation(algorithm: Any) -> tuple[Array, Array]:
     """The members of any algorithm and their costs, (n, d) and (n,)."""
-    from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415
-
-    if isinstance(algorithm, ArrayBased):
-        arrays = algorithm.arrays
-        return arrays.X, arrays.F
     X, F = algorithm.pop.get("X", "F")
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
@@ -127,17 +119,11 @@ class _Course:
     def history(self) -> History:
         return History(self.names, np.array(self.evaluations), np.array(self.best), np.array(self.x))
 
-    def write(self, path: Path) -> None:
-        from robolaser.algorithms.checkpoint import write_arrays  # noqa: PLC0415 - pymoo takes a second to import
+    @property
+    def arrays(self) -> dict[str, Any]:
+        return {"evaluations": self.evaluations, "best": self.best, "x": self.x}
 
-        write_arrays(path, {"evaluations": self.evaluations, "best": self.best, "x": self.x})
-
-    def read(self, path: Path, generations: int) -> None:
-        if not path.exists():
-            return
-        from robolaser.algorithms.checkpoint import read_arrays  # noqa: PLC0415
-
-        file = read_arrays(path, ("evaluations", "best", "x"))
-        self.evaluations = [int(n) for n in file["evaluations"][:generations]]
-        self.best = [float(b) for b in file["best"][:generations]]
-        self.x = list(file["x"][:generations])
+    def read(self, arrays: dict[str, Any]) -> None:
+        self.evaluations = [int(n) for n in arrays["evaluations"]]
+        self.best = [float(b) for b in arrays["best"]]
+        self.x = list(arrays["x"])

@@ -50,7 +50,7 @@ def calibrate(
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.plan import GENERATIONS, Plan
-    from robolaser.calibration.pymoo_search import CHECKPOINT, COURSE
+    from robolaser.calibration.pymoo_search import CHECKPOINT
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.calibration import print_summary
@@ -73,7 +73,7 @@ def calibrate(
         generations=generations or GENERATIONS,
     )
     with results_in(
-        output, command="calibrate", files=CALIBRATION_FILES, state=(CHECKPOINT, COURSE), inputs=[dataset], force=force
+        output, command="calibrate", files=CALIBRATION_FILES, state=(CHECKPOINT,), inputs=[dataset], force=force
     ):
         try:
             with terminal.progress() as progress:
@@ -86,6 +86,5 @@ def calibrate(
             kept = (output / CHECKPOINT).exists()
             state = f"The search's state is in {output}: continue with --resume." if kept else "Nothing was written."
             raise Interrupted(f"Stopped. {state}") from None
-        for file in (CHECKPOINT, COURSE):
-            (output / file).unlink(missing_ok=True)
+        (output / CHECKPOINT).unlink(missing_ok=True)
     terminal.show(texts["calibration.json"] or "", lambda: print_summary(found, output))

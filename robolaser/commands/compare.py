@@ -50,8 +50,9 @@ def compare(
         robolaser compare --merge node-1 node-2 --output all
 
     Args:
-        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), pymoo:NAME[-DIMENSION],
-            bbob:NUMBER[-DIMENSION], or your own, package.module:attribute.
+        datasets: Folders of data sets, `paper`, reduced:DATASET (its closed-form reduction), `suite` or suite:NAME
+            (calibrations with known optima), pymoo:NAME[-DIMENSION], bbob:NUMBER[-DIMENSION], or your own,
+            package.module:attribute.
         output: Folder for the result.
         algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; any class of pymoo's, as NSGA3; or
             package.module:attribute. Default: all of the list.

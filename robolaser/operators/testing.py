@@ -8,7 +8,7 @@ print(check_operator(MyCrossover()))
 import copy
 import pickle
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, final
@@ -223,12 +223,3 @@ def _counted(operator: Any, calls: list[int]) -> Any:
 
     counted._do = count
     return counted
-
-
-def compatibility_table(found: Sequence[Compatibility]) -> str:
-    """Markdown: a line for each algorithm, a column for each operator."""
-    marks = {WORKS: "✓", REFUSED: "refused", FAILS: "fails", IGNORED: "ignored", NO_PLACE: "–", MISSING: "?"}
-    lines = [f"| | {' | '.join(each.operator for each in found)} |", "|---" * (len(found) + 1) + "|"]
-    for name in found[0].algorithms:
-        lines.append(f"| {name} | {' | '.join(marks[each.algorithms[name][0]] for each in found)} |")
-    return "\n".join(lines)

@@ -87,7 +87,7 @@ def test_elites_pass_untouched():
 @pytest.mark.parametrize(("pop_size", "n_elites"), [(1, 0), (2, 1), (5, 2), (7, 0), (20, 19), (33, None)])
 def test_any_size_keeps_its_size_and_counts_its_evaluations(pop_size, n_elites):
     found = minimize(SPHERE, RCGA(pop_size=pop_size, n_elites=n_elites), ("n_gen", 6), seed=1)
-    elites = found.algorithm.settings["n_elites"]
+    elites = found.algorithm.survival.n_elites
     assert len(found.pop) == pop_size
     assert found.algorithm.evaluator.n_eval == pop_size + 5 * (pop_size - elites)
 
@@ -161,19 +161,12 @@ def test_costs_below_zero_are_minimised_too():
 
 def test_the_settings_of_the_paper_are_the_defaults():
     algorithm = RCGA()
-    assert algorithm.settings == {
-        "pop_size": 100,
-        "n_elites": 10,
-        "prob_crossover": 0.85,
-        "prob_var": 0.1,
-        "b": 5.0,
-        "form": "linear",
-        "last_generation": None,
-        "cost": None,
-        "patience": 10_000,
-    }
+    mating, survival = algorithm.mating, algorithm.survival
+    assert (algorithm.pop_size, algorithm.n_offsprings, survival.n_elites) == (100, 90, 10)
+    assert mating.crossover.prob.value == 0.85
+    assert (mating.mutation.prob_var.value, mating.mutation.b.value, mating.mutation.form) == (0.1, 5.0, "linear")
     assert isinstance(algorithm.termination, Stalled)
-    assert RCGA(**algorithm.settings).settings == algorithm.settings
+    assert algorithm.termination.generations == 10_000
 
 
 def test_pymoos_tuning_finds_its_numbers_and_they_come_into_force():
@@ -181,7 +174,6 @@ def test_pymoos_tuning_finds_its_numbers_and_they_come_into_force():
     tunable = get_params(algorithm)["mating"]
     tunable["mutation"]["prob_var"].value = 0.0
     tunable["crossover"]["prob"].value = 0.0
-    assert algorithm.settings["prob_var"] == algorithm.settings["prob_crossover"] == 0.0
     seen, _ = bests(algorithm)
     assert np.all(seen == seen[0])
 
@@ -192,7 +184,7 @@ def test_it_travels_to_other_processes():
 
 
 def test_it_stops_once_the_cost_is_reached():
-    seen, found = bests(RCGA(pop_size=30, cost=1e-2), termination=None)
+    seen, found = bests(RCGA(pop_size=30), termination=CostReached(1e-2))
     assert seen[-1] <= 1e-2 < seen[-2]
     assert found.algorithm.termination.has_terminated()
 
@@ -205,12 +197,12 @@ def test_it_stops_when_nothing_gets_better_for_long_enough():
         def _evaluate(self, X, out, *args, **kwargs):
             out["F"] = np.ones((len(X), 1))
 
-    seen, _ = bests(RCGA(pop_size=6, patience=12), Flat(), None)
+    seen, _ = bests(RCGA(pop_size=6, termination=Stalled(12)), Flat(), None)
     assert len(seen) == 1 + 12
 
 
 def test_a_stall_is_counted_from_the_last_better_cost():
-    seen, _ = bests(RCGA(pop_size=10, patience=15), RASTRIGIN, None)
+    seen, _ = bests(RCGA(pop_size=10, termination=Stalled(15)), RASTRIGIN, None)
     last_better = 1 + np.flatnonzero(np.diff(seen) < 0)[-1]
     assert len(seen) - 1 - last_better == 15
 

@@ -1,5 +1,3 @@
-from itertools import combinations
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -314,19 +312,6 @@ def test_mean_ranks_agree_with_scipy():
     blocks = np.random.default_rng(19).normal(size=(20, 5)) + np.arange(5) / 2
     assert ranks.mean_ranks(blocks).tolist() == stats.rankdata(blocks, axis=1).mean(axis=0).tolist()
     assert np.isnan(ranks.mean_ranks(np.empty((0, 3)))).all()
-
-
-@pytest.mark.parametrize(("a", "chance"), [(0, 0.5), (1, 0.5), (6, 0.3), (6, 0.7), (9, 0.5), (40, 1.0)])
-def test_groups_are_the_largest_without_a_difference_inside(a, chance):
-    drawn = np.triu(np.random.default_rng(a).random((a, a)) < chance)
-    alike = drawn | drawn.T
-    groups = ranks.groups(alike)
-    assert groups == sorted(set(groups))
-    for group in groups:
-        assert all(alike[i, j] for i, j in combinations(group, 2))
-        assert not any(all(alike[i, j] for j in group) for i in range(a) if i not in group)
-    for i, j in combinations(range(a), 2):
-        assert bool(alike[i, j]) == any({i, j} <= set(group) for group in groups)
 
 
 def test_only_complete_blocks_are_ranked():

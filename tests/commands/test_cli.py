@@ -289,11 +289,10 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path:
     assert "--resume" in stopped.stderr
     assert "Traceback" not in stopped.stderr
     assert main([*whole, "--output", str(out)]) == 1  # neither resumed nor forced: the state is kept
-    assert (out / "search.npz").exists()
-    history = (out / "search-history.npz").read_bytes()
-    (out / "search-history.npz").write_bytes(history[: len(history) // 2])
+    history = (out / "search.npz").read_bytes()
+    (out / "search.npz").write_bytes(history[: len(history) // 2])
     assert main([*whole, "--output", str(out), "--resume"]) == 1
-    (out / "search-history.npz").write_bytes(history)
+    (out / "search.npz").write_bytes(history)
     assert main([*whole, "--output", str(out), "--resume"]) == 0
     assert main([*whole, "--output", str(tmp_path / "straight")]) == 0
     resumed, straight = (json.loads((d / "calibration.json").read_text()) for d in (out, tmp_path / "straight"))

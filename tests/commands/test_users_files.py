@@ -10,7 +10,7 @@ import pytest
 
 from robolaser.cli import main
 
-OWN = ["robot.urdf", "report.html", "camera.yaml", "search-history.npz"]
+OWN = ["robot.urdf", "report.html", "camera.yaml", "search.npz"]
 
 
 def digests(folder):
@@ -43,7 +43,7 @@ def test_a_result_is_never_written_into_the_data_set(dataset, command, force, ca
 @pytest.mark.parametrize("command", ["calibrate", "diagnose"])
 @pytest.mark.parametrize("name", OWN)
 def test_the_users_own_files_in_the_folder_of_the_result_stay(dataset, tmp_path, command, name, capsys):
-    if (command, name) == ("diagnose", "search-history.npz"):
+    if (command, name) == ("diagnose", "search.npz"):
         pytest.skip("only a search writes it")
     there = tmp_path / "there"
     there.mkdir()

@@ -13,9 +13,9 @@ from emulated_cell import cell_folder, world_file
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from robolaser.algorithms.checkpoint import read_arrays, write_arrays
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.bounded_reading import parse_toml, pixels_of
+from robolaser.calibration.search_state import read_arrays, write_arrays
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import from_diagnosis, numbered
 from robolaser.cli import main

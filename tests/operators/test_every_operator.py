@@ -18,10 +18,19 @@ from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
 import robolaser.operators
-from robolaser.operators.testing import FAILS, REFUSED, SLOTS, WORKS, check_operator, compatibility_table
+from robolaser.operators.testing import FAILS, IGNORED, MISSING, NO_PLACE, REFUSED, SLOTS, WORKS, check_operator
 
 FAMILY = [getattr(robolaser.operators, name) for name in robolaser.operators.__all__]
 DOCS = Path(__file__).parents[2] / "docs" / "reference" / "operators.md"
+
+
+def compatibility_table(found):
+    """Markdown: a line for each algorithm, a column for each operator."""
+    marks = {WORKS: "✓", REFUSED: "refused", FAILS: "fails", IGNORED: "ignored", NO_PLACE: "–", MISSING: "?"}
+    lines = [f"| | {' | '.join(each.operator for each in found)} |", "|---" * (len(found) + 1) + "|"]
+    for name in found[0].algorithms:
+        lines.append(f"| {name} | {' | '.join(marks[each.algorithms[name][0]] for each in found)} |")
+    return "\n".join(lines)
 
 
 def slot(operator):

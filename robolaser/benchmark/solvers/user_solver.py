@@ -73,53 +73,35 @@ def user_solver(given: Any, name: str = "") -> Solver:
     if isinstance(found, Algorithm):
         if spec.settings or spec.operators:
             raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
-        return PymooAlgorithm(name, title, _Copies(found))
+        return PymooAlgorithm(name, title, partial(_copy, found))
     if callable(found) and not isinstance(found, Solver):
         if spec.operators or (inspect.isclass(found) and issubclass(found, Algorithm)):
-            make = maker_of(spec) if isinstance(given, str) else _Makes(found, spec.settings)
+            make = maker_of(spec) if isinstance(given, str) else partial(_make, found, spec.settings)
             return PymooAlgorithm(name, title, make)
         found_now = made(spec.text, found, spec.settings)
         if isinstance(found_now, Algorithm):
-            return PymooAlgorithm(name, title, _Makes(found, spec.settings))
+            return PymooAlgorithm(name, title, partial(_make, found, spec.settings))
         remade: Callable[[], Any] = partial(made, spec.text, found, spec.settings)
     else:
         found_now, remade = found, partial(copy.deepcopy, found)
     if not isinstance(found_now, Solver):
         raise not_an_algorithm(spec.text, found_now, f"{EXPECTED}, {OR}")
-    return UserSolver(name, getattr(found_now, "title", "") or title, _Searches(remade), found_now.refuses)
+    return UserSolver(name, getattr(found_now, "title", "") or title, partial(_search, remade), found_now.refuses)
 
 
-@final
-class _Copies:
-    """Copies of an instance."""
-
-    def __init__(self, found: Any) -> None:
-        self._found = found
-
-    def __call__(self, n_obj: int) -> Any:
-        return copy.deepcopy(self._found)
+def _copy(found: Any, n_obj: int) -> Any:
+    """One more of an instance, whatever the number of objectives."""
+    return copy.deepcopy(found)
 
 
-@final
-class _Makes:
-    """Instances of a class, or what a function makes."""
-
-    def __init__(self, make: Callable[..., Any], settings: Mapping[str, Any]) -> None:
-        self._make, self._settings = make, settings
-
-    def __call__(self, n_obj: int) -> Any:
-        return made(getattr(self._make, "__name__", "the function"), self._make, self._settings)
+def _make(make: Callable[..., Any], settings: Mapping[str, Any], n_obj: int) -> Any:
+    """An instance of a class, or what a function makes, whatever the number of objectives."""
+    return made(getattr(make, "__name__", "the function"), make, settings)
 
 
-@final
-class _Searches:
+def _search(make: Callable[[], Any], evaluator: BudgetedEvaluator, seed: int) -> None:
     """The search of a solver that is made anew each time."""
-
-    def __init__(self, make: Callable[[], Any]) -> None:
-        self._make = make
-
-    def __call__(self, evaluator: BudgetedEvaluator, seed: int) -> None:
-        self._make().search(evaluator, seed)
+    make().search(evaluator, seed)
 
 
 def _needs(function: Callable[..., Any]) -> int:

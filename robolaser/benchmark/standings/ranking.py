@@ -118,16 +118,12 @@ class _Ranking:
         else:
             made = (runs[:, :, None] > 0) & (runs[:, None, :] > 0)
             comparisons = int(np.triu(made.any(axis=0), 1).sum())
-        order = [a for a in ordered if a in mean]
-        differ = {(one, other) for (one, other), pair in pairs.items() if pair.significant}
-        alike = np.array([[not {(a, b), (b, a)} & differ for b in order] for a in order], bool)
         fewest = int(runs[:, ranked].min()) if ranked else 0
         return Order(
             problems=tuple(arrays.problems[p] for p in at),
             places=places,
             pairs=tuple(pairs.values()),
             blocks=len(blocks),
-            groups=tuple(tuple(names[order[i]] for i in group) for group in ranks.groups(alike)),
             answer=answer(places, problems=len(at), runs=fewest, comparisons=comparisons),
         )
 
@@ -141,12 +137,10 @@ class _Ranking:
         found = {}
         for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
-            superior = better.at(one, other)
             found[one, other] = Pair(
                 one=names[one],
                 other=names[other],
-                superiority=superior,
-                effect=None if superior.value is None else superiority.effect(superior.value),
+                superiority=better.at(one, other),
                 ratio=ratios.at(one, other) if len(both) else UNKNOWN,
                 ratio_problems=tuple(self.arrays.problems[at[i]] for i in both),
                 p=finite(p[one, other]),

@@ -48,7 +48,6 @@ class Pair:
     one: str
     other: str
     superiority: IntervalEstimate  # A12: how often a run of the one does better; over several problems the mean
-    effect: str | None  # its size in a word: negligible, small, medium or large
     ratio: IntervalEstimate  # ERT of the other over that of the one; geometric mean; None unless both reached it
     ratio_problems: tuple[str, ...]  # on which both reached the target
     p: float | None  # of runs as different as these if the two were the same
@@ -97,7 +96,6 @@ class Order:
     places: tuple[Standing, ...]  # those that cannot be ranked last
     pairs: tuple[Pair, ...]  # all of them, `one` standing before `other`
     blocks: int  # pairs (problem, seed) in which each ranked solver has a run
-    groups: tuple[tuple[str, ...], ...]  # largest sets of ranked solvers no two of which differ significantly
     answer: str  # which is better, by how much, and how sure is that: a sentence or two
 
 

@@ -1,15 +1,13 @@
-"""What came of runs, as ordinal numbers: outcomes, their mean ranks, and sets of algorithms that do not differ.
+"""What came of runs, as ordinal numbers: outcomes and their mean ranks.
 
 A block is a (problem, seed) in which each algorithm has one run. Mean ranks give the order and no test: whether two
 algorithms differ is for the tests of pairs to say (`difference`), whoever else takes part.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.stats import rankdata
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 
 
 def outcomes(running_times: Array, final: Array) -> Array:
@@ -43,23 +41,3 @@ def mean_ranks(blocks: Array) -> Array:
         return np.full(blocks.shape[1], np.nan)
     means: Array = rankdata(blocks, axis=1).mean(axis=0)
     return means
-
-
-def groups(alike: Bools) -> list[tuple[int, ...]]:
-    """Largest sets of two or more algorithms that are all alike, of a symmetric matrix (a, a): rising indices.
-
-    They are its maximal cliques, after Bron & Kerbosch 1973.
-    """
-
-    def grown(chosen: tuple[int, ...], left: Sequence[int], done: Sequence[int]) -> list[tuple[int, ...]]:
-        if not left:
-            return [] if done or len(chosen) < 2 else [tuple(sorted(chosen))]
-        pivot = max((*left, *done), key=lambda i: sum(bool(alike[i, j]) for j in left if j != i))
-        found = []
-        for i in [i for i in left if i == pivot or not alike[pivot, i]]:
-            others = [j for j in left if j != i and alike[i, j]]
-            found += grown((*chosen, i), others, [j for j in done if alike[i, j]])
-            left, done = [j for j in left if j != i], [*done, i]
-        return found
-
-    return sorted(grown((), range(len(alike)), ()))

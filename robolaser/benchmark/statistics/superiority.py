@@ -9,15 +9,6 @@ from scipy.stats import norm
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
-EFFECTS = ((0.71, "large"), (0.64, "medium"), (0.56, "small"))
-"""A12, or 1 − A12, from which on an effect has that name: Vargha & Delaney 2000, table 1."""
-
-
-def effect(superiority: float) -> str:
-    """Size of an effect in a word."""
-    size = max(superiority, 1.0 - superiority)
-    return next((word for least, word in EFFECTS if size >= least), "negligible")
-
 
 def wins(outcomes: Array) -> Array:
     """Pairs of runs that the first algorithm wins, ties counting half, (p, a, s) -> (p, a, a): Mann & Whitney's U."""
