@@ -47,4 +47,5 @@ class TargetStretch(Effect):
         plane = run.target
         e = np.stack([np.cos(self.direction), np.sin(self.direction)], axis=-1) @ plane.axes[:, :2].T
         along = ((points - plane.centre) * e[:, None]).sum(axis=-1)
-        return points + (self.stretch[:, None] * along)[..., None] * e[:, None]
+        stretched: Array = points + (self.stretch[:, None] * along)[..., None] * e[:, None]
+        return stretched
