@@ -1,17 +1,28 @@
 """The real-coded genetic algorithm of Lee et al. 2004, figure 4."""
 
+import math
 from typing import Any, final
 
 import numpy as np
-from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.core.duplicate import NoDuplicateElimination
+from pymoo.core.mating import Mating
+from pymoo.core.repair import NoRepair
+from pymoo.core.variable import get
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
+from robolaser.algorithms.array_based import ArrayBased
+from robolaser.algorithms.offspring import make_offspring
+from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.stopping import Stalled, several_objectives
+from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.bounds import bounds_missing
-from robolaser.operators.non_uniform_mutation import Form
+from robolaser.operators.cost import penalised
+from robolaser.operators.elitist_replacement import survivors
+from robolaser.operators.non_uniform_mutation import Form, step_size
+from robolaser.operators.scaling import inverse_cost
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -28,7 +39,7 @@ _BELONGS_TO = {
 
 
 @final
-class RCGA(GeneticAlgorithm):
+class RCGA(ArrayBased):
     """Elites, roulette, arithmetic crossover and non-uniform mutation, with the settings of the paper.
 
     It stops after 10 000 generations without a better cost, unless it is given another termination, such as
@@ -111,6 +122,69 @@ class RCGA(GeneticAlgorithm):
         if open_ended.any():
             raise bounds_missing("RCGA", np.flatnonzero(open_ended))
 
+    def _is_itself(self) -> bool:
+        mating = self.mating
+        return (
+            type(self) is RCGA
+            and type(mating) is Mating
+            and type(mating.repair) is NoRepair
+            and type(mating.eliminate_duplicates) is NoDuplicateElimination
+            and _is_plainly(mating.selection, RouletteSelection)
+            and mating.selection.scaling == "inverse"
+            and _is_plainly(mating.crossover, ArithmeticCrossover)
+            and _is_plainly(mating.mutation, NonUniformMutation)
+            and type(self.survival) is ElitistReplacement
+            and (self.is_initialized or self._begins_plainly())
+        )
+
+    def _begins_plainly(self) -> bool:
+        start = self.initialization
+        return (
+            _is_plainly(start.sampling, FloatRandomSampling)
+            and type(start.repair) is NoRepair
+            and not self.advance_after_initial_infill
+        )
+
+    def _sampled(self) -> Array:
+        sampling = self.initialization.sampling
+        return np.asarray(sampling._do(self.problem, self.pop_size, random_state=self.random_state), np.float64)
+
+    def _bred(self, parents: PopulationArrays) -> Array:
+        crossover, mutation, rng = self.mating.crossover, self.mating.mutation, self.random_state
+        n, d = math.ceil(self.n_offsprings / 2), self.problem.n_var
+
+        coins = rng.random(3 * n)
+        crossed = coins[2 * n :] < get(crossover.prob)
+        share = rng.random(n) if crossed.any() else np.zeros(n)
+        moved = rng.random((2 * n, d)) < mutation.get_prob_var(self.problem)
+        h = np.count_nonzero(moved)
+        moves = rng.random(2 * h + 2 * n)
+        Y = make_offspring(
+            parents.X,
+            inverse_cost(penalised(parents.F, parents.violation)),
+            coins[: 2 * n].reshape(n, 2),
+            crossed,
+            share,
+            moved,
+            moves[:h] < 0.5,
+            step_size(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
+            moves[2 * h :],
+            float(get(mutation.prob)),
+            np.asarray(self.problem.xl, np.float64),
+            np.asarray(self.problem.xu, np.float64),
+        )
+        return np.asarray(Y[: self.n_offsprings])
+
+    def _kept(self, parents: PopulationArrays, offspring: PopulationArrays) -> Ints:
+        violation = None
+        if parents.violation is not None or offspring.violation is not None:
+            violation = np.concatenate(
+                [m.violation if m.violation is not None else np.zeros(len(m)) for m in (parents, offspring)]
+            )
+        J = penalised(np.concatenate((parents.F, offspring.F)), violation)
+        n = len(parents)
+        return survivors(J[:n], J[n:], self.survival.n_elites, min(self.pop_size, len(J)))
+
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         _never_nan(infills)
         super()._initialize_advance(infills=infills, **kwargs)
@@ -128,6 +202,10 @@ def _settings_of_parts_in_use(given: dict[str, Any], replaced: dict[str, Any]) -
                 f"RCGA: {name} belongs to the paper's {slot}, which {type(replaced[slot]).__name__} replaces."
                 f" State either {name} or {slot}."
             )
+
+
+def _is_plainly(operator: Any, kind: Any) -> bool:
+    return type(operator) is kind and operator.repair is None and operator.vtype is None
 
 
 def _never_nan(pop: Any) -> None:

@@ -5,12 +5,15 @@ from typing import Any, final
 import numpy as np
 from pymoo.core.termination import Termination
 
+from robolaser.algorithms.array_based import ArrayBased
 from robolaser.errors import AlgorithmError
 
 
 def _best_cost(algorithm: Any, where: str) -> float:
     if algorithm.problem.n_obj != 1:
         raise several_objectives(where, algorithm.problem.n_obj)
+    if isinstance(algorithm, ArrayBased):
+        return algorithm.best_cost()
     costs = algorithm.opt.get("F")[algorithm.opt.get("feas"), 0]
     return float(np.min(costs, initial=np.inf, where=~np.isnan(costs)))
 

@@ -93,6 +93,10 @@ def search(
 
 def _generation(algorithm: Any) -> tuple[Array, Array]:
     """The members of any algorithm and their costs, (n, d) and (n,)."""
+    from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415 - pymoo takes a second to import
+
+    if isinstance(algorithm, ArrayBased):
+        return algorithm.arrays.X, algorithm.arrays.F
     X, F = algorithm.pop.get("X", "F")
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
