@@ -16,7 +16,7 @@ from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
 from robolaser.simulation import paper, simulate
 
-FOLDER = Path(__file__).parents[2] / "robolaser" / "problems" / "suite" / "data"
+FOLDER = Path(__file__).parents[2] / "robolaser" / "problems" / "calibration_suite" / "data"
 MEASURED = Path(os.environ.get("ROBOLASER_DATA", "data"))
 CHOICE = 300  # poses, of which the degenerate cells take the few that are most alike
 

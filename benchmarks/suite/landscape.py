@@ -5,7 +5,7 @@ from scipy.spatial.distance import pdist
 from scipy.stats import spearmanr
 
 from robolaser.model.derivatives import jacobian_matrix
-from robolaser.problems.suite import SuiteProblem
+from robolaser.problems.calibration_suite import SuiteProblem
 
 SAMPLES = 2000
 BEST = 0.05  # share of the samples whose dispersion is measured

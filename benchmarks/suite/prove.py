@@ -1,6 +1,6 @@
 """The lowest J of each instance of the suite, by many descents.
 
-Writes robolaser/problems/suite/instances.toml. Descents are robolaser's bounded
+Writes robolaser/problems/calibration_suite/instances.toml. Descents are robolaser's bounded
 Levenberg-Marquardt or, where parameters follow from others, SciPy's; the lowest end is polished by SciPy's in all
 variables of the instance. An instance that is named is proved anew; without a name, all.
 """
@@ -16,8 +16,8 @@ from scipy.optimize import least_squares
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.parameters import Parameters
-from robolaser.problems.suite.instance import TABLE, Instance, instances
-from robolaser.problems.suite.problem import TARGET, SuiteProblem
+from robolaser.problems.calibration_suite.instance import TABLE, Instance, instances
+from robolaser.problems.calibration_suite.problem import TARGET, SuiteProblem
 
 AT_ONCE = 25
 OFFSETS, LINKS = ("joint_offset",), ("link_geometry",)

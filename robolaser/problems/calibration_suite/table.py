@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import final
 
-from robolaser.problems.suite.instance import instance_named, instances
-from robolaser.problems.suite.problem import SuiteProblem
+from robolaser.problems.calibration_suite.instance import instance_named, instances
+from robolaser.problems.calibration_suite.problem import SuiteProblem
 
 
 @final
@@ -44,5 +44,11 @@ def suite(ids: Sequence[str] | None = None) -> Suite:
 
     Raises:
         UsageError: There is no instance of that id.
+
+    Examples:
+        >>> from robolaser.problems import suite
+        >>> problem = suite()["ur5-tracker"]
+        >>> minimize(problem, GA(pop_size=20), ("n_eval", 200), seed=1).F[0] > problem.lowest
+        np.True_
     """
     return Suite([instance_named(name).id for name in (instances() if ids is None else ids)])

@@ -11,8 +11,8 @@ from robolaser.data.loading import load
 from robolaser.errors import DependencyMissing
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.problems.calibration_suite.instance import DATA, Instance
 from robolaser.problems.reduction import Reduction
-from robolaser.problems.suite.instance import DATA, Instance
 
 TARGET = 1.01  # J that counts as the optimum, in units of the lowest known
 
