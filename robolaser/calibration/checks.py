@@ -4,6 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Bools
 from robolaser.data.dataset import Dataset
+from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
 from robolaser.model.batches import depends_on_trajectory, with_rows
@@ -33,7 +34,7 @@ def check_poses(problem: Problem) -> None:
     model, free = problem.model, ~problem.fixed
     points = model.dataset.points
     poses = np.unique(points.pose)
-    sample = poses[np.unique(np.linspace(0, len(poses) - 1, min(len(poses), SAMPLE)).astype(int))]
+    sample = poses[evenly(len(poses), SAMPLE)]
     rows = np.flatnonzero(np.isin(points.pose, sample))
     some = model if depends_on_trajectory(model) else with_rows(model, rows)
     J = np.nan_to_num(jacobian(some, problem.parameters.nominal[None])[0][free] * problem.scale[free, None, None])

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.special import chdtri
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.noise_limits import LEVER_M
@@ -99,6 +98,8 @@ def _far(rows: Array, of_pose: Ints) -> Bools:
 
 def _scale(rows: Array) -> float:
     """Standard deviation of white rows (m, k) by their median length, at least 1: gross errors do not move it."""
+    from scipy.special import chdtri  # noqa: PLC0415 - takes a third of a second to import
+
     numbers = max(1.0, rows.shape[1] - UNUSED)
     return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(chdtri(numbers, 0.5))))
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.duals import Dual
-from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.pose_motions import in_six_ways
 from robolaser.parameters import Values
@@ -51,8 +50,12 @@ def _by_numbers(model: Model, values: dict[str, Dual], flange: Array | Dual, cou
 
 def _twists(flange: Dual) -> Array:
     """Shifts of what is at the base's origin, and turns, by each parameter that moves the flange, (q, c, n, 6)."""
-    W = flange.slopes @ inverse(flange.value)
-    return np.concatenate([W[..., :3, 3], np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)], axis=-1)
+    T, slopes = flange.value, flange.slopes
+    x, y, z, shift = T[..., 0, :3], T[..., 1, :3], T[..., 2, :3], slopes[..., :3, 3]
+    turn = np.stack(
+        [np.einsum("qcni,cni->qcn", slopes[..., row, :3], by) for row, by in ((2, y), (0, z), (1, x))], axis=-1
+    )
+    return np.concatenate([shift - np.cross(turn, T[..., :3, 3]), turn], axis=-1)
 
 
 def jacobian_matrix(model: Model, x: Array) -> Array:

@@ -76,6 +76,10 @@ class FlangeMotion:
 def moved_by_twists(T: Array, twists: Array) -> Array:
     """What is added to motions T (c, n, 4, 4), to first order, by twists in the base frame (c or 1, q, n or 1, 6)."""
     out = np.zeros((max(len(T), len(twists)), twists.shape[1], *T.shape[1:]))
-    out[..., :3, :] = skew(twists[..., 3:]) @ T[:, None, :, :3]
+    x, y, z = np.moveaxis(twists[..., 3:, None], -2, 0)
+    along = T[:, None]
+    out[..., 0, :] = y * along[..., 2, :] - z * along[..., 1, :]
+    out[..., 1, :] = z * along[..., 0, :] - x * along[..., 2, :]
+    out[..., 2, :] = x * along[..., 1, :] - y * along[..., 0, :]
     out[..., :3, 3] += twists[..., :3]
     return out
