@@ -17,7 +17,6 @@ from pymoo.operators.sampling.lhs import LHS
 from pymoo.optimize import minimize
 from pymoo.termination import get_termination
 from pymoo.util.archive import SingleObjectiveArchive
-from robolaser.algorithms.checkpoint import load, save
 from stock import composed
 
 from robolaser.algorithms import RCGA, CostReached, Stalled
@@ -267,23 +266,6 @@ def test_a_population_may_be_exchanged_on_the_way():
         algorithm.pop = algorithm.evaluator.eval(SPHERE, Population.new(X=X))
         runs.append(last(algorithm, 5))
     assert np.array_equal(*runs)
-
-
-def test_a_checkpoint_makes_no_individual_and_goes_on_to_the_last_bit(tmp_path, monkeypatch):
-    for problem in (SPHERE, Fenced()):
-        algorithm = started(RCGA(16), problem)
-        last(algorithm, 9)
-        resumed = started(RCGA(16), problem)
-        for _ in range(9):
-            resumed.next()
-        with monkeypatch.context() as patch:
-            patch.setattr(Individual, "__init__", None)
-            save(resumed, tmp_path / "run.npz")
-            resumed = load(tmp_path / "run.npz", problem, termination=("n_gen", T))
-            resumed.next()
-        algorithm.next()
-        assert np.array_equal(said(resumed.pop), said(algorithm.pop))
-        assert np.array_equal(last(resumed, 9), last(algorithm, 9))
 
 
 def test_a_problem_that_says_nonsense_is_told_so_as_by_pymoo():
