@@ -4,6 +4,7 @@ import math
 from typing import Any, final
 
 import numpy as np
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.duplicate import NoDuplicateElimination
 from pymoo.core.mating import Mating
 from pymoo.core.repair import NoRepair
@@ -15,6 +16,7 @@ from robolaser.algorithms.array_based import ArrayBased
 from robolaser.algorithms.offspring import make_offspring
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.stopping import Stalled, several_objectives
+from robolaser.algorithms.user_code import keywords
 from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
@@ -87,6 +89,8 @@ class RCGA(ArrayBased):
     ) -> None:
         given = {"prob_crossover": prob_crossover, "prob_var": prob_var, "b": b, "form": form, "n_elites": n_elites}
         _settings_of_parts_in_use(given, kwargs)
+        for name in sorted(kwargs.keys() - {*keywords(GeneticAlgorithm)[0]}):
+            raise AlgorithmError(f"RCGA has no setting '{name}', and neither has pymoo's GeneticAlgorithm.")
         if "survival" in kwargs:
             n_elites = getattr(kwargs["survival"], "n_elites", 0)
         elif n_elites is None:

@@ -27,7 +27,7 @@ SETTINGS = [
     {"pop_size": 15, "n_elites": 0, "form": "power", "b": 2.0},
     {"pop_size": 12, "n_elites": 11, "prob_crossover": 0.0},
     {"pop_size": 13, "n_elites": 4, "prob_crossover": 1.0, "prob_var": 0.0},
-    {"pop_size": 2, "n_elites": 1, "last_generation": 7},
+    {"pop_size": 2, "n_elites": 1, "b": 7.0},
 ]
 T = 25
 

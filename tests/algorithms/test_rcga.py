@@ -282,6 +282,11 @@ def test_settings_without_meaning_are_refused(setting, value):
         RCGA(**{"pop_size": 20, setting: value})
 
 
+def test_a_setting_that_nothing_takes_is_refused():
+    with pytest.raises(AlgorithmError, match="no setting 'patience'"):
+        RCGA(patience=12)
+
+
 def test_problems_it_cannot_search_are_refused():
     with pytest.raises(AlgorithmError, match="the problem has 2"):
         RCGA().setup(get_problem("zdt1"))
