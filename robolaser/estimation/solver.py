@@ -182,7 +182,9 @@ class _Descents:
 
     def _linearize(self, which: Ints, *, chord: bool = False) -> None:
         """Work out the quadratic model of candidates at their places; on a chord with the derivatives they have."""
-        places = self._x[which].mean(axis=0, keepdims=True) if self._close else self._x[which]
+        x = self._x[which]
+        together = bool((x == x[0]).all())
+        places = x[:1] if together else x.mean(axis=0, keepdims=True) if self._close else x
         same = chord and self._curved and all(part.loss.is_square for _, part in self._problem.batches)
         J = self._problem.extra_jacobian(self._x[which])
         A = self._A[which] if same else J @ np.swapaxes(J, 1, 2)
