@@ -14,7 +14,7 @@ from robolaser.data.subsampling import evenly
 from robolaser.data.writing import save
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Parameter
-from robolaser.simulation import paper, simulate
+from robolaser.simulation import CellOptions, paper, simulate
 
 FOLDER = Path(__file__).parents[2] / "robolaser" / "problems" / "calibration_suite" / "data"
 MEASURED = Path(os.environ.get("ROBOLASER_DATA", "data"))
@@ -97,8 +97,12 @@ SIMULATED: dict[str, Callable[[], Dataset]] = {
     ),
     "level-views": lambda: alike("scorbot_er7", 8, 6, tilt),
     "like-views": lambda: alike("panda", 10, 6, turn),
-    "unplaced": lambda: simulate("ur3", poses=20, points=6, noise=Noise(target_m=2e-4), placed=False, seed=1).dataset,
-    "along-v": lambda: simulate("z1", poses=6, points=8, noise=Noise(target_m=3e-4), stripe_axis="v", seed=1).dataset,
+    "unplaced": lambda: (
+        simulate("ur3", poses=20, points=6, noise=Noise(target_m=2e-4), options=CellOptions(placed=False), seed=1).dataset
+    ),
+    "along-v": lambda: (
+        simulate("z1", poses=6, points=8, noise=Noise(target_m=3e-4), options=CellOptions(stripe_axis="v"), seed=1).dataset
+    ),
     "camera-in-hand": lambda: (
         simulate("ur5", kind="camera", poses=12, points=12, noise=Noise(pixel_px=0.2), seed=1).dataset
     ),

@@ -9,7 +9,7 @@ from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.diagnosis.refits import Refits, penalty
-from robolaser.diagnosis.thresholds import BY_DATA, EVEN, MOTIONS_PER_PARAMETER, PLAUSIBLE_SIGMA
+from robolaser.diagnosis.thresholds import BY_DATA, MOTIONS_PER_PARAMETER, OPEN_SHARE, PLAUSIBLE_SIGMA
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -23,8 +23,8 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     """Directions of the plain residuals that parameters and effects within their bounds explain, (K, n).
 
     A direction that needs parameters far beyond their bounds explains nothing. Where the effects have nearly as many
-    parameters as poses have motions, they would explain anything: then the sensor's parameters count, and effects of
-    which each explains most of what is left.
+    parameters as poses have motions, they would explain anything: then the sensor's parameters count, beside the one
+    effect, if any, that explains all there is to explain.
 
     Args:
         fit: The model without effects, its noise that of rows.
@@ -39,7 +39,7 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     white = np.hstack(parts)
     told = min(len(white), MOTIONS * len(fit.poses)) if poses_scatter else len(white)
     if told < MOTIONS_PER_PARAMETER * white.shape[1]:
-        return fit.noise.correlate(_with_leading(fit, effects).at.slopes.T).T
+        return fit.noise.correlate(_beside_cause(fit, effects).at.slopes.T).T
     U, s, _ = np.linalg.svd(white, full_matrices=False)
     e = fit.at.white
     along = U.T @ e
@@ -52,14 +52,14 @@ def explainable(fit: Fit, effects: Sequence[CandidateEffect], *, poses_scatter: 
     return fit.noise.correlate((U * s)[:, plausible & (s**2 > variance)].T).T
 
 
-def _with_leading(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
-    """A fit beside effects of which each explains most of what those before leave: scatter imitates none that does."""
+def _beside_cause(fit: Fit, effects: Sequence[CandidateEffect]) -> Fit:
+    """A fit beside the one effect that explains all there is to explain: scatter imitates none that does."""
     refits = Refits(fit, effects)
-    while tests := refits.score_tests(fit):
-        if tests[0].gain <= max(penalty(tests[0]), EVEN * (fit.chi2 - fit.freedoms)):
-            break
-        fit = refits.refit(fit, tests[:1])
-    return fit
+    tests = refits.score_tests(fit)[:1]
+    above_noise = fit.chi2 - fit.freedoms
+    if not tests or tests[0].gain <= max(penalty(tests[0]), (1.0 - OPEN_SHARE) * above_noise):
+        return fit
+    return refits.refit(fit, tests)
 
 
 def explained(fit: Fit, *, smooth: bool) -> Array:

@@ -160,6 +160,12 @@ class Conditions:
         """T_base_flange by the nominal arm, (n, 4, 4)."""
         return np.asarray(self.robot.forward(self.q[None])[0])
 
+    @property
+    def gravity_in_flange(self) -> Array:
+        """The direction of gravity in the flange frame, unit vectors (n, 3)."""
+        down = np.array(self.robot.gravity)
+        return np.asarray((down / np.linalg.norm(down)) @ self.flange[:, :3, :3])
+
     def link_load(self, joint: str) -> Any:
         """What hangs on the link before a joint that is not the first."""
         at, frames = self.robot.chain.index(self.robot.joints.index(joint)), self.robot.joint_frames(self.q[None])[0]

@@ -17,7 +17,14 @@ Mount = Literal["flange", "base"]
 @final
 @dataclass(frozen=True)
 class CellOptions:
-    """How a simulated cell stands and is measured, where it is not as usual."""
+    """How a simulated cell stands and is measured, where it is not as usual.
+
+    Example:
+        >>> from robolaser import find_robot
+        >>> from robolaser.simulation import CellOptions, simulate
+        >>> simulate(find_robot("ur5"), poses=8, points=10, options=CellOptions(repeats=2), seed=1).dataset
+        <Dataset simulated-ur5: laser stripe scanner, robot ur5, 160 points in 8 poses>
+    """
 
     placed: bool = True  # whether target points are given in the base frame, or in their own (stripe only)
     level: float | None = None  # height of the target in the base frame [m]; None: one that the arm can look at

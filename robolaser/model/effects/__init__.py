@@ -20,7 +20,7 @@ EFFECTS: tuple[type[Effect], ...]
 
 Examples:
     >>> [effect.name for effect in robolaser.EFFECTS][:3]
-    ['backlash', 'base_compliance', 'base_shift']
+    ['arm_scale', 'backlash', 'base_compliance']
 """
 
 

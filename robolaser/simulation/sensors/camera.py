@@ -34,6 +34,7 @@ INTRINSICS = {
 HIDING = {"radial_distortion": ("k2", "k3"), "tangential_distortion": ("p1", "p2")}
 """Terms of the lens that take an effect up where they are fitted."""
 SQUARE_M = 0.03
+ROUNDS, SETTLED_PX = 8, 1e-6  # of effects that depend on where the board seems to be
 FEWEST = 6  # corners that show where a board stands
 SHIFT_M, TURN_RAD = 0.05, 0.3  # how far a bracket is from the flange, and turned, at most
 TILT_RAD = 0.1  # of what stands in the cell, at most
@@ -140,9 +141,12 @@ class SimulatedCamera(SimulatedSensor):
             np.repeat(np.arange(n), k), names, pixel=np.zeros((n * k, 2)), xyz=np.tile(self.corners, (n, 1))
         )
         pixel = -Model(replace(dataset, points=points)).residuals_at(values)[0]
-        if candidate_effects:
+        for _ in range(ROUNDS if candidate_effects else 0):
             there = replace(dataset, points=replace(points, pixel=pixel))
-            pixel = pixel - Model(there, tuple(candidate_effects)).residuals_at(values)[0]
+            off = Model(there, tuple(candidate_effects)).residuals_at(values)[0]
+            pixel = pixel - off
+            if not np.abs(off).max(initial=0.0) > SETTLED_PX:
+                break
         good = np.asarray(_inside(pixel).reshape(n, k).all(axis=1))
         return replace(dataset, points=replace(points, pixel=pixel)), good
 
