@@ -98,10 +98,14 @@ SIMULATED: dict[str, Callable[[], Dataset]] = {
     "level-views": lambda: alike("scorbot_er7", 8, 6, tilt),
     "like-views": lambda: alike("panda", 10, 6, turn),
     "unplaced": lambda: (
-        simulate("ur3", poses=20, points=6, noise=Noise(target_m=2e-4), options=CellOptions(placed=False), seed=1).dataset
+        simulate(
+            "ur3", poses=20, points=6, noise=Noise(target_m=2e-4), options=CellOptions(placed=False), seed=1
+        ).dataset
     ),
     "along-v": lambda: (
-        simulate("z1", poses=6, points=8, noise=Noise(target_m=3e-4), options=CellOptions(stripe_axis="v"), seed=1).dataset
+        simulate(
+            "z1", poses=6, points=8, noise=Noise(target_m=3e-4), options=CellOptions(stripe_axis="v"), seed=1
+        ).dataset
     ),
     "camera-in-hand": lambda: (
         simulate("ur5", kind="camera", poses=12, points=12, noise=Noise(pixel_px=0.2), seed=1).dataset

@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.rendering.vectors import unit
-from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scanner import Lens, ScannerOptics
 
 TURNS = 30  # of the fixed point that takes the lens's distortion off: far below a millionth of a pixel
 
@@ -61,7 +61,7 @@ class CameraModel:
 
     def pixels(self, point: Array) -> Array:
         """Where points of the camera frame show, (n, 3) [m] -> (n, 2) [px]."""
-        return self._optics.pixels(point, self.lens)
+        return self._optics.pixels(point, Lens(self.lens))
 
     def rays(self, pixel: Array) -> Array:
         """Which way pixels look, (..., 2) [px] -> unit vectors of the camera frame, (..., 3)."""

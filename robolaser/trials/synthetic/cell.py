@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
-from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scanner import Lens, ScannerOptics
 
 
 @final
@@ -58,12 +58,15 @@ class SyntheticCell:
     def seen(self, faults: Sequence[FaultModel]) -> Readings:
         """Go the chain forwards, from the joints to the pixels."""
         run, n = self.run, len(self.run.q)
-        mount, light, lens = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
+        mount, light, terms = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
         for fault in faults:
             mount = fault.mount(mount, run)
-            light, lens = fault.light(light, run), fault.lens(lens)
+            light, terms = fault.light(light, run), fault.lens(terms)
         T = (flange_poses(run, faults) @ mount)[self.pose]
         R, t = T[:, :3, :3], T[:, :3, 3]
+
+        def zoom(depth: Array) -> Array:
+            return sum((fault.zoom(depth) for fault in faults), start=np.zeros_like(depth))
 
         def inside(point: Array) -> Array:
             return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
@@ -76,7 +79,7 @@ class SyntheticCell:
             return place[:, 2] - self.level - height(place[:, :2])
 
         lit = light.of_rows(self.pose)
-        point, pixel = self.eye.meet(self.at, lit, lens, above, self._guess(lit.normals, R, t))
+        point, pixel = self.eye.meet(self.at, lit, Lens(terms, zoom), above, self._guess(lit.normals, R, t))
         normal = self.target.axes[2] @ R
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0

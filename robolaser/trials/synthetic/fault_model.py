@@ -77,6 +77,10 @@ class FaultModel(ABC):
         """OpenCV's k1 k2 p1 p2 k3, (5,)."""
         return terms
 
+    def zoom(self, depth: Array) -> Array:
+        """By what share the image of points at these depths, (m,) [m], is larger than it should be, (m,)."""
+        return np.zeros_like(depth)
+
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """The light as it truly spreads at each pose."""
         return light

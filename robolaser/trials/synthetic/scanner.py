@@ -18,6 +18,15 @@ STEPS = 9
 
 @final
 @dataclass(frozen=True)
+class Lens:
+    """How a camera's image departs from a pinhole's."""
+
+    terms: Array  # OpenCV's k1 k2 p1 p2 k3, (5,)
+    zoom: Callable[[Array], Array] = np.zeros_like  # by what share the image of points at depths (m,) [m] is larger
+
+
+@final
+@dataclass(frozen=True)
 class ScannerOptics:
     """A stripe scanner as it was built."""
 
@@ -48,24 +57,26 @@ class ScannerOptics:
         k = self.truth["k"] * self.truth["f"] ** 2
         return np.array([-k, 3 * k**2, 0.0, 0.0, -12 * k**3])
 
-    def pixels(self, point: Array, lens: Array) -> Array:
+    def pixels(self, point: Array, lens: Lens) -> Array:
         """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px]."""
         x, y, z = point.T
         seen = np.stack([-y, x, z] if self.stripe_axis == "u" else [x, y, z], axis=-1)
         f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
         K = np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
-        shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens)
-        return np.asarray(shown, dtype=np.float64).reshape(-1, 2)
+        shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens.terms)
+        centre = np.array([u_0, v_0])
+        off = np.asarray(shown, dtype=np.float64).reshape(-1, 2) - centre
+        return np.asarray(centre + off * (1.0 + lens.zoom(z))[:, None])
 
     def meet(
-        self, at: Array, light: Light, lens: Array, surface: Callable[[Array], Array], start: Array
+        self, at: Array, light: Light, lens: Lens, surface: Callable[[Array], Array], start: Array
     ) -> tuple[Array, Array]:
         """Find where the light meets a surface in given columns of the image, by Newton's method in space.
 
         Args:
             at: Pixel coordinate along the stripe, (m,) [px].
             light: Of each row (m).
-            lens: As OpenCV takes it, (5,).
+            lens: Of the camera.
             surface: How far points of the camera frame are above the surface, (m, 3) -> (m,) [m].
             start: A guess, (m, 3) [m].
 

@@ -9,6 +9,8 @@ from robolaser.arrays import Array
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
 
+NEAREST_M, FOCUSED_M = 0.01, 0.25
+
 
 @final
 @dataclass(frozen=True)
@@ -54,3 +56,18 @@ class LensDecentring(FaultModel):
         side = self.size * np.array([np.cos(self.towards), np.sin(self.towards)])
         distorted: Array = terms + np.array([0.0, 0.0, *side, 0.0])
         return distorted
+
+
+@final
+@dataclass(frozen=True)
+class FocusDrive(FaultModel):
+    """Autofocus moves the lens along its axis: the image grows by the share `size` for each doubling of the depth."""
+
+    effect: ClassVar[str] = "focus_breathing"
+    sizes: ClassVar[tuple[float, float]] = (3e-3, 5e-2)
+    signed: ClassVar[bool] = True
+    location: ClassVar[str | None] = "camera"
+
+    def zoom(self, depth: Array) -> Array:
+        """With the logarithm of the depth."""
+        return np.asarray(self.size * np.log2(np.maximum(depth, NEAREST_M) / FOCUSED_M))

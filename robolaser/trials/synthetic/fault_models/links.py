@@ -1,4 +1,4 @@
-"""Faults of links: not made as drawn, or growing while the motors warm them."""
+"""Faults of links: not made as drawn, growing while the motors warm them, or grown already."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, final
@@ -129,3 +129,25 @@ class BentBeam(FaultModel):
         links[:, column, :3, 3] += compliance * np.einsum("nab,nb->na", R, shift)
         links[:, column, :3, :3] = R @ Rotation.from_rotvec(compliance * turn).as_matrix()
         return links
+
+
+@final
+@dataclass(frozen=True)
+class GrownArm(FaultModel):
+    """The whole arm is warmer than where it was measured: every length from the base to the flange grew alike."""
+
+    effect: ClassVar[str] = "arm_scale"
+    sizes: ClassVar[tuple[float, float]] = (1e-4, 1e-3)
+    signed: ClassVar[bool] = True
+    location: ClassVar[str | None] = "base"
+
+    @property
+    def also_right(self) -> tuple[tuple[str, str], ...]:
+        """What measures it may be too short: without a known length nobody can tell."""
+        return ("tracker_scale", "measuring_system"), ("target_scale", "target")
+
+    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
+        """Farther from the base by the share `size`."""
+        grown = T_base_flange.copy()
+        grown[:, :3, 3] *= 1.0 + self.size
+        return grown

@@ -18,6 +18,11 @@ class WrongRefractiveIndex(FaultModel):
     signed: ClassVar[bool] = True
     location: ClassVar[str | None] = "measuring_system"
 
+    @property
+    def also_right(self) -> tuple[tuple[str, str], ...]:
+        """The arm may have grown: without a known length nobody can tell."""
+        return (("arm_scale", "base"),)
+
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """Of the library's number."""
         return {"scale": self.size}

@@ -39,6 +39,33 @@ class PrintScale(FaultModel):
 
 @final
 @dataclass(frozen=True)
+class FedTooFast(FaultModel):
+    """The printer fed its paper too fast: the drawing is longer along that direction alone, by the share `size`."""
+
+    effect: ClassVar[str] = "target_stretch"
+    sizes: ClassVar[tuple[float, float]] = (1e-3, 1.5e-2)
+    signed: ClassVar[bool] = True
+    location: ClassVar[str | None] = "target"
+
+    heading: float
+
+    @classmethod
+    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
+        """Which way [rad]."""
+        return (rng.uniform(-np.pi, np.pi),)
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of the library's number."""
+        return {"stretch": self.size}
+
+    def printed(self, along: Array, run: SyntheticRun) -> Array:
+        """Shorter that way, as the drawing has it."""
+        fed = np.array([np.cos(self.heading), np.sin(self.heading)])
+        return np.asarray(along - (self.size / (1.0 + self.size) * (along @ fed))[:, None] * fed)
+
+
+@final
+@dataclass(frozen=True)
 class CurvedTarget(FaultModel):
     """The target is not flat: a roof tile, a saddle or a wave."""
 
