@@ -10,7 +10,7 @@ from robolaser.errors import UsageError, near
 from robolaser.trials.physics.faults import PHYSICAL
 from robolaser.trials.physics.specification import mujoco
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, UNMODELLED
 
 FAULTS: dict[str, type[FaultModel]] = {**FAULT_MODELS, **PHYSICAL}
 """All faults: those in formulas by the effect's name, those that MuJoCo moves by their form's."""
@@ -23,7 +23,7 @@ class Kind:
     """What chance decides of a kind of worlds."""
 
     number: tuple[int, int] = (0, 0)  # least and most number of faults
-    among: tuple[str, ...] = MODELLED  # names of the faults that they are drawn from
+    among: tuple[str, ...] = DRAWN  # names of the faults that they are drawn from
     beside: float = 0.0  # how likely an effect of the library comes on top
     outliers: float = 0.0  # how likely gross errors come on top
     scatters: bool = False  # whether the arm repeats only so well, which nobody stated

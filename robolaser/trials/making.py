@@ -19,7 +19,7 @@ from robolaser.trials.reading import read
 from robolaser.trials.resampling import ReferenceCell, build_like
 from robolaser.trials.sizing import detectability_of, noise_floor_m, sized_fault
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import MODELLED, OUTLIERS
+from robolaser.trials.synthetic.fault_models import DRAWN, OUTLIERS
 from robolaser.trials.synthetic.fault_models.joint_coupling import CrossTalk, LedAlong
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
 from robolaser.trials.tracking import build_tracked
@@ -144,7 +144,7 @@ def _fault_names(kind: str, asked: Kind, built: BlankTrial, rng: np.random.Gener
         )
     names = [str(name) for name in rng.permutation(possible)[:number]]
     if rng.random() < asked.beside:
-        names += [str(name) for name in rng.permutation([name for name in MODELLED if _locations(built, name)])[:1]]
+        names += [str(name) for name in rng.permutation([name for name in DRAWN if _locations(built, name)])[:1]]
     return names + ([OUTLIERS] if rng.random() < asked.outliers else [])
 
 

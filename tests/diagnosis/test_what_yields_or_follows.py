@@ -16,7 +16,6 @@ OURS = [
     ({"link_compliance:panda_joint5": 8e-5, "link_compliance:panda_joint5.twist": 8e-5}, "stripe"),
     ({"settling:panda_joint4": 1e-3}, "stripe"),
     ({"joint_coupling:panda_joint4": 2e-3, "joint_coupling:panda_joint4.other": 2.0}, "stripe"),
-    ({"tracker_scale:measuring_system": 5e-4}, "point"),
     ({"settling:panda_joint2": 1e-3}, "point"),
 ]
 THEIRS = [
@@ -46,3 +45,11 @@ def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: 
     found = examine(read(built, [fault], rng), seed=0).findings[0]
     assert (found.candidate_effect.effect.name, found.candidate_effect.where) == (effect, where)
     assert found.probability > 0.9
+
+
+def test_a_trackers_scale_is_certainly_one_of_lengths_and_not_certainly_the_trackers() -> None:
+    made = simulate(find_robot("panda"), kind="point", poses=40, effects={"tracker_scale:measuring_system": 5e-4}, seed=3)
+    found = examine(made.dataset, seed=0)
+    (one,) = found.findings
+    assert one.candidate_effect.effect.name in {"tracker_scale", "arm_scale"}
+    assert {each.name: each.probability for each in found.classes}["measuring_system"] > 0.99

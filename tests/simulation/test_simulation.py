@@ -54,7 +54,7 @@ def test_with_any_effect_the_truth_leaves_nothing(robot: Robot, effect: type[Eff
     for place in effect.locations(plain)[1:2] or effect.locations(plain):
         asked = {f"{effect.name}:{place}.{number}": typical for number, *_, typical in effect.amplitudes()}
         simulated = small(robot, kind, speed=0.05, effects=asked)
-        assert rms(simulated) < (2e-9 if effect.name == "focus_breathing" else 1e-11)  # its ranges are iterated
+        assert rms(simulated) < (1e-7 if effect.name == "focus_breathing" else 1e-11)  # its ranges are iterated
         assert rms(simulated, effects=False) > 1e-6
         shapes = {number: nominal for number, *_, nominal in effect.nonlinear_parameters()}
         assert {name: simulated.truth[f"{effect.name}.{place}.{name}"] for name in shapes} == shapes
