@@ -48,7 +48,8 @@ def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: 
 
 
 def test_a_trackers_scale_is_certainly_one_of_lengths_and_not_certainly_the_trackers() -> None:
-    made = simulate(find_robot("panda"), kind="point", poses=40, effects={"tracker_scale:measuring_system": 5e-4}, seed=3)
+    effects = {"tracker_scale:measuring_system": 5e-4}
+    made = simulate(find_robot("panda"), kind="point", poses=40, effects=effects, seed=3)
     found = examine(made.dataset, seed=0)
     (one,) = found.findings
     assert one.candidate_effect.effect.name in {"tracker_scale", "arm_scale"}
