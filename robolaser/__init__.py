@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robolaser import scan as scan
-    from robolaser.api import calibrate, check, compare, diagnose, extract, import_files, plan
+    from robolaser.api import calibrate, check, compare, diagnose, extract, import_files, load, plan
     from robolaser.calibration.plan import Plan
     from robolaser.data.dataset import Dataset
     from robolaser.data.importers.importer import ImportOptions
     from robolaser.data.importers.robots import find_robot
-    from robolaser.data.loading import load
     from robolaser.data.writing import save
     from robolaser.errors import RobolaserError
     from robolaser.model.effects import EFFECTS
@@ -47,7 +46,7 @@ _HOME = {
     "extract": "api",
     "find_robot": "data.importers.robots",
     "import_files": "api",
-    "load": "data.loading",
+    "load": "api",
     "load_calibration": "results.calibration",
     "load_comparison": "results.comparison",
     "load_diagnosis": "results.diagnosis",

@@ -11,7 +11,7 @@ from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions, importer_for
 from robolaser.data.importers.writing import checked
-from robolaser.data.loading import load
+from robolaser.data.loading import load as load_dataset
 from robolaser.diagnosis.data_check import DataCheck, check_data
 from robolaser.diagnosis.pipeline import examine
 from robolaser.diagnosis.pose_plan import PosePlan, examine_plan
@@ -19,8 +19,12 @@ from robolaser.errors import UsageError
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
 from robolaser.model.sensors import sensor_class
+from robolaser.motion.diagnosis import diagnose_motion
+from robolaser.motion.log import MotionLog
+from robolaser.motion.reading import is_motion, load_motion
 from robolaser.results.calibration import CalibrationResult
 from robolaser.results.diagnosis import DiagnosisResult
+from robolaser.results.motion import MotionResult
 
 if TYPE_CHECKING:
     from robolaser.results.comparison import ComparisonResult
@@ -29,6 +33,28 @@ Data = Dataset | str | Path
 """A data set, or the folder that it is in."""
 Named = type[Effect] | str
 """An effect's class or its name."""
+
+
+def load(folder: str | Path) -> Any:
+    """Read and check a data set, or a log of a moving arm.
+
+    Args:
+        folder: Holds dataset.toml, poses.csv and, once there are points, points.csv; or dataset.toml with
+            kind = "motion", and motion.csv.
+
+    Returns:
+        A `Dataset`, or a `MotionLog`.
+
+    Raises:
+        DataError: With file, row and column of what is wrong.
+        RobotError: The URDF, its flange or its joints are not usable.
+
+    Examples:
+        >>> robolaser.save(dataset, "cell")
+        >>> robolaser.load("cell").name
+        'paper'
+    """
+    return load_motion(folder) if is_motion(folder) else load_dataset(folder)
 
 
 def calibrate(
@@ -65,17 +91,17 @@ def calibrate(
 
 
 def diagnose(
-    data: Data,
+    data: Data | MotionLog,
     effects: Sequence[Named] | str | None = None,
     seed: int | None = None,
     *,
     validate: Sequence[Data] = (),
     progress: Progress | None = None,
-) -> DiagnosisResult:
+) -> DiagnosisResult | MotionResult:
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
     Args:
-        data: The real, or its folder; its nominal parameters are the sim.
+        data: The real, or its folder; its nominal parameters are the sim. A log of a moving arm, too.
         effects: The library of effects, by class or name; `[*robolaser.EFFECTS, Mine]` extends ours.
         seed: Assigns poses to folds and resamples them; the same one gives the same answer.
         validate: Other data of the same arm, which what is found is to predict.
@@ -93,6 +119,10 @@ def diagnose(
         >>> why.verdict
         'no_gap'
     """
+    if isinstance(data, MotionLog) or (isinstance(data, str | Path) and is_motion(data)):
+        log = data if isinstance(data, MotionLog) else load_motion(data)
+        names = None if effects is None else [one for one in _listed(effects) if isinstance(one, str)]
+        return MotionResult(diagnose_motion(log, names, seed=seed, progress=progress))
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
     found = examine(_data_set(data), kinds, seed=seed, validate=others, progress=progress)
@@ -221,7 +251,7 @@ def _data_set(data: object) -> Dataset:
     if isinstance(data, Dataset):
         return data
     if isinstance(data, str | Path):
-        return load(data)
+        return load_dataset(data)
     inner = " Did you mean its attribute `dataset`?" if isinstance(getattr(data, "dataset", None), Dataset) else ""
     raise UsageError(f"Expected a data set or the path of its folder, not a {type(data).__name__}.{inner}")
 

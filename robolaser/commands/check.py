@@ -20,8 +20,13 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
         robolaser check measured
 
     Args:
-        dataset: Folder with dataset.toml, poses.csv and, once there are points, points.csv.
+        dataset: Folder with dataset.toml, poses.csv and, once there are points, points.csv; or motion.csv.
     """
+    from robolaser.motion.reading import is_motion
+
+    if is_motion(dataset):
+        _check_motion(dataset, terminal)
+        return
     from robolaser.data.loading import load
     from robolaser.diagnosis.data_check import check_data
 
@@ -30,6 +35,30 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
         for warning in found.dataset.warnings:
             terminal.warn(warning)
     terminal.show(found.to_dict(), lambda: say(_text(found)))
+
+
+def _check_motion(folder: Path, terminal: Terminal) -> None:
+    from robolaser.motion.checking import check_motion
+    from robolaser.motion.reading import load_motion
+
+    found = check_motion(load_motion(folder))
+    log = found.log
+    if not terminal.json:
+        for warning in log.warnings:
+            terminal.warn(warning)
+    reasons: dict[str, list[str]] = {}
+    for name, reason in found.not_tested.items():
+        reasons.setdefault(reason, []).append(name)
+    lines = [
+        f"{log.name}: moving arm, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series",
+        f"Rows: {', '.join(found.kinds) or 'none'}",
+        "",
+        f"Diagnosis: {len(found.tested)} of {len(found.tested) + len(found.not_tested)} effects can be tested",
+        *(_item(f"{name}: {', '.join(where)}") for name, where in found.tested.items()),
+        *(["", "Not testable"] if reasons else []),
+        *(_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()),
+    ]
+    terminal.show(found.to_dict(), lambda: say("\n".join(lines)))
 
 
 def _text(found: "DataCheck") -> str:

@@ -30,13 +30,18 @@ def diagnose(
         robolaser diagnose measured --output why --validate measured-later
 
     Args:
-        dataset: Folder with dataset.toml, poses.csv and points.csv.
+        dataset: Folder with dataset.toml, poses.csv and points.csv; or motion.csv, of a moving arm.
         output: Folder for the result.
         without: Leave this effect of `robolaser list effects` out; may be given again.
         validate: Test the result on other data of the same arm; may be given again.
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
+    from robolaser.motion.reading import is_motion
+
+    if is_motion(dataset):
+        _diagnose_motion(dataset, output, without=without, seed=seed, force=force, terminal=terminal, typed=typed)
+        return
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
@@ -59,3 +64,31 @@ def diagnose(
             )
         write_results(output, texts)
     terminal.show(texts["diagnosis.json"] or "", lambda: print_diagnosis(found, output))
+
+
+def _diagnose_motion(
+    dataset: Path,
+    output: Path,
+    *,
+    without: tuple[str, ...],
+    seed: int,
+    force: bool,
+    terminal: Terminal,
+    typed: str,
+) -> None:
+    """Say why a moving arm does not follow its model."""
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.diagnosis import diagnose_motion
+    from robolaser.motion.reading import load_motion
+    from robolaser.report.motion import print_motion
+    from robolaser.results.motion import MOTION_FILES, MotionResult
+
+    log = load_motion(dataset)
+    with results_in(output, command="diagnose", files=MOTION_FILES, inputs=[dataset], force=force):
+        for warning in log.warnings:
+            terminal.warn(warning)
+        with terminal.progress() as progress:
+            found = diagnose_motion(log, without=without, seed=seed, progress=progress)
+        texts = MotionResult(found).files(command=typed)
+        write_results(output, texts)
+    terminal.show(texts["diagnosis.json"] or "", lambda: print_motion(found, output))

@@ -18,7 +18,7 @@ def simulate(
     robot: Annotated[str, Parameter(metavar="NAME_OR_URDF")],
     flange: Annotated[str | None, Parameter(metavar="FRAME")] = None,
     output: Annotated[Path, Parameter(metavar="DATASET", group=RESULT)],
-    sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera"] = "stripe",
+    sensor: Literal["stripe", "camera", "point", "pose", "socket", "profile", "stripe+camera", "motion"] = "stripe",
     mount: Literal["flange", "base"] = "flange",
     poses: Count = 40,
     points: Count | None = None,
@@ -47,13 +47,15 @@ def simulate(
         robot: A robot of `robolaser list robots`, or a URDF file.
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
-        sensor: Kind of sensor; stripe+camera is a scanner whose images show a board.
+        sensor: Kind of sensor; stripe+camera is a scanner whose images show a board; motion is the arm's own commands,
+            encoders and torques along time.
         mount: What carries a camera or a profile sensor; its board, or the balls, are at the other end.
         poses: Number of poses, in each session.
         points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors, sockets or balls, 1
             body.
         repeats: Number of shots in each pose.
-        sessions: Number of sessions; base, target or sockets stand elsewhere in each.
+        sessions: Number of sessions; base, target or sockets stand elsewhere in each. Series of a motion, 6 by
+            default.
         pixel_px: Of a pixel coordinate.
         target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
@@ -89,6 +91,10 @@ def simulate(
     clashing = [option for option, changed in fixed.items() if changed]
     if paper and clashing:
         raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
+    if sensor == "motion":
+        number = sessions if sessions > 1 else None
+        _simulate_motion(robot, flange, output, effects, series=number, seed=seed, force=force, terminal=terminal)
+        return
     with results_in(output, command="simulate", files=FOLDER, force=force) as claim:
         arm = find_robot(robot, flange=flange)
         sizes = sizes_of(effects)
@@ -113,4 +119,33 @@ def simulate(
     terminal.show(
         {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},
         lambda: say(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
+    )
+
+
+def _simulate_motion(
+    robot: str,
+    flange: str | None,
+    output: Path,
+    effects: tuple[str, ...],
+    *,
+    series: int | None,
+    seed: int,
+    force: bool,
+    terminal: Terminal,
+) -> None:
+    """Make a log of a moving arm."""
+    from robolaser.data.importers.robots import find_robot
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.simulation import simulate_motion
+    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
+    from robolaser.simulation import sizes_of
+
+    with results_in(output, command="simulate", files=MOTION_FOLDER, force=force):
+        arm = find_robot(robot, flange=flange)
+        sizes = sizes_of(effects)
+        log = simulate_motion(arm, series=series or 6, effects=sizes, seed=seed, name=output.resolve().name)
+        write_results(output, dict(motion_texts(log)))
+    terminal.show(
+        {"dataset": str(output), "robot": arm.name, "series": len(log.series), "rows": len(log)},
+        lambda: say(f"{len(log)} rows in {len(log.series)} series of {arm.name}. Wrote {output}"),
     )

@@ -132,6 +132,7 @@ def describe(folder: str | Path) -> Dataset:
         )
     contents = read_toml(folder / FILE)
     check_format(contents, FORMAT, FILE)
+    _refuse_motion(contents.get("sensor"))
     if "sensors" not in contents:
         return _described(contents, folder)
     members = described_members(contents, lambda one: _described(one, folder))
@@ -143,6 +144,16 @@ def describe(folder: str | Path) -> Dataset:
         parameters=_parameters(whole.parameters, format_of_several(formats)),
         warnings=_unused(contents, format_of_several(formats)),
     )
+
+
+def _refuse_motion(sensor: object) -> None:
+    if isinstance(sensor, dict) and sensor.get("kind") == "motion":
+        raise DataError(
+            f'{FILE}, [sensor] kind: "motion" is a log of a moving arm. `robolaser check` and `robolaser diagnose` read'
+            " it; this command needs a sensor that measures points or poses.",
+            file=FILE,
+            column="[sensor] kind",
+        )
 
 
 def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
@@ -159,7 +170,7 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         licence=read.licence,
         kind=declared.kind,
         options=options if declared.options else None,
-        robot=None if read.robot is None else _robot(read.robot, folder),
+        robot=None if read.robot is None else read_robot(read.robot, folder),
         poses=Poses(()),
         points=Points(np.empty(0, dtype=np.int64), ()),
         parameters=_parameters(read.parameters, declared),
@@ -271,7 +282,13 @@ def _check_board(board: Board) -> None:
         raise wrong(FILE, ("board", "marker_m"), board.marker_m, f"less than square_m, {board.square_m:g}")
 
 
-def _robot(table: RobotTable, folder: Path) -> Robot:
+def read_robot(table: RobotTable, folder: Path) -> Robot:
+    """The arm that `[robot]` names.
+
+    Raises:
+        DataError: The URDF cannot be read, or there is no robot of that name.
+        RobotError: Its flange or its joints are not usable.
+    """
     path = inside(folder, table.urdf, f"{FILE}, [robot] urdf")
     if path.is_file():
         text = read_text(path, ROBOT_BYTES)

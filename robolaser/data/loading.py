@@ -27,11 +27,6 @@ def load(folder: str | Path) -> Dataset:
     Raises:
         DataError: With file, row and column of what is wrong.
         RobotError: The URDF, its flange or its joints are not usable.
-
-    Examples:
-        >>> robolaser.save(dataset, "cell")
-        >>> robolaser.load("cell").name
-        'paper'
     """
     folder = Path(folder)
     finish_for_the_dead(folder)

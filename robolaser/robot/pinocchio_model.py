@@ -164,6 +164,35 @@ class PinocchioModel:
                 torque[:] = self._pinocchio.computeGeneralizedGravity(self.model, self._data, row)
         return torques @ self.ratios
 
+    def inverse_dynamics(self, q: Array, speed: Array, acceleration: Array) -> Array:
+        """Torques of the joints that are read for a motion of the rigid arm, (n, j) each -> (n, j) [Nm or N]."""
+        torques = np.empty((len(q), len(self.moving)))
+        moved = zip(self.rows(q), speed @ self.ratios.T, acceleration @ self.ratios.T, torques, strict=True)
+        with self._lock:
+            for row, v, a, torque in moved:
+                torque[:] = self._pinocchio.rnea(self.model, self._data, row, v, a)
+        return torques @ self.ratios
+
+    def torque_regressor(self, q: Array, speed: Array, acceleration: Array, joint: int) -> Array:
+        """The same torques for a unit of each inertial number of what one of the joints that move carries.
+
+        Args:
+            q: Joint values, (n, j).
+            speed: Of the joints, (n, j).
+            acceleration: Of the joints, (n, j).
+            joint: Numbered as in `moving`.
+
+        Returns:
+            (n, j, 10): of the mass, its first moments x, y, z, and the inertia xx, xy, yy, xz, yz, zz about the joint.
+        """
+        torques = np.empty((len(q), len(self.moving), 10))
+        moved = zip(self.rows(q), speed @ self.ratios.T, acceleration @ self.ratios.T, torques, strict=True)
+        with self._lock:
+            for row, v, a, torque in moved:
+                whole = self._pinocchio.computeJointTorqueRegressor(self.model, self._data, row, v, a)
+                torque[:] = whole[:, 10 * joint : 10 * joint + 10]
+        return np.asarray(np.einsum("nmk,mj->njk", torques, self.ratios))
+
     def carried(self, q: Array) -> tuple[Array, Array]:
         """The mass that each joint carries, (j,) [kg], and where its centre is in the base frame, (n, j, 3) [m]."""
         centres, frames = np.empty((len(q), self.model.njoints, 3)), np.empty((len(q), self.model.njoints, 4, 3))

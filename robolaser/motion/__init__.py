@@ -1,0 +1,1 @@
+"""Arms that move: why the real joint does not follow the simulated one."""

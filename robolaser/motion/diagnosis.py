@@ -1,0 +1,387 @@
+"""Why a moving arm does not follow its model: which effects, where, and how far the gap shrinks on unseen motions."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints, Progress
+from robolaser.errors import DataError, UsageError, near
+from robolaser.motion.effect import At, Kind, MotionEffect
+from robolaser.motion.effects import MOTION_EFFECTS
+from robolaser.motion.evidence import Fitted
+from robolaser.motion.gap import AtFlange, KindGap, folds, resolution, root_mean_squares, white_noise
+from robolaser.motion.linear_rows import LinearRows, candidates_of
+from robolaser.motion.log import MotionLog
+from robolaser.motion.quantities import quantities
+from robolaser.motion.remains import coordinate
+from robolaser.motion.selection import Judged, search, side_by_side
+from robolaser.motion.torques import unusable_torque
+from robolaser.motion.tracking import TrackingRows
+
+SEARCHED_ROWS = 24_000
+LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
+"""Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
+FOLLOWS_RAD = 5e-4
+"""Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
+FORM_SHARE = 0.02
+"""Of the squared gap above the noise, that may be left where the gap counts as explained."""
+ONE_CLOCK_S = 1e-3
+"""By which delays of one clock may seem to differ. A judgement."""
+PASSES = 2
+OVER_FLOOR = 2.0
+"""Times the noise, that may be left."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """An effect that is at work."""
+
+    judged: Judged
+    kind: Kind  # of rows
+    numbers: dict[str, tuple[float, float, str]]  # value, standard deviation and unit of each
+    gained: Array  # mean squares that it explains at each joint, (j,)
+
+    @property
+    def at(self) -> At:
+        """Effect and place."""
+        return self.judged.at
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the gap lies, or what is left of it."""
+
+    site: str
+    coordinate: str
+    share: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MotionDiagnosis:
+    """What a diagnosis found."""
+
+    log: MotionLog
+    verdict: str
+    gaps: tuple[KindGap, ...]
+    findings: tuple[Finding, ...]
+    places: tuple[Place, ...]
+    not_testable: dict[str, str]
+    remarks: tuple[str, ...]
+    at_flange: AtFlange | None
+    left: Array | None  # tracking errors on unseen motions, (n, j) [rad]
+    interval_mm: tuple[float, float] | None
+    seconds: float
+
+    def gap(self, kind: str) -> KindGap | None:
+        """Of the rows of a kind, if there are any."""
+        return next((gap for gap in self.gaps if gap.kind == kind), None)
+
+
+def diagnose_motion(
+    log: MotionLog,
+    effects: Sequence[MotionEffect | str] | None = None,
+    without: Sequence[str] = (),
+    seed: int | None = None,
+    progress: Progress | None = None,
+) -> MotionDiagnosis:
+    """Say why a moving arm does not do what its model says.
+
+    Args:
+        log: Commands, encoders and torques along time.
+        effects: The library; all of `MOTION_EFFECTS` by default.
+        without: Names of effects to leave out.
+        seed: Of the resampling of runs.
+        progress: Called with the current step and its finished share.
+
+    Raises:
+        DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
+        UsageError: There is no effect of that name.
+    """
+    began, tell = time.monotonic(), progress or (lambda what, share: None)
+    library = _library(effects, without)
+    parts: list[_Part] = []
+    missing: dict[str, str] = {}
+    remarks: list[str] = []
+    if (log.has("command") & log.has("q")).any():
+        tell("tracking", 0.1)
+        parts.append(_tracking(log, library, missing))
+    if log.has("tau").any():
+        reason = unusable_torque(log)
+        if reason:
+            remarks.append(f"Torque rows are set aside: {reason}.")
+            missing |= {one.name: reason for one in library if one.rows == "torque"}
+        else:
+            tell("torques", 0.6)
+            parts.append(_linear(log, library, "torque", missing))
+    if (log.has("load") & log.has("q")).any():
+        tell("encoders", 0.8)
+        parts.append(_linear(log, library, "load", missing))
+    if not parts:
+        raise DataError(
+            "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm with their signs, nor"
+            " a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.", file="motion.csv",
+        )  # fmt: skip
+    absent = {"tracking": "no commands in the data", "torque": "no torques in the data",
+              "load": "no encoder behind the gear in the data"}  # fmt: skip
+    there = {part.gap.kind for part in parts}
+    missing = {one.name: absent[one.rows] for one in library if one.rows not in there} | missing
+    named = {finding.at.effect.name for part in parts for finding in part.findings}
+    tested = {at.effect.name for part in parts for at in part.candidates}
+    missing = {name: reason for name, reason in missing.items() if name not in named | tested}
+    verdicts = [_verdict(part) for part in parts]
+    verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
+    findings = [] if verdict == "no_gap" else _merged([finding for part in parts for finding in part.findings])
+    findings.sort(key=lambda one: one.judged.without.score, reverse=True)
+    tracked = next((part for part in parts if part.gap.kind == "tracking"), None)
+    at_flange = interval = left = None
+    if tracked is not None:
+        at_flange, left = AtFlange.of(log, np.asarray(np.isfinite(tracked.after).any(axis=1))), tracked.after
+        interval = at_flange.interval(left, log.run, np.random.default_rng(seed))
+    places = [] if verdict == "no_gap" else _places(parts, verdict)
+    return MotionDiagnosis(
+        log, verdict, tuple(part.gap for part in parts), tuple(findings), tuple(places), missing,
+        (*remarks, *_remarks(log)), at_flange, left, interval, time.monotonic() - began,
+    )  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """What the rows of one kind say."""
+
+    joints: tuple[str, ...]
+    gap: KindGap
+    candidates: tuple[At, ...]
+    findings: tuple[Finding, ...]
+    nominal: Array  # errors in the rows that count, (n, j)
+    calibrated: Array
+    after: Array  # on unseen motions
+    places: dict[str, str]  # coordinate of what is left at each joint
+
+
+def _library(effects: Sequence[MotionEffect | str] | None, without: Sequence[str]) -> list[MotionEffect]:
+    names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
+    asked = [one if isinstance(one, str) else one.name for one in effects or ()]
+    for name in (*asked, *without):
+        if name not in names:
+            raise UsageError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
+    own = [one for one in effects or () if not isinstance(one, str)]
+    chosen = MOTION_EFFECTS if effects is None else [one for one in MOTION_EFFECTS if one.name in asked]
+    return [one for one in dict.fromkeys([*chosen, *own]) if one.name not in without]
+
+
+def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]) -> _Part:
+    rows = TrackingRows(log, _some_runs(log))
+    candidates = []
+    for joint in rows.joints.tolist():
+        found, absent = rows.candidates(library, joint)
+        candidates.append(found)
+        missing |= absent
+    starts = rows.usual(candidates)
+    least = LEAST_SHARE["tracking"]
+    for _ in range(PASSES):  # what is left of a better model has less memory
+        selected = side_by_side(
+            rows, [search(each, least, start) for each, start in zip(candidates, starts, strict=True)]
+        )
+        starts = [one.model.effects for one in selected]
+        rows.count_memory()
+    models = [(joint, one.model) for joint, one in zip(rows.joints.tolist(), selected, strict=True)]
+    whole = TrackingRows(log)
+    whole.independent = rows.independent * len(log) / max(1, rows.used)
+    refined = whole.refined(models, rows)
+    ideal = np.where(np.isfinite(log.command), log.q - log.command, np.nan)
+    ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
+    after = np.full_like(ideal, np.nan)
+    fold = folds(log.run)
+    for number in np.unique(fold):
+        held = fold == number
+        part = whole.without(held)
+        again = part.refined(list(zip(rows.joints.tolist(), refined, strict=True)), whole)
+        paths = part.predicted(list(zip(rows.joints.tolist(), again, strict=True)))
+        after[held] = (log.q - paths)[held]
+    calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
+    after = _less_constants(log, after) if log.offset_per_series else after
+    step = log.encoder_step_rad or resolution(log.q)
+    floor = np.minimum(white_noise(after, log.run, step), root_mean_squares(after))
+    before, then = root_mean_squares(calibrated), root_mean_squares(after)
+    findings, places = [], {}
+    for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
+        if one.judged and not then[joint] < before[joint]:
+            after[:, joint], then[joint] = calibrated[:, joint], before[joint]
+            continue
+        deviations = whole.deviations(refined[number], joint)
+        count = max(1.0, rows.count(joint))
+        findings += [
+            _finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged
+        ]
+        holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
+        told = np.nan_to_num(log.command[:, joint])
+        places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
+    findings = _told_from_clocks(findings, len(rows.joints))
+    gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor)
+    return _Part(
+        log.joints,
+        gap,
+        tuple(a for each in candidates for a in each),
+        tuple(findings),
+        ideal,
+        calibrated,
+        after,
+        places,
+    )
+
+
+def _linear(log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str]) -> _Part:
+    of = quantities(log, kind)
+    if not len(of.q):
+        raise DataError("motion.csv: no series is longer than a second, too short for velocities.", file="motion.csv")
+    values = of.measured - of.rigid if kind == "torque" else of.measured
+    candidates, absent = candidates_of(of, library, kind)
+    missing |= absent
+    rows = LinearRows(of, values, candidates)
+    rows.count_memory()
+    (selected,) = side_by_side(rows, [search(candidates, LEAST_SHARE[kind])])
+    ideal = rows.residuals(selected.ideal)
+    after = np.full_like(ideal, np.nan)
+    fold = folds(of.run)
+    for number in np.unique(fold):
+        part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
+        (again,) = part.fit([(0, selected.model.effects)])
+        after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
+    before, then = root_mean_squares(ideal), root_mean_squares(after)
+    worse = ~(then < before)
+    after[:, worse] = ideal[:, worse]
+    then = np.where(worse, before, then)
+    white = white_noise(after, of.run, None)
+    floor = np.minimum(np.hypot(white, of.torque_noise) if kind == "torque" else white, then)
+    deviations = rows.deviations(selected.model)
+    findings = [
+        _finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))
+        for judged in selected.judged
+        if judged.at.effect.site != "joint" or not worse[judged.at.joint]
+    ]
+    places = {
+        name: coordinate(after[:, j], of.run, of.time_s, of.q[:, j], of.rigid[:, j])
+        for j, name in enumerate(log.joints)
+        if np.isfinite(after[:, j]).any()
+    }
+    gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor)
+    return _Part(log.joints, gap, tuple(candidates), tuple(findings), values, ideal, after, places)
+
+
+def _finding(
+    judged: Judged, kind: Kind, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
+) -> Finding:
+    at = fitted.effects.index(judged.at)
+    numbers = {
+        number.name: (float(value), float(deviation), number.unit)
+        for number, value, deviation in zip(judged.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
+    }
+    gained = np.maximum(judged.without.squares - model.squares, 0.0) / count
+    return Finding(judged, kind, numbers, gained)
+
+
+def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
+    """Dead times with one clock as the rival of all of them, or without it where joints are late by unequal times."""
+    late = [one for one in findings if one.at.effect.name == "dead_time"]
+    delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)
+    if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
+        least = min(late, key=lambda one: one.judged.probability)
+        clock = [one for one in least.judged.rivals if one.effect.name == "clock_shift"]
+        return [replace(one, judged=one.judged.beside(least.judged, clock)) if one in late else one for one in findings]
+    return [replace(one, judged=one.judged.less("clock_shift")) if one in late else one for one in findings]
+
+
+def _merged(findings: Sequence[Finding]) -> list[Finding]:
+    """One entry for an effect of the same rows at the same place that several joints show: clocks."""
+    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    for one in findings:
+        groups.setdefault((one.kind, one.at.effect.name, one.at.where), []).append(one)
+    merged = []
+    for group in groups.values():
+        best = max(group, key=lambda one: one.judged.probability)
+        numbers = dict(best.numbers)
+        if len(group) > 1:
+            weights = np.array([1.0 / max(one.numbers["delay"][1], 1e-9) ** 2 for one in group])
+            delays = np.array([one.numbers["delay"][0] for one in group])
+            numbers = {"delay": (float(weights @ delays / weights.sum()), float(np.ptp(delays) / 2.0), "s")}
+        merged.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
+    return merged
+
+
+def _verdict(part: _Part) -> str:
+    gap = part.gap
+    with np.errstate(invalid="ignore"):
+        follows = gap.calibrated <= FOLLOWS_RAD if gap.unit == "rad" else gap.calibrated < 0.0
+        is_noise = gap.calibrated <= 1.1 * gap.noise_floor
+        closed = (gap.after <= OVER_FLOOR * gap.noise_floor) | (
+            gap.after**2 - gap.noise_floor**2 <= FORM_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
+        )
+        closed |= gap.after <= FOLLOWS_RAD if gap.unit == "rad" else closed
+    there = np.isfinite(gap.calibrated)
+    if not part.findings and bool((follows | is_noise)[there].all()):
+        return "no_gap"
+    return "explained" if part.findings and bool((closed | follows | is_noise)[there].all()) else "unexplained"
+
+
+def _places(parts: Sequence[_Part], verdict: str) -> list[Place]:
+    """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
+    for part in parts:
+        if verdict == "unexplained" and _verdict(part) != "unexplained":
+            continue
+        gap = part.gap
+        error = gap.after if verdict == "unexplained" else gap.calibrated
+        excess = np.nan_to_num(np.maximum(error**2 - gap.noise_floor**2, 0.0))
+        if excess.sum() <= 0.0:
+            continue
+        shares = zip(part.joints, excess / excess.sum(), strict=True)
+        places = [Place(name, _words(part.places.get(name, ""), name), float(share)) for name, share in shares]
+        return sorted((place for place in places if place.share > 0.01), key=lambda place: -place.share)
+    return []
+
+
+def _words(coordinate_name: str, joint: str) -> str:
+    return f"{coordinate_name} of {joint}" if coordinate_name else ""
+
+
+def _less_constants(log: MotionLog, errors: Array) -> Array:
+    out = errors.copy()
+    for rows in log.rows_of_runs:
+        with np.errstate(all="ignore"):
+            out[rows] -= np.nanmean(out[rows], axis=0)
+    return out
+
+
+def _some_runs(log: MotionLog) -> Ints:
+    """Runs of which effects are looked for, in all of a long log: evenly, whole ones."""
+    share = max(1, round(len(log) / SEARCHED_ROWS))
+    runs = np.arange(len(log.series), dtype=np.int64)
+    if len(runs) < 4 * share:
+        return runs
+    told = np.nan_to_num(log.command)
+    extremes = {int(log.run[row]) for row in (*told.argmin(axis=0), *told.argmax(axis=0))}
+    return np.array(sorted({*runs[::share].tolist(), *extremes}), dtype=np.int64)
+
+
+def _remarks(log: MotionLog) -> list[str]:
+    same = np.diff(log.run) == 0
+    still = (np.diff(log.q, axis=0) == 0).all(axis=1) & (np.diff(np.nan_to_num(log.command), axis=0) != 0).any(axis=1)
+    remarks = []
+    if same.sum() and (still & same).sum() > 0.5 * same.sum():
+        remarks.append(
+            "Most readings repeat the row above them while the command changes: the arm is read more slowly."
+        )
+    step = np.diff(log.time_s)[same]
+    if len(step) and np.percentile(step, 99) > 1.5 * np.median(step):
+        remarks.append("The time between rows varies by more than half: dead times are known to no less than that.")
+    if len(log.series) < 4:
+        remarks.append(
+            f"{len(log.series)} series only: blocks of rows are held out, and what differs from run to run is not seen."
+        )
+    return remarks

@@ -1,0 +1,84 @@
+"""Masses, inertias and torque constants that are not as the URDF and the data sheet say."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.motion.effect import TOOL, MotionEffect, Number
+from robolaser.motion.quantities import Quantities, at_joint
+
+GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base inertial parameters"
+MASS = ("mass", "kg"), ("mass_x", "kg m"), ("mass_y", "kg m"), ("mass_z", "kg m")
+
+
+def _rotor(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.acceleration[:, joint])]
+
+
+def _constant(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.rigid[:, joint])]
+
+
+def _link(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [quantities.regressor(joint)]
+
+
+def _payload(quantities: Quantities, joint: int) -> Sequence[Array]:
+    columns = quantities.payload()
+    starts = range(min(len(quantities.log.series), MOST_STARTS))
+    return [columns * (quantities.run >= run)[:, None, None] for run in starts]
+
+
+def _sizes(quantities: Quantities) -> Array:
+    """Of a mass, its three first moments and, of a link, its six moments of inertia."""
+    mass, reach = quantities.masses
+    return np.maximum(mass * np.repeat([1.0, reach, reach**2], [1, 3, 6]), SMALLEST)
+
+
+SMALLEST = 1e-3
+MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
+
+
+def _moves(quantities: Quantities, joint: int) -> str:
+    return "" if quantities.moves[joint] else "the joint hardly moves"
+
+
+def _weighs(quantities: Quantities, joint: int) -> str:
+    spread = float(np.nanstd(quantities.rigid[:, joint]))
+    return "" if spread > 1e-6 else "the URDF's masses put no torque on this joint"
+
+
+DYNAMICS = (
+    MotionEffect(
+        name="payload", title="the arm carries more, or less, than the model", clause="the payload is another one",
+        cause="dynamics", rows="torque", site=TOOL,
+        numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
+        remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
+        sizes=lambda quantities: _sizes(quantities)[:4],
+        rivals=("link_inertia",),
+    ),
+    MotionEffect(
+        name="rotor_inertia", title="inertia of the motor behind its gear", clause="the motor's inertia acts",
+        cause="dynamics", rows="torque", numbers=(Number("inertia", "kg m²", 0.5, 0.0),),
+        remedy="Give the simulated joint this armature.", reference="Siciliano et al. 2009, Robotics, ch. 7.3.4",
+        columns=_rotor, needs=_moves, rivals=("link_inertia",),
+    ),
+    MotionEffect(
+        name="torque_constant", title="torques are measured by a wrong factor",
+        clause="torques are measured by a wrong factor", cause="dynamics", rows="torque",
+        numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
+        remedy="Check the motor's torque constant and the gear's ratio.",
+        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains", columns=_constant, needs=_weighs,
+        rivals=("payload", "link_inertia"),
+    ),
+    MotionEffect(
+        name="link_inertia", title="mass, centre or inertia of the link differ from the URDF's",
+        clause="the link's mass or inertia differs from the URDF's", cause="dynamics", rows="torque",
+        numbers=tuple(Number(name, unit, 0.5) for name, unit in (
+            *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),
+        )),
+        remedy="Give the URDF's link these changes.", reference=GAUTIER, columns=_link, sizes=_sizes, rarity=4.0,
+        rivals=("payload", "rotor_inertia", "torque_constant"),
+    ),
+)  # fmt: skip

@@ -1,0 +1,91 @@
+"""Friction in joints, seen in their torques."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.motion.effect import MotionEffect, Number
+from robolaser.motion.quantities import Quantities, at_joint
+
+ARMSTRONG = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30"
+STRIBECK_SPEEDS = (0.03, 0.1, 0.3)
+"""Speeds at which the Stribeck effect has fallen to 1/e, as shares of a joint's largest speed."""
+REMEDY = "Give the simulated joint this friction: MuJoCo's damping and frictionloss."
+
+
+def _moves(quantities: Quantities, joint: int) -> str:
+    return "" if quantities.moves[joint] else "the joint hardly moves"
+
+
+def _viscous(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.speed[:, joint])]
+
+
+def _coulomb(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.direction[:, joint])]
+
+
+def _asymmetric(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, np.abs(quantities.direction[:, joint]))]
+
+
+def _stribeck(quantities: Quantities, joint: int) -> Sequence[Array]:
+    speed, direction = quantities.speed[:, joint], quantities.direction[:, joint]
+    most = float(np.abs(speed).max(initial=1e-9))
+    falls = [np.exp(-((speed / (share * most)) ** 2)) for share in STRIBECK_SPEEDS]
+    return [at_joint(quantities, joint, direction * fall) for fall in falls]
+
+
+def _by_load(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.direction[:, joint] * np.abs(quantities.rigid[:, joint]))]
+
+
+def _shared(quantities: Quantities, joint: int) -> Sequence[Array]:
+    others = [other for other in (joint - 1, joint + 1) if 0 <= other < quantities.speed.shape[1]]
+    return [at_joint(quantities, joint, quantities.direction[:, other]) for other in others]
+
+
+def _loaded(quantities: Quantities, joint: int) -> str:
+    load = np.abs(quantities.rigid[:, joint])
+    spread = float(np.nanstd(load))
+    return _moves(quantities, joint) or ("" if spread > 1e-6 else "the load on the joint hardly changes")
+
+
+FRICTION = (
+    MotionEffect(
+        name="viscous_friction", title="friction that grows with speed", clause="friction grows with speed",
+        cause="friction", rows="torque", numbers=(Number("factor", "Nm s/rad", 1.0, 0.0),), remedy=REMEDY,
+        reference=ARMSTRONG, columns=_viscous, needs=_moves, rivals=("coulomb_friction",),
+    ),
+    MotionEffect(
+        name="coulomb_friction", title="dry friction against the direction of motion", clause="dry friction acts",
+        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 1.0, 0.0),), remedy=REMEDY,
+        reference=ARMSTRONG, columns=_coulomb, needs=_moves, rivals=("viscous_friction", "load_friction"),
+    ),
+    MotionEffect(
+        name="asymmetric_friction", title="more friction in one direction than in the other",
+        clause="friction differs between the directions of motion", cause="friction", rows="torque",
+        numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
+        reference="Bona, Indri 2005, CDC: friction compensation in robotics", columns=_asymmetric, needs=_moves,
+        rivals=("link_inertia",),
+    ),
+    MotionEffect(
+        name="stribeck_friction", title="more friction at low speed", clause="friction is larger at low speed",
+        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
+        reference=ARMSTRONG, columns=_stribeck, needs=_moves, rivals=("coulomb_friction", "viscous_friction"),
+    ),
+    MotionEffect(
+        name="load_friction", title="friction that grows with the load", clause="friction grows with the load",
+        cause="friction", rows="torque", numbers=(Number("share", "", 0.05, 0.0, 1.0),), remedy=REMEDY,
+        reference="Bittencourt, Gunnarsson 2012, J. Dyn. Sys. 134: static friction in a robot joint",
+        columns=_by_load, needs=_loaded, rivals=("coulomb_friction",),
+    ),
+    MotionEffect(
+        name="coupled_friction", title="friction of a motor that moves a neighbouring joint, too",
+        clause="friction follows the motion of a neighbouring joint", cause="friction", rows="torque",
+        numbers=(Number("torque", "Nm", 0.5),), remedy="Move the neighbouring joint alone to see it.",
+        reference="Khalil, Dombre 2002, Modeling, identification and control of robots: coupled wrists",
+        columns=_shared, needs=_moves,
+    ),
+)  # fmt: skip

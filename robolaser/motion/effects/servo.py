@@ -1,0 +1,129 @@
+"""Servos that follow their commands late, short, or not at all for small ones."""
+
+import numpy as np
+
+from robolaser.motion.effect import TIMING, MotionEffect, Number
+
+HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
+SURVEY = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30: a survey of friction and its compensation"
+LOOPS = "Siciliano et al. 2009, Robotics, ch. 8: independent joint control; a lag of one over the position loop's gain"
+
+CLOCK = MotionEffect(
+    name="clock_shift",
+    title="the clocks of commands and readings differ",
+    clause="readings and commands are stamped by two clocks",
+    cause="timing",
+    rows="tracking",
+    site=TIMING,
+    numbers=(Number("delay", "s", 0.005, -0.2, 0.2, servo="delay"),),
+    remedy="Give commands and readings the stamps of one clock, each at its own instant.",
+    reference="Furgale, Rehder, Siegwart 2013, IROS: temporal calibration; 1-30 ms are usual",
+    rivals=("dead_time",),
+    rarity=4.0,  # every servo answers late, and few logs are stamped wrong
+)
+TRACKING = (
+    CLOCK,
+    MotionEffect(
+        name="dead_time",
+        title="commands act late",
+        clause="commands act late",
+        cause="timing",
+        rows="tracking",
+        numbers=(Number("delay", "s", 0.01, 0.0, 0.5, servo="delay"),),
+        remedy="Add this delay to the simulated actuator, or send commands that much earlier.",
+        reference="Hwangbo et al. 2019, Science Robotics 4: actuators' delays of 5-30 ms; hobby buses up to 100 ms",
+        rivals=("lag", "clock_shift"),
+    ),
+    MotionEffect(
+        name="lag",
+        title="the joint follows as a first-order lag",
+        clause="the joint follows its command with a lag",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("time", "s", 0.02, 0.0, 2.0, servo="time"),),
+        remedy="Raise the servo's P gain, or give the simulated actuator the lag.",
+        reference=LOOPS,
+        rivals=("dead_time", "speed_limit"),
+    ),
+    MotionEffect(
+        name="offset",
+        title="constant error of the joint's position",
+        clause="the joint stands beside its command by a constant",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("angle", "rad", 0.005, -0.7, 0.7, servo="angle"),),
+        remedy="Correct the joint's zero: `homing_offset` in LeRobot's calibration, the zero of its controller.",
+        reference=HOBBY,
+        rivals=("droop", "scale"),
+    ),
+    MotionEffect(
+        name="scale",
+        title="the joint moves by another factor than commanded",
+        clause="the joint moves by another factor than commanded",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("factor", "", 0.01, -0.5, 0.5, servo="scale"),),
+        rarity=4.0,
+        remedy="Check the unit and range of commands: ticks a turn, per cent of range, degrees.",
+        reference="LeRobot calibration files: ranges in ticks; 4095 for 4096 ticks is a scale of 0.024 %",
+        rivals=("offset",),
+    ),
+    MotionEffect(
+        name="range_limit",
+        title="the joint stops at a limit that the command exceeds",
+        clause="the joint stops at a limit that the command exceeds",
+        cause="servo",
+        rows="tracking",
+        numbers=(
+            Number("lower", "rad", 0.05, servo="lower", ideal=-np.inf),
+            Number("upper", "rad", 0.05, servo="upper", ideal=np.inf),
+        ),
+        remedy="Give the simulated joint these limits, or widen the controller's.",
+        reference=HOBBY,
+    ),
+    MotionEffect(
+        name="droop",
+        title="the joint sinks under gravity",
+        clause="the joint sinks under gravity",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="compliance"),),
+        remedy="Give the servo an I term or gravity compensation, or the simulated actuator this stiffness.",
+        reference=LOOPS,
+        rivals=("offset",),
+    ),
+    MotionEffect(
+        name="dead_zone",
+        title="the servo ignores small errors (dead zone inside the loop)",
+        clause="the servo ignores errors below a dead zone",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="dead"),),
+        remedy="Reduce the dead band in the servo's settings or raise its P gain; friction in the gears acts alike.",
+        reference=SURVEY,
+        rivals=("play",),
+    ),
+    MotionEffect(
+        name="play",
+        title="lost motion behind the servo's loop",
+        clause="the joint has play behind the servo's loop",
+        cause="transmission",
+        rows="tracking",
+        numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="lost"),),
+        remedy="Take the play out of the gear, or come to each pose from one side.",
+        reference="Nordin, Gutman 2002, Automatica 38: controlling mechanical systems with backlash",
+        rivals=("dead_zone",),
+        rarity=4.0,  # the loop closes on the encoder that is read: what is behind it shows only where it does not
+    ),
+    MotionEffect(
+        name="speed_limit",
+        title="the joint cannot move as fast as commanded",
+        clause="the joint cannot move as fast as commanded",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("speed", "rad/s", 0.2, 0.01, np.inf, servo="speed", ideal=np.inf),),
+        remedy="Command no faster than this, or give the simulated actuator the limit.",
+        reference="Data sheets of servos: no-load speed, 2-8 rad/s",
+        rivals=("lag",),
+    ),
+)

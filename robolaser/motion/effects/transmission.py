@@ -1,0 +1,78 @@
+"""Gears between an encoder on the motor and one on the load."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.motion.effect import TIMING, MotionEffect, Number
+from robolaser.motion.quantities import Quantities, at_joint
+
+TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
+CYCLES = (1, 2, 4, *range(8, 65, 4), *range(70, 331, 10))
+"""Of a ripple, in a turn of the joint."""
+SEEN_CYCLES = 2.0  # fewer over the range of motion are no ripple to be told from anything smooth
+
+
+def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
+    speed = quantities.speed * np.isfinite(quantities.measured)
+    return [np.where(np.isfinite(speed), -speed, 0.0)[..., None]]
+
+
+def _spring(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.carried[:, joint])]
+
+
+def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
+    by_motion = at_joint(quantities, joint, quantities.direction[:, joint])
+    torque = quantities.carried[:, joint]
+    steep = float(np.nanstd(torque)) or 1.0
+    return [by_motion, at_joint(quantities, joint, np.tanh(10.0 * torque / steep))]
+
+
+def _ripple(quantities: Quantities, joint: int) -> Sequence[Array]:
+    q = quantities.q[:, joint]
+    seen = [cycles for cycles in CYCLES if cycles * np.ptp(q) > SEEN_CYCLES * 2.0 * np.pi]
+    waves = [np.stack([np.cos(cycles * q), np.sin(cycles * q)], axis=-1) for cycles in seen]
+    return [at_joint(quantities, joint, wave) for wave in waves]
+
+
+def _turns(quantities: Quantities, joint: int) -> str:
+    enough = max(CYCLES) * np.ptp(quantities.q[:, joint]) > SEEN_CYCLES * 2.0 * np.pi
+    return "" if enough else "the joint moves through too few turns of its motor"
+
+
+def _ratio(quantities: Quantities, joint: int) -> Sequence[Array]:
+    return [at_joint(quantities, joint, quantities.q[:, joint])]
+
+
+TRANSMISSION = (
+    MotionEffect(
+        name="clock_shift", title="the two encoders are not read at the same instant",
+        clause="the two encoders are not read at the same instant", cause="timing", rows="load", site=TIMING,
+        numbers=(Number("delay", "s", 0.002),), remedy="Read both encoders at one instant, or correct for the delay.",
+        reference="Furgale, Rehder, Siegwart 2013, IROS: temporal calibration of sensors", columns=_late,
+    ),
+    MotionEffect(
+        name="gear_spring", title="the gear winds up under torque", clause="the gear winds up under torque",
+        cause="transmission", rows="load", numbers=(Number("compliance", "rad/Nm", 1e-5),),
+        remedy="Give the simulated joint this stiffness.", reference=TUTTLE, columns=_spring,
+    ),
+    MotionEffect(
+        name="lost_motion", title="lost motion in the gear", clause="the gear has lost motion", cause="transmission",
+        rows="load", numbers=(Number("angle", "rad", 3e-4),), remedy="Take the play out of the gear.",
+        reference="VDI/VDE 2608; lost motion of reduction gears, 0.3-1 mrad", columns=_lost, rivals=("clock_shift",),
+    ),
+    MotionEffect(
+        name="gear_ripple", title="error of the gear that repeats with its turns", clause="the gear has a ripple",
+        cause="transmission", rows="load",
+        numbers=(Number("cosine", "rad", 1e-4), Number("sine", "rad", 1e-4)),
+        remedy="Correct the reading by this wave, or exchange the gear.",
+        reference=TUTTLE, columns=_ripple, needs=_turns,
+    ),
+    MotionEffect(
+        name="gear_ratio", title="the gear's ratio is another one", clause="the gear's ratio is another one",
+        cause="transmission", rows="load", numbers=(Number("factor", "", 1e-3),),
+        remedy="Correct the ratio in the controller.", reference="Data sheet of the gear", columns=_ratio,
+    ),
+)  # fmt: skip

@@ -1,0 +1,73 @@
+"""How much rows with memory say: independent values among correlated ones, and the score of a model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.motion.effect import At
+
+FEWEST_VALUES = 2.0
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A model of some rows: what an ideal arm does, and effects."""
+
+    effects: tuple[At, ...]
+    numbers: tuple[Array, ...]  # of each effect
+    shapes: tuple[int, ...]  # which of its shapes each effect takes
+    score: float  # twice the negative logarithm of the evidence, up to a constant; less is better
+    squares: Array  # sum of squared residuals of each joint, (j,)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of its effects at their places."""
+        return frozenset(map(str, self.effects))
+
+
+def independent_values(residual: Array, run: Ints) -> float:
+    """How many independent values have the information of correlated ones, (n,), in runs (n,).
+
+    n / (1 + 2 Σ ρ), summed up to the first correlation that is not positive (Geyer 1992, Statistical Science 7). A
+    constant of a run counts as memory: the mean is not taken off.
+    """
+    parts = [residual[run == number] for number in np.unique(run)]
+    longest = max(map(len, parts))
+    size = 2 ** int(np.ceil(np.log2(2 * longest)))
+    products = np.zeros(size)
+    pairs = np.zeros(longest)
+    for part in parts:
+        spectrum = np.fft.rfft(part, size)
+        products += np.fft.irfft(np.abs(spectrum) ** 2, size)
+        pairs[: len(part)] += np.arange(len(part), 0, -1)
+    if products[0] <= 0.0:
+        return float(len(residual))
+    correlation = (products[:longest] / np.maximum(pairs, 1.0)) / (products[0] / pairs[0])
+    ends = np.flatnonzero(correlation <= 0.0)
+    upto = int(ends[0]) if len(ends) else longest
+    values = len(residual) / (1.0 + 2.0 * float(correlation[1:upto].sum()))
+    return float(np.clip(values, FEWEST_VALUES, len(residual)))
+
+
+def score_of(squares: Array, rows: Array, independent: Array, numbers: float) -> float:
+    """Of a model with some numbers: n log(mean square) over joints, and log n for each number (Schwarz 1978).
+
+    Args:
+        squares: Sum of squared residuals of each joint, (j,).
+        rows: How many there are, (j,).
+        independent: As how many independent values they count, (j,).
+        numbers: Of the model.
+    """
+    there = rows > 0
+    mean = np.maximum(squares[there] / rows[there], 1e-24)
+    return float(independent[there] @ np.log(mean) + numbers * np.log(max(independent.sum(), np.e)))
+
+
+def probabilities(scores: Sequence[float]) -> Array:
+    """Of models, from their scores."""
+    evidence = np.exp(-0.5 * (np.array(scores) - min(scores)))
+    return np.asarray(evidence / evidence.sum())

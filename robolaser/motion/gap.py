@@ -1,0 +1,118 @@
+"""How far a moving arm is from its model on motions that no fit has seen, in its rows' unit and at the flange."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.motion.log import MotionLog
+
+FOLDS = 4
+FEWEST_RUNS = 4  # of which whole ones are held out; with fewer, blocks of them
+BLOCKS = 12
+FLANGE_ROWS = 1_500  # at which the arm's Jacobian is computed
+RESAMPLED = 400
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class KindGap:
+    """Errors of the rows of one kind, root mean squares by joint, (j,); NaN where a joint has none."""
+
+    kind: str  # of rows
+    unit: str
+    nominal: Array
+    calibrated: Array
+    after: Array
+    noise_floor: Array
+
+    def whole(self, name: str) -> float:
+        """Of all joints together."""
+        return float(np.sqrt(np.nanmean(getattr(self, name) ** 2)))
+
+
+def folds(run: Ints) -> Ints:
+    """Which fold each row is held out in, (n,): whole runs, or blocks of rows where there are too few runs."""
+    names, counts = np.unique(run, return_counts=True)
+    if len(names) >= FEWEST_RUNS:
+        order = names[np.argsort(-counts, kind="stable")]
+        of_run = {int(name): place % FOLDS for place, name in enumerate(order)}
+        return np.array([of_run[int(one)] for one in run], dtype=np.int64)
+    return (np.arange(len(run)) * BLOCKS // max(len(run), 1)) % FOLDS
+
+
+def root_mean_squares(errors: Array) -> Array:
+    """Of each column, gaps left out, (n, j) -> (j,)."""
+    there = np.isfinite(errors)
+    count = there.sum(axis=0)
+    squares = np.where(there, errors, 0.0) ** 2
+    return np.asarray(np.where(count > 0, np.sqrt(squares.sum(axis=0) / np.maximum(count, 1)), np.nan))
+
+
+def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
+    """Standard deviation of what has no memory, (n, j) -> (j,): from differences of neighbours, and of rounding.
+
+    Of white noise the second difference has six times the variance.
+    """
+    same = (run[2:] == run[:-2])[:, None]
+    bend = np.where(same, errors[2:] - 2.0 * errors[1:-1] + errors[:-2], np.nan)
+    with np.errstate(all="ignore"):
+        white = root_mean_squares(bend) / np.sqrt(6.0)
+    return np.asarray(np.hypot(white, 0.0) if step is None else np.maximum(white, step / np.sqrt(12.0)))
+
+
+def resolution(readings: Array) -> float | None:
+    """What readings are rounded to: the smallest step that divides all differences; None where there is none."""
+    values = np.unique(readings[np.isfinite(readings)])
+    steps = np.diff(values)
+    steps = steps[steps > 1e-9]
+    if len(steps) < 3:
+        return None
+    step = float(np.min(steps))
+    off = np.abs(steps / step - np.round(steps / step))
+    return step if float(np.mean(off < 0.05)) > 0.95 else None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class AtFlange:
+    """Errors of joints as errors of the flange's place."""
+
+    rows: Ints  # at which it is computed
+    jacobian: Array  # (r, 3, j)
+
+    @classmethod
+    def of(cls, log: MotionLog, usable: Bools) -> "AtFlange":
+        """At some of the usable rows, (n,)."""
+        rows = np.flatnonzero(usable)
+        rows = rows[:: max(1, len(rows) // FLANGE_ROWS)]
+        return cls(rows, log.robot.jacobian(np.nan_to_num(log.q[rows])[None])[0, :, :3])
+
+    def millimetres(self, errors: Array) -> float:
+        """Root mean square of the flange's error for errors of the joints, (n, j) [rad]."""
+        return float(np.sqrt((self._moved(errors) ** 2).sum(axis=1).mean()))
+
+    def interval(self, errors: Array, run: Ints, rng: np.random.Generator) -> tuple[float, float]:
+        """Of that, 95 %, by resampling runs, or blocks where there are too few."""
+        squares = (self._moved(errors) ** 2).sum(axis=1)
+        of_row = run[self.rows]
+        if len(np.unique(of_row)) < FEWEST_RUNS:
+            of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)
+        groups = [squares[of_row == name] for name in np.unique(of_row)]
+        sums, counts = np.array([g.sum() for g in groups]), np.array([len(g) for g in groups])
+        drawn = rng.integers(0, len(groups), (RESAMPLED, len(groups)))
+        means = np.sqrt(sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1))
+        low, high = np.percentile(means, [2.5, 97.5])
+        return float(low), float(high)
+
+    def noise_mm(self, sigma: Array) -> float:
+        """Of independent errors of the joints, (j,) [rad]."""
+        return float(1e3 * np.sqrt((self.jacobian**2 * np.nan_to_num(sigma) ** 2).sum(axis=(1, 2)).mean()))
+
+    def levers_mm(self) -> Array:
+        """Root mean square of how far the flange moves with each joint, (j,) [mm/rad]."""
+        return np.asarray(1e3 * np.sqrt((self.jacobian**2).sum(axis=1).mean(axis=0)))
+
+    def _moved(self, errors: Array) -> Array:
+        return np.asarray(1e3 * np.einsum("rkj,rj->rk", self.jacobian, np.nan_to_num(errors[self.rows])))

@@ -1,0 +1,195 @@
+"""Rows that are linear in the numbers of effects: torques against inverse dynamics, one encoder against another."""
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.motion.effect import At, MotionEffect
+from robolaser.motion.evidence import Fitted, independent_values, score_of
+from robolaser.motion.quantities import Quantities
+
+ROUNDS = 3  # of weights and numbers
+PRIOR_SHARE = 3.0  # of what is to be explained, that one number may contribute: others would have to cancel it
+
+
+@final
+class LinearRows:
+    """Models of rows by least squares; all joints at once, since payloads and clocks are theirs together.
+
+    Args:
+        of: Rows and what columns are made of.
+        values: What is to be explained, (n, j); NaN where there is none.
+        candidates: Effects that may explain it.
+        used: Rows that count, (n,); all by default.
+        like: The same rows, all of them, whose worth and shapes of effects hold here, too.
+    """
+
+    def __init__(
+        self,
+        of: Quantities,
+        values: Array,
+        candidates: Sequence[At],
+        used: Bools | None = None,
+        like: "LinearRows | None" = None,
+    ) -> None:
+        self.of, self.values, self.candidates = of, values, tuple(candidates)
+        self._there = np.isfinite(values) & (np.ones(len(values), bool) if used is None else used)[:, None]
+        self.rows = self._there.sum(axis=0).astype(np.float64)
+        """Of each joint, (j,)."""
+        self._blocks: dict[tuple[str, int], slice] = {}
+        columns: list[Array] = []
+        prior: list[Array] = []
+        for one in self.candidates:
+            assert one.effect.columns is not None
+            for shape, block in enumerate(one.effect.columns(of, one.joint)):
+                start = sum(len(each) for each in prior)
+                self._blocks[str(one), shape] = slice(start, start + block.shape[-1])
+                columns.append(block)
+                physical = np.inf if one.effect.sizes is None else one.effect.sizes(of)
+                prior.append(self._prior_of(block) + 1.0 / np.square(physical))
+        self._columns = np.concatenate(columns, axis=2) if columns else np.empty((*values.shape, 0))
+        self._prior = np.concatenate(prior) if prior else np.empty(0)
+        names = [name for name, _ in self._blocks]
+        self._tried = {name: names.count(name) for name in names}
+        self._grams = [self._gram(joint) for joint in range(values.shape[1])]
+        self.independent: Array = (
+            self.rows.copy() if like is None else like.independent * self.rows / np.maximum(like.rows, 1)
+        )
+        """Values that each joint's rows are worth, (j,)."""
+        self._shapes: dict[str, int] = {} if like is None else dict(like._shapes)
+        self._is_part = like is not None
+
+    def _prior_of(self, block: Array) -> Array:
+        """Precision of numbers, by what they contribute where there are values, (n, j, k) -> (k,)."""
+        there = self._there & np.any(block != 0.0, axis=2)
+        if not there.any():
+            return np.ones(block.shape[-1])
+        wanted = np.mean(self.values[there] ** 2)
+        return np.asarray(np.maximum(np.mean(block[there] ** 2, axis=0), 1e-24) / (PRIOR_SHARE**2 * max(wanted, 1e-24)))
+
+    def _gram(self, joint: int) -> tuple[Array, Array, float]:
+        there = self._there[:, joint]
+        A, y = self._columns[there, joint], self.values[there, joint]
+        if self.of.log.offset_per_series or not self._is_torque:
+            A, y = self._without_means(A, there), self._without_means(y, there)
+        return A.T @ A, A.T @ y, float(y @ y)
+
+    @property
+    def _is_torque(self) -> bool:
+        return any(one.effect.rows == "torque" for one in self.candidates)
+
+    def _without_means(self, values: Array, there: Bools) -> Array:
+        """Less the constant of each run, or of all where encoders keep their zeros."""
+        run = self.of.run[there] if self.of.log.offset_per_series else np.zeros(int(there.sum()), dtype=np.int64)
+        out = values.copy()
+        for number in np.unique(run):
+            out[run == number] -= out[run == number].mean(axis=0)
+        return out
+
+    def count_memory(self) -> None:
+        """Find how much the rows are worth: from what a model with every effect leaves."""
+        full = [one for one in self.candidates if one.effect.name not in ("gear_ripple", "payload")]
+        left = self.residuals(self._fitted(tuple(full), (0,) * len(full)))
+        for joint in np.flatnonzero(self.rows > 0):
+            there = self._there[:, joint]
+            self.independent[joint] = independent_values(left[there, joint], self.of.run[there])
+
+    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]]) -> list[Fitted]:
+        """A model with each set of effects, each in its best shape; one search is for all joints."""
+        return [self._best(effects) for _, effects in asked]
+
+    def _best(self, effects: tuple[At, ...]) -> Fitted:
+        """The last effect's shape is looked for, those of the others were found before."""
+        known = [self._shapes.get(str(one), 0) for one in effects]
+        if not effects:
+            return self._fitted((), ())
+        last = str(effects[-1])
+        if self._is_part:
+            return self._fitted(effects, tuple(known))
+        shapes = [shape for name, shape in self._blocks if name == last]
+        fits = [self._fitted(effects, (*known[:-1], shape)) for shape in shapes]
+        best = min(fits, key=lambda fit: fit.score)
+        self._shapes[last] = best.shapes[-1]
+        return best
+
+    def _fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
+        blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
+        chosen = np.concatenate([np.arange(b.start, b.stop) for b in blocks]) if blocks else np.empty(0, dtype=int)
+        weight = np.zeros(len(self.rows))
+        squares = np.array([yy for *_, yy in self._grams])
+        x, P, worth = np.empty(0), np.diag(self._prior[chosen]), 0.0
+        for _ in range(ROUNDS if len(chosen) else 0):
+            there = self.rows > 0
+            weight[there] = self.independent[there] / np.maximum(squares[there], 1e-24)
+            G = sum(w * A[np.ix_(chosen, chosen)] for w, (A, _, _) in zip(weight, self._grams, strict=True))
+            b = sum(w * by[chosen] for w, (_, by, _) in zip(weight, self._grams, strict=True))
+            scale = 1.0 / np.sqrt(np.diag(G + P))
+            H = (G + P) * scale[:, None] * scale
+            x = scale * np.linalg.solve(H + 1e-12 * np.eye(len(H)), scale * b)
+            worth = float(np.trace(np.linalg.solve(H + 1e-12 * np.eye(len(H)), G * scale[:, None] * scale)))
+            squares = np.array(
+                [max(0.0, yy - 2 * x @ by[chosen] + x @ A[np.ix_(chosen, chosen)] @ x) for A, by, yy in self._grams]
+            )
+        tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
+        score = score_of(squares, self.rows, self.independent, worth) + float(x @ P @ x) + tried
+        numbers = tuple(np.split(x, np.cumsum([b.stop - b.start for b in blocks])[:-1])) if blocks else ()
+        if not all(_possible(one, values) for one, values in zip(effects, numbers, strict=True)):
+            score = float("inf")
+        return Fitted(effects, numbers, shapes, score, squares)
+
+    def columns(self, at: At, shape: int) -> Array:
+        """Of an effect in one of its shapes, (n, j, k)."""
+        return self._columns[:, :, self._blocks[str(at), shape]]
+
+    def predicted(self, fitted: Fitted) -> Array:
+        """What a model says of all rows, (n, j), constants left out."""
+        out = np.zeros(self.values.shape)
+        for one, shape, x in zip(fitted.effects, fitted.shapes, fitted.numbers, strict=True):
+            out += self._columns[:, :, self._blocks[str(one), shape]] @ x
+        return out
+
+    def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
+        """What a model, of a part of the rows perhaps, leaves of all, (n, j), constants of runs taken off."""
+        out = np.where(np.isfinite(self.values), self.values - (of_part or self).predicted(fitted), np.nan)
+        if self.of.log.offset_per_series or not self._is_torque:
+            for joint in np.flatnonzero(self.rows > 0):
+                there = np.isfinite(out[:, joint])
+                out[there, joint] = self._without_means(out[there, joint], there)
+        return out
+
+    def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
+        """Standard deviations of the numbers, by as many values as the rows are worth."""
+        blocks = [self._blocks[str(one), shape] for one, shape in zip(fitted.effects, fitted.shapes, strict=True)]
+        if not blocks:
+            return ()
+        chosen = np.concatenate([np.arange(b.start, b.stop) for b in blocks])
+        there = self.rows > 0
+        weight = np.where(there, self.independent / np.maximum(fitted.squares, 1e-24), 0.0)
+        G = sum(w * A[np.ix_(chosen, chosen)] for w, (A, _, _) in zip(weight, self._grams, strict=True))
+        scale = 1.0 / np.sqrt(np.diag(G) + self._prior[chosen])
+        H = (G + np.diag(self._prior[chosen])) * scale[:, None] * scale
+        std = scale * np.sqrt(np.diag(np.linalg.inv(H + 1e-12 * np.eye(len(H)))))
+        return tuple(np.split(std, np.cumsum([b.stop - b.start for b in blocks])[:-1]))
+
+
+def _possible(one: At, values: Array) -> bool:
+    return all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=False))
+
+
+def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:
+    """Effects at all places where rows of a kind can show them, and why others cannot be tested."""
+    joints = [j for j in range(of.q.shape[1]) if np.isfinite(of.measured[:, j]).sum() > 1]
+    found, missing = [], {}
+    for effect in effects:
+        if effect.rows != kind:
+            continue
+        if effect.site != "joint":
+            found.append(At(effect, effect.site, joints[0]))
+            continue
+        reasons = [(joint, effect.needs(of, joint) if effect.needs else "") for joint in joints]
+        found += [At(effect, of.log.joints[joint], joint) for joint, reason in reasons if not reason]
+        if all(reason for _, reason in reasons):
+            missing[effect.name] = reasons[0][1]
+    return found, missing

@@ -1,0 +1,136 @@
+"""What columns of rows that are linear in numbers are made of: speeds, directions, torques of the rigid arm."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.log import MotionLog
+from robolaser.robot.kinematics import Robot
+
+SMOOTHED_S = 0.12  # width of the parabolas that velocities and accelerations are read from
+EDGE_S = 0.4  # at the ends of a run, where a recorder's own filter has edges
+STANDS_RAD_S = 0.01  # below about this speed the direction of motion is not known
+MOVES_RAD = 0.02
+MOST_ROWS = 6_000
+INERTIA_ROWS = 50
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Quantities:
+    """What columns are made of, at the rows that are used, (n, j) each."""
+
+    log: MotionLog
+    run: Ints  # (n,)
+    time_s: Array  # (n,)
+    q: Array
+    speed: Array
+    acceleration: Array
+    rigid: Array  # torques of the URDF's rigid arm [Nm]
+    measured: Array  # what the rows hold, NaN where nothing was recorded
+    torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
+    carried: Array  # torque at each joint, as recorded or else of the rigid arm [Nm]
+
+    @property
+    def direction(self) -> Array:
+        """Of motion, -1 to 1, 0 at rest."""
+        return np.tanh(self.speed / STANDS_RAD_S)
+
+    @property
+    def moves(self) -> Bools:
+        """Which joints move by more than their noise, (j,)."""
+        return np.asarray(np.ptp(self.q, axis=0) > MOVES_RAD)
+
+    def regressor(self, joint: int) -> Array:
+        """Torques for a unit of mass, first moments and inertia of the link behind a joint, (n, j, 10)."""
+        arm = self.log.robot.by_pinocchio
+        return arm.torque_regressor(self.q, self.speed, self.acceleration, arm.columns[joint])
+
+    @cached_property
+    def masses(self) -> tuple[float, float]:
+        """What the arm moves by its URDF [kg], and how far it reached [m]: no change of a link is larger."""
+        carried, _ = self.log.robot.carried(self.q[:1])
+        reach = np.linalg.norm(self.log.robot.forward(self.q[None])[0, :, :3, 3], axis=1)
+        return float(carried.max(initial=0.0)), float(reach.max(initial=0.0))
+
+    def payload(self) -> Array:
+        """Torques for a kilogram at the flange's origin and for its first moments in the flange frame, (n, j, 4)."""
+        arm = self.log.robot.by_pinocchio
+        of_tip = arm.torque_regressor(self.q, self.speed, self.acceleration, arm.tip)
+        return np.asarray(of_tip @ _of_point(arm.end))
+
+
+def quantities(log: MotionLog, kind: str) -> Quantities:
+    """What the rows of a kind hold, torques or differences of encoders, and what it may depend on."""
+    speed, acceleration, inner, noise = derivatives(log)
+    measured = log.tau if kind == "torque" else log.load - log.q
+    usable = inner & np.isfinite(speed).all(axis=1) & np.isfinite(measured).any(axis=1)
+    number = np.flatnonzero(usable)
+    number = number[:: max(1, -(-len(number) // MOST_ROWS))]
+    q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
+    rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
+    recorded = log.tau[number] if log.torque_signed and log.torque_unit == "Nm" else np.full_like(q, np.nan)
+    return Quantities(
+        log, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
+        _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
+    )  # fmt: skip
+
+
+def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
+    """Velocities and accelerations of the joints by the parabolas through their readings (Savitzky, Golay 1964).
+
+    Returns:
+        Both (n, j), NaN in runs that are too short; which rows are away from the ends of their runs, (n,); and the
+        noise of the accelerations, (j,) [rad/s²].
+    """
+    from scipy.signal import savgol_coeffs, savgol_filter  # noqa: PLC0415 - takes seconds to import, and only some rows need it
+
+    width = max(5, 2 * round(SMOOTHED_S / max(log.step_s, 1e-4) / 2) + 1)
+    edge = max(width, round(EDGE_S / max(log.step_s, 1e-4)))
+    speed, acceleration = (np.full_like(log.q, np.nan) for _ in range(2))
+    inner, rough = np.zeros(len(log), dtype=bool), np.full_like(log.q, np.nan)
+    for rows in log.rows_of_runs:
+        if rows.stop - rows.start <= 2 * edge:
+            continue
+        for derivative, out in ((1, speed), (2, acceleration)):
+            out[rows] = savgol_filter(log.q[rows], width, 3, deriv=derivative, delta=log.step_s, axis=0)
+        rough[rows] = log.q[rows] - savgol_filter(log.q[rows], width, 3, axis=0)
+        inner[rows.start + edge : rows.stop - edge] = True
+    kept, bend = savgol_coeffs(width, 3), savgol_coeffs(width, 3, deriv=2, delta=log.step_s)
+    noise = root_mean_squares(rough[inner]) / np.sqrt(1.0 - kept.max()) * np.linalg.norm(bend)
+    return speed, acceleration, inner, noise
+
+
+def _torque_noise(robot: Robot, q: Array, noise: Array) -> Array:
+    """Of the rigid arm's torques, (j,), where accelerations have noise, (j,)."""
+    some = q[:: max(1, len(q) // INERTIA_ROWS)]
+    still, arm = np.zeros_like(some), robot.by_pinocchio
+    rest = arm.inverse_dynamics(some, still, still)
+    inertia = [arm.inverse_dynamics(some, still, still + one) - rest for one in np.eye(q.shape[1])]
+    return np.asarray(np.sqrt(np.einsum("knj,k->j", np.square(inertia), np.nan_to_num(noise) ** 2) / max(1, len(some))))
+
+
+def at_joint(of: Quantities, joint: int, values: Array) -> Array:
+    """Columns of one joint's rows, (n,) or (n, k) -> (n, j, k)."""
+    values = values[:, None] if values.ndim == 1 else values
+    out = np.zeros((*of.q.shape, values.shape[1]))
+    out[:, joint] = values
+    return out
+
+
+def _of_point(T: Array) -> Array:
+    """Ten inertial numbers about the last joint, for mass and first moments in the flange frame, (10, 4)."""
+    R, t = T[:3, :3], T[:3, 3]
+    out = np.zeros((10, 4))
+    out[0, 0], out[1:4, 0], out[1:4, 1:] = 1.0, t, R
+    pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+    for row, (a, b) in enumerate(pairs, start=4):
+        out[row, 0] = (a == b) * (t @ t) - t[a] * t[b]
+        for k in range(3):
+            r = R[:, k]
+            out[row, 1 + k] = (a == b) * 2.0 * (t @ r) - t[a] * r[b] - r[a] * t[b]
+    return out

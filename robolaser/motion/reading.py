@@ -1,0 +1,182 @@
+"""A log of a moving arm read from its folder, and written to one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
+from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table
+from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, check_format, read_robot
+from robolaser.data.toml_schema import Positive, read_toml, typed
+from robolaser.errors import DataError, near
+from robolaser.motion.log import QUANTITIES, MotionLog
+
+MOTION = "motion.csv"
+FEWEST_ROWS = 20
+ODD_ANGLE = 4.0 * np.pi
+TURN = 180.0 / np.pi
+
+
+@final
+@dataclass(frozen=True)
+class SensorTable:
+    """`[sensor]`."""
+
+    kind: str
+
+
+@final
+@dataclass(frozen=True)
+class MotionTable:
+    """`[motion]`; further keys are notes."""
+
+    torque_unit: str = "Nm"
+    torque_signed: bool = True
+    offset_per_series: bool = False
+    encoder_step_rad: Positive | None = None
+    payload_kg: dict[str, float] = field(default_factory=dict)
+
+
+@final
+@dataclass(frozen=True)
+class MotionFile:
+    """dataset.toml of a log."""
+
+    format: str
+    robot: RobotTable
+    sensor: SensorTable
+    name: str = ""
+    source: str = ""
+    licence: str = ""
+    motion: dict[str, Any] = field(default_factory=dict)
+    noise: dict[str, Any] = field(default_factory=dict)
+
+
+def is_motion(folder: str | Path) -> bool:
+    """Whether a folder's dataset.toml says that it holds a log of a moving arm; False where that cannot be read."""
+    file = Path(folder) / FILE
+    if not file.is_file():
+        return False
+    try:
+        sensor = parse_toml(read_text(file, SETTINGS_BYTES)).get("sensor")
+    except (ValueError, DataError):
+        return False
+    return isinstance(sensor, dict) and sensor.get("kind") == "motion"
+
+
+def load_motion(folder: str | Path) -> MotionLog:
+    """Read and check a log.
+
+    Args:
+        folder: Holds dataset.toml with kind = "motion", and motion.csv.
+
+    Raises:
+        DataError: With file, row and column of what is wrong.
+        RobotError: The URDF, its flange or its joints are not usable.
+    """
+    folder = Path(folder)
+    contents = read_toml(folder / FILE)
+    check_format(contents, FORMAT, FILE)
+    described = typed(contents, MotionFile, file=FILE)
+    known = {key: value for key, value in described.motion.items() if key in MotionTable.__annotations__}
+    table = typed(known, MotionTable, file=FILE, at=("motion",))
+    robot = read_robot(described.robot, folder)
+    names = [f"{quantity}_{joint}" for quantity in QUANTITIES for joint in robot.joints]
+    try:
+        csv = read_table(folder / MOTION, ["time_s", *names])
+    except DataError as error:
+        if error.column not in names:
+            raise
+        csv = read_table(folder / MOTION, ["time_s"])  # some cells are empty
+    warnings = _odd_columns(csv, names)
+    series = csv.texts("series")
+    labels = tuple(dict.fromkeys(series))
+    number = {name: i for i, name in enumerate(labels)}
+    run = np.array([number[name] for name in series], dtype=np.int64)
+    order = np.argsort(run, kind="stable")
+    time_s = csv.numbers(["time_s"])[:, 0]
+    arrays = {quantity: _values(csv, [f"{quantity}_{joint}" for joint in robot.joints]) for quantity in QUANTITIES}
+    log = MotionLog(
+        name=described.name or folder.resolve().name, robot=robot, series=labels, run=run[order], time_s=time_s[order],
+        command=arrays["command"][order], q=arrays["q"][order], qd=arrays["qd"][order], tau=arrays["tau"][order],
+        load=arrays["load"][order], torque_unit=table.torque_unit, torque_signed=table.torque_signed,
+        offset_per_series=table.offset_per_series, encoder_step_rad=table.encoder_step_rad,
+        payload_kg=table.payload_kg, notes={key: v for key, v in described.motion.items() if key not in known},
+        source=described.source, licence=described.licence, folder=folder,
+    )  # fmt: skip
+    log, repeated = _in_order(log, np.array(csv.lines)[order])
+    return replace(log, warnings=(*warnings, *repeated, *_checked(log)))
+
+
+def _odd_columns(csv: CsvTable, names: Sequence[str]) -> list[str]:
+    odd = [name for name in csv.header if name not in (*names, "series", "time_s")]
+    return [f"{MOTION}: column '{name}' is not used.{near(name, names)}" for name in odd]
+
+
+def _values(csv: CsvTable, columns: Sequence[str]) -> Array:
+    """Columns as numbers, (n, j); NaN where a cell is empty or a column is not there."""
+    out = np.full((len(csv), len(columns)), np.nan)
+    for j, column in enumerate(columns):
+        if column in csv.known:
+            out[:, j] = csv.known[column]
+        elif column in csv:
+            for i, cell in enumerate(csv.columns[column]):
+                if cell:
+                    out[i, j] = finite(cell)
+                    if not np.isfinite(out[i, j]):
+                        raise bad_cell(MOTION, csv.lines[i], column, cell, "a finite number, or nothing")
+    return out
+
+
+def _in_order(log: MotionLog, lines: Array) -> tuple[MotionLog, list[str]]:
+    """The log without rows whose time stands still."""
+    step = np.diff(log.time_s)
+    same = np.diff(log.run) == 0
+    back = np.flatnonzero(same & (step < 0))
+    if len(back):
+        row = int(lines[back[0] + 1])
+        raise DataError(
+            f"{MOTION}, row {row}, column time_s: {log.time_s[back[0] + 1]:.6g} is before the row above, in series"
+            f" '{log.series[log.run[back[0]]]}'. Sort the rows of each series by time, or give its parts names of their"
+            " own.",
+            file=MOTION, row=row, column="time_s",
+        )  # fmt: skip
+    again = np.concatenate([[False], same & (step == 0)])
+    if not again.any():
+        return log, []
+    return log.of_rows(~again), [
+        f"{MOTION}: {int(again.sum())} rows repeat the time stamp above them, and are left out."
+    ]
+
+
+def _checked(log: MotionLog) -> list[str]:
+    if len(log) < FEWEST_ROWS:
+        raise DataError(f"{MOTION} has {len(log)} rows: at least {FEWEST_ROWS} are needed.", file=MOTION)
+    if not (log.has("q").any()):
+        raise DataError(
+            f"{MOTION} has no column q_<joint> with readings of a joint of [robot]: {', '.join(log.joints)}.",
+            file=MOTION,
+        )
+    warnings = []
+    for joint, name in enumerate(log.joints):
+        for quantity in ("command", "q", "load"):
+            values = getattr(log, quantity)[:, joint]
+            if np.nanmax(np.abs(values), initial=0.0) > ODD_ANGLE:
+                raise DataError(
+                    f"{MOTION}, column {quantity}_{name}: {np.nanmax(np.abs(values)):.4g} rad is more than two turns."
+                    " Are these degrees, or encoder steps? Give radians.", file=MOTION, column=f"{quantity}_{name}",
+                )  # fmt: skip
+        told, read = log.command[:, joint], log.q[:, joint]
+        both = np.isfinite(told) & np.isfinite(read)
+        if both.sum() > 1 and np.std(told[both]) > 0 and np.std(read[both]) > 0:
+            factor = float(np.cov(told[both], read[both])[0, 1] / np.var(told[both]))
+            if not 0.2 < factor < 5.0:
+                warnings.append(
+                    f"{name} moves by {factor:.3g} of what it is commanded: are commands and readings of one unit?"
+                    + (" The factor is that from degrees to radians." if abs(np.log(abs(factor) * TURN)) < 0.2 else "")
+                )
+    return warnings

@@ -1,0 +1,208 @@
+"""A diagnosis of a moving arm as diagnosis.json, and in a sentence."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from robolaser.motion.diagnosis import Finding, MotionDiagnosis
+from robolaser.motion.gap import KindGap
+
+FORMAT = "robolaser-diagnosis/1"
+CERTAIN = 0.9
+UNEXPLAINED = 0.99
+"""Probability of a cause that the library lacks, where more is left than noise: how sure that is, is not computed."""
+
+
+def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
+    """The contents of diagnosis.json."""
+    return {
+        "format": FORMAT,
+        "dataset": found.log.name,
+        "kind": "motion",
+        "verdict": found.verdict,
+        "sentence": sentence(found),
+        "gap_mm": _gap_mm(found),
+        "rows": [_rows(gap, found.log.joints) for gap in found.gaps],
+        "where": [
+            {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": 0.0}
+            for one in found.places
+        ],
+        "effects": [_effect(one, found) for one in found.findings],
+        "kinds": [_together(group, found) | {"effect": name, "where": [one.at.where for one in group]}
+                  for name, group in _groups(found, "name").items()],
+        "classes": _classes(found),
+        "not_testable": [{"effect": name, "reason": reason} for name, reason in sorted(found.not_testable.items())],
+        "next_poses": [],
+        "next_motions": next_motions(found),
+        "noise_remarks": list(found.remarks),
+        "objective_m2": None,
+        "rms_m": None,
+        "seconds": round(found.seconds, 2),
+    }  # fmt: skip
+
+
+def _gap_mm(found: MotionDiagnosis) -> dict[str, Any]:
+    gap = found.gap("tracking")
+    if gap is None or found.at_flange is None or found.left is None:
+        return dict.fromkeys(("nominal", "calibrated", "after", "noise_floor")) | {"after_ci95": [None, None]}
+    levers = found.at_flange.levers_mm()
+    low, high = found.interval_mm or (None, None)
+    return {
+        "nominal": _with_levers(gap.nominal, levers),
+        "calibrated": _with_levers(gap.calibrated, levers),
+        "after": _with_levers(gap.after, levers),
+        "noise_floor": found.at_flange.noise_mm(gap.noise_floor),
+        "after_ci95": [low, high],
+    }
+
+
+def _with_levers(errors: Any, levers: Any) -> float:
+    """Errors of joints at the flange, as if those of different joints were independent [mm]."""
+    return float(np.sqrt(np.nansum((errors * levers) ** 2)))
+
+
+def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
+    names = ("nominal", "calibrated", "after", "noise_floor")
+    there = np.flatnonzero(np.isfinite(gap.calibrated)).tolist()
+    return {
+        "rows": gap.kind,
+        "unit": gap.unit,
+        **{name: gap.whole(name) for name in names},
+        "joints": {joints[j]: {name: float(getattr(gap, name)[j]) for name in names} for j in there},
+    }
+
+
+def _without(found: MotionDiagnosis, findings: Sequence[Finding]) -> float | None:
+    """The gap at the flange with some effects taken out again [mm]."""
+    gap = found.gap("tracking")
+    if gap is None or found.at_flange is None:
+        return None
+    gained = sum((one.gained for one in findings if one.kind == "tracking"), start=np.zeros(len(gap.after)))
+    return _with_levers(np.sqrt(gap.after**2 + gained), found.at_flange.levers_mm())
+
+
+def _effect(one: Finding, found: MotionDiagnosis) -> dict[str, Any]:
+    gap = _gap_mm(found)
+    return {
+        "effect": one.at.effect.name,
+        "where": one.at.where,
+        "rows": one.kind,
+        "probability": round(one.judged.probability, 4),
+        "parameters": {
+            name: {"value": value, "std": deviation if np.isfinite(deviation) else None, "unit": unit}
+            for name, (value, deviation, unit) in one.numbers.items()
+            if np.isfinite(value)
+        },
+        "gap_mm_before": gap["calibrated"],
+        "gap_mm_after": gap["after"],
+        "gap_mm_without": _without(found, [one]),
+        "indistinguishable_from": [rival.pair for rival in one.judged.rivals],
+    }
+
+
+def _groups(found: MotionDiagnosis, by: str) -> dict[str, list[Finding]]:
+    groups: dict[str, list[Finding]] = {}
+    for one in found.findings:
+        groups.setdefault(getattr(one.at.effect, by), []).append(one)
+    return groups
+
+
+def _together(group: Sequence[Finding], found: MotionDiagnosis) -> dict[str, Any]:
+    probabilities = [one.judged.probability for one in group]
+    shared = set.intersection(*({rival.where for rival in one.judged.rivals} for one in group))
+    one_rival = bool(shared - set(found.log.joints))  # of all of them together: a clock
+    whole = max(probabilities) if one_rival else 1.0 - float(np.prod([1.0 - p for p in probabilities]))
+    return {"probability": round(whole, 4), "gap_mm_without": _without(found, group)}
+
+
+def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
+    after = _gap_mm(found)["after"]
+    classes = [
+        {
+            "class": name,
+            "probability": round(_of_class(name, group), 4),
+            "gap_mm_without": _without(found, group),
+            "gap_mm_with": after,
+            "members": [
+                {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.judged.probability, 4)}
+                for one in group
+            ],
+            "credible_sets": [[one.at.pair, *(rival.pair for rival in one.judged.rivals)] for one in group],
+        }
+        for name, group in _groups(found, "cause").items()
+    ]
+    if found.verdict == "unexplained" and found.places:
+        unknown = {"class": "unknown", "probability": UNEXPLAINED, "gap_mm_without": after, "gap_mm_with": after,
+                   "members": [], "credible_sets": [], "site": found.places[0].site}  # fmt: skip
+        classes.append(unknown)
+    return sorted(classes, key=lambda one: -one["probability"])
+
+
+def _of_class(name: str, group: Sequence[Finding]) -> float:
+    """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
+    none = 1.0
+    for one in group:
+        inside = not one.judged.rivals or all(rival.effect.cause == name for rival in one.judged.rivals)
+        none *= 1.0 - (max(one.judged.probability, 1.0 - one.judged.none) if inside else one.judged.probability)
+    return float(1.0 - none)
+
+
+def next_motions(found: MotionDiagnosis) -> list[str]:
+    """Motions that would tell apart what these do not."""
+    asked = []
+    pairs = {frozenset((one.at.effect.name, rival.effect.name)): one.at.where
+             for one in found.findings for rival in one.judged.rivals}  # fmt: skip
+    for names, words in MOTIONS:
+        joints = [where for pair, where in pairs.items() if pair == frozenset(names)]
+        if joints:
+            asked.append(f"{words} ({names[0]} or {names[1]} at {', '.join(joints)}).")
+    return asked
+
+
+MOTIONS = (
+    (("dead_time", "lag"), "Command steps: a dead time shifts the answer, a lag bends it"),
+    (
+        ("dead_zone", "play"),
+        "Read an encoder behind the gear, or a camera: what the servo's encoder sees is in its loop",
+    ),
+    (("droop", "offset"), "Stand in postures with the joint's load on either side"),
+    (("clock_shift", "dead_time"), "Move the arm by hand while it records: readings then follow no command"),
+    (("coulomb_friction", "viscous_friction"), "Move the joint at several constant speeds"),
+    (("coulomb_friction", "load_friction"), "Repeat one motion with another payload"),
+    (("coulomb_friction", "stribeck_friction"), "Move the joint very slowly, too"),
+    (("payload", "link_inertia"), "Turn the last joints with and without the tool"),
+)
+
+
+def sentence(found: MotionDiagnosis) -> str:
+    """The verdict for a person."""
+    gaps = "; ".join(_shrinks(gap) for gap in found.gaps)
+    if found.verdict == "no_gap":
+        return f"There is no gap: the arm follows its model. On unseen motions: {gaps}."
+    certain = [name for name, group in _kinds(found) if group >= CERTAIN]
+    likely = [name for name, group in _kinds(found) if group < CERTAIN]
+    clauses = {one.at.effect.name: one.at.effect.clause for one in found.findings}
+    whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
+    if not found.findings:
+        return f"The gap has a cause that is not in the library. On unseen motions: {gaps}."
+    causes = "; ".join([*(clauses[name] for name in certain), *(f"likely, {clauses[name]}" for name in likely)])
+    rest = ""
+    if found.verdict == "unexplained" and found.places:
+        place = found.places[0]
+        rest = f" What is left lies at {place.site}" + (f", by the {place.coordinate}." if place.coordinate else ".")
+    return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
+
+
+def _kinds(found: MotionDiagnosis) -> list[tuple[str, float]]:
+    return [(name, _together(group, found)["probability"]) for name, group in _groups(found, "name").items()]
+
+
+def _shrinks(gap: KindGap) -> str:
+    scale, unit = (180.0 / np.pi, "°") if gap.unit == "rad" else (1.0, " Nm")
+    before, after, noise = (scale * gap.whole(name) for name in ("calibrated", "after", "noise_floor"))
+    what = {"tracking": "the tracking error", "torque": "the torque error", "load": "the encoders' difference"}[
+        gap.kind
+    ]
+    change = f"is {before:.3g}{unit}" if not after < before else f"falls from {before:.3g}{unit} to {after:.3g}{unit}"
+    return f"{what} {change} (noise {noise:.2g}{unit})"

@@ -1,0 +1,159 @@
+"""The effects of a model of rows: added while they are worth it, taken out when they are not, held against rivals."""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, final
+
+from robolaser.motion.effect import At
+from robolaser.motion.evidence import Fitted, probabilities
+
+WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
+TRIED = 3  # candidates, the best of the round before, that are fitted before all are
+INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
+EXCHANGES, MIN_EXCHANGE = 4, 0.1
+Sets = Sequence[tuple[At, ...]]
+Search = Generator[Sets, Sequence[Fitted], "Selected"]
+
+
+@final
+@dataclass(frozen=True)
+class Judged:
+    """An effect of a model, held against none and against rivals in its place."""
+
+    at: At
+    probability: float
+    none: float  # probability that neither it nor a rival is at work
+    without: Fitted
+    rivals: tuple[At, ...]  # that explain nearly as much in its place
+
+    def beside(self, other: "Judged", rivals: Sequence[At]) -> "Judged":
+        """The same with rivals that stand against this and another one together."""
+        more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
+        return replace(self, probability=min(self.probability, other.probability), rivals=(*self.rivals, *more))
+
+    def less(self, rival: str) -> "Judged":
+        """The same where an effect of that name is known not to be at work."""
+        left = tuple(one for one in self.rivals if one.effect.name != rival)
+        if len(left) == len(self.rivals):
+            return self
+        share = self.probability / (self.probability + self.none) if not left else self.probability
+        return replace(self, probability=share, rivals=left)
+
+
+@final
+@dataclass(frozen=True)
+class Selected:
+    """A model and its effects, those that matter most first."""
+
+    ideal: Fitted
+    model: Fitted
+    judged: tuple[Judged, ...]
+
+
+class Rows(Protocol):
+    """Rows that models can be fitted to."""
+
+    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]]) -> Sequence[Fitted]:
+        """A model of the rows of each search, with each set of effects."""
+
+
+def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] = ()) -> Search:
+    """Find the effects; each step asks for models with some sets of effects, and is sent them.
+
+    Several searches go on side by side, so that their models can be fitted together: see `side_by_side`.
+
+    Args:
+        candidates: All effects that may be at work.
+        least_share: Of the squares that an ideal arm leaves at one of the joints, that an effect must explain: less may
+            be the form of another one.
+        start: Effects that the search begins with.
+    """
+
+    def is_worth(more: Fitted, less: Fitted) -> bool:
+        explained = (less.squares - more.squares) >= least_share * ideal.squares
+        return bool(explained[ideal.squares > 0.0].any()) and more.score < less.score - WORTH_ADDING
+
+    ideal, model = yield [(), start]
+    gain = dict.fromkeys(candidates, float("inf"))
+    while True:
+        left = [one for one in candidates if one not in model.effects]
+        stale = sorted(left, key=gain.__getitem__, reverse=True)
+        found: Fitted | None = None
+        for tried in (stale[:TRIED], stale[TRIED:]) if any(g < float("inf") for g in gain.values()) else (stale,):
+            if not tried:
+                continue
+            fits = yield [(*model.effects, one) for one in tried]
+            gain.update((one, model.score - fit.score) for one, fit in zip(tried, fits, strict=True))
+            worth = [fit for fit in fits if is_worth(fit, model)]
+            if worth:
+                found = min(worth, key=lambda fit: fit.score)
+                break
+        less = found or (yield from _reduced(model, is_worth))
+        if less is model:
+            break
+        model = less
+    judged: list[Judged] = []
+    for _ in range(EXCHANGES if model.effects else 0):
+        without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
+        swaps = [
+            [(*less.effects, rival) for rival in _rivals(one, model, candidates)]
+            for one, less in zip(model.effects, without, strict=True)
+        ]
+        asked = [effects for group in swaps for effects in group]
+        fits = (yield asked) if asked else []
+        best = min(fits, key=lambda fit: fit.score, default=model)
+        if best.score < model.score - MIN_EXCHANGE:
+            model = best
+            continue
+        instead = iter(fits)
+        judged = [
+            _judged(one, model, less, [(rival[-1], next(instead)) for rival in group])
+            for one, less, group in zip(model.effects, without, swaps, strict=True)
+        ]
+        break
+    judged.sort(key=lambda one: one.without.score, reverse=True)
+    return Selected(ideal, model, tuple(judged))
+
+
+def _judged(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Judged:
+    share = probabilities([model.score, without.score, *(fit.score for _, fit in instead)])
+    near = [rival for rival, fit in instead if fit.score < model.score + INDISTINGUISHABLE]
+    return Judged(one, float(share[0]), float(share[1]), without, tuple(near))
+
+
+def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Generator[Sets, Sequence[Fitted], Fitted]:
+    """A model without the effects that it can do without."""
+    while model.effects:
+        fits = yield [tuple(other for other in model.effects if other != one) for one in model.effects]
+        idle = [fit for fit in fits if not is_worth(model, fit)]
+        if not idle:
+            break
+        model = min(idle, key=lambda fit: fit.score)
+    return model
+
+
+def _rivals(one: At, model: Fitted, candidates: Sequence[At]) -> list[At]:
+    """Candidates that are no part of the model and may stand in an effect's place."""
+    return [
+        other
+        for other in candidates
+        if other not in model.effects
+        and (other.effect.name in one.effect.rivals or one.effect.name in other.effect.rivals)
+        and (other.joint == one.joint or other.effect.site != "joint" or one.effect.site != "joint")
+    ]
+
+
+def side_by_side(rows: Rows, searches: Sequence[Search]) -> list[Selected]:
+    """Run searches of the same rows to their ends, and fit in one go what they ask for at the same time."""
+    asked: dict[int, Sets] = {number: next(one) for number, one in enumerate(searches)}
+    found: dict[int, Selected] = {}
+    while asked:
+        fits = iter(rows.fit([(number, effects) for number, sets in asked.items() for effects in sets]))
+        following: dict[int, Sets] = {}
+        for number, sets in asked.items():
+            try:
+                following[number] = searches[number].send([next(fits) for _ in sets])
+            except StopIteration as end:
+                found[number] = end.value
+        asked = following
+    return [found[number] for number in range(len(searches))]

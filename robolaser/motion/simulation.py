@@ -1,0 +1,145 @@
+"""Logs of simulated moving arms, as a real controller would give them, with effects of one's choice."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import EffectError, near
+from robolaser.motion.effect import At, Kind
+from robolaser.motion.effects import MOTION_EFFECTS
+from robolaser.motion.linear_rows import LinearRows
+from robolaser.motion.log import MotionLog
+from robolaser.motion.quantities import Quantities, derivatives
+from robolaser.motion.servo import Runs
+from robolaser.robot.kinematics import Robot
+
+RATE_HZ = 100.0
+DURATION_S = 20.0
+SPAN_RAD = 0.8  # of a joint's motion about the middle of its range, at most
+KNOT_S = 2.0
+MOVE_S = 1.2  # of the time between two rests; the least jerk for it (Flash, Hogan 1985)
+CORNER_S = 0.3  # in which a speed changes
+TRACKED_RAD = 2e-5  # noise of an encoder
+TORQUE_NM = 0.02
+
+
+def simulate_motion(
+    robot: Robot,
+    *,
+    series: int = 6,
+    effects: Mapping[str, float] | None = None,
+    seed: int | None = None,
+    name: str = "",
+) -> MotionLog:
+    """Move an arm along sines, from rest to rest and at constant speeds; log commands, both encoders and torques.
+
+    Args:
+        robot: Any arm; without masses in its URDF its torques are those of friction alone.
+        series: Number of runs.
+        effects: Sizes by `NAME[:WHERE][.NUMBER]`, of the effect's first number where none is named [SI]. Without a
+            place an effect sits at every joint where it can.
+        seed: Of motions and noise.
+        name: Of the log.
+
+    Raises:
+        EffectError: There is no such effect, place or number.
+    """
+    rng = np.random.default_rng(seed)
+    n = round(DURATION_S * RATE_HZ)
+    time = np.arange(n) / RATE_HZ
+    low, high = robot.by_pinocchio.limits
+    columns = robot.by_pinocchio.columns
+    low, high = np.maximum(low[columns], -np.pi), np.minimum(high[columns], np.pi)
+    middle, half = (low + high) / 2.0, np.minimum(SPAN_RAD, 0.4 * (high - low))
+    runs = [_motion(kind % 3, time, middle, half, rng) for kind in range(series)]
+    command = np.concatenate(runs)
+    run = np.repeat(np.arange(series), n)
+    asked = _asked(robot, effects or {})
+    q = _followed(robot, runs, time, asked["tracking"])
+    empty = np.full_like(q, np.nan)
+    log = MotionLog(
+        name=name or f"simulated-{robot.name}", robot=robot, series=tuple(f"run_{i + 1}" for i in range(series)),
+        run=run, time_s=np.tile(time, series), command=command, q=q, qd=empty, tau=empty, load=empty,
+    )  # fmt: skip
+    speed, acceleration, _, noise = derivatives(log)
+    rigid = robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
+    of = Quantities(log, run, log.time_s, q, speed, acceleration, rigid, rigid, noise, rigid)
+    tau = rigid + _added(of, asked["torque"])
+    load = q + _added(of, asked["load"])
+    noisy = [values + sigma * rng.normal(size=q.shape) for values, sigma in
+             ((q, TRACKED_RAD), (tau, TORQUE_NM), (load, TRACKED_RAD))]  # fmt: skip
+    return MotionLog(
+        log.name, robot, log.series, run, log.time_s, command, noisy[0], speed, noisy[1], noisy[2],
+    )  # fmt: skip
+
+
+def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.Generator) -> Array:
+    """Commands of all joints in one run, (n, j): sines, moves with rests between them, or speeds that are held."""
+    joints = len(middle)
+    if kind == 0:
+        periods = rng.uniform(2.0, 8.0, (3, joints))
+        phase = rng.uniform(0.0, 2.0 * np.pi, (3, joints))
+        waves = np.sin(2.0 * np.pi * time[:, None, None] / periods + phase)
+        return np.asarray(middle + half * waves.mean(axis=1))
+    knots = np.arange(0.0, time[-1] + 2.0 * KNOT_S, KNOT_S)
+    goals = middle + half * rng.uniform(-1.0, 1.0, (len(knots), joints))
+    if kind == 1:
+        before = np.searchsorted(knots, time, side="right") - 1
+        s = np.clip((time - knots[before]) / MOVE_S, 0.0, 1.0)[:, None]
+        return np.asarray(goals[before] + (goals[before + 1] - goals[before]) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+    corners = np.hanning(round(CORNER_S * RATE_HZ) + 2)[1:-1]
+    ramps = np.stack([np.interp(time, knots, goal) for goal in goals.T], axis=1)
+    padded = np.pad(ramps, ((len(corners) // 2, (len(corners) - 1) // 2), (0, 0)), mode="edge")
+    return np.stack([np.convolve(ramp, corners / corners.sum(), "valid") for ramp in padded.T], axis=1)
+
+
+def _asked(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
+    """Effects at their places with their numbers."""
+    found: dict[Kind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
+    names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
+    for text, size in sizes.items():
+        name, _, place = text.partition(":")
+        where, _, number = place.partition(".")
+        kinds = [one for one in MOTION_EFFECTS if one.name == name]
+        if not kinds:
+            raise EffectError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
+        effect = kinds[0]
+        places = [where] if where else list(robot.joints) if effect.site == "joint" else [effect.site]
+        for one in places:
+            if one != effect.site and one not in robot.joints:
+                raise EffectError(f"{name} has no place '{one}'.{near(one, [*robot.joints, effect.site])}")
+            joint = robot.joints.index(one) if one in robot.joints else 0
+            at = At(effect, one, joint)
+            _, numbers = found[effect.rows].setdefault(str(at), (at, {}))
+            known = [each.name for each in effect.numbers]
+            if number and number not in known:
+                raise EffectError(f"{name} has no number '{number}'.{near(number, known)}")
+            numbers[number or known[0]] = float(size)
+    return {kind: list(group.values()) for kind, group in found.items()}
+
+
+def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At, dict[str, float]]]) -> Array:
+    """Where joints go, (n, j)."""
+    n, count, joints = len(time), len(runs), len(robot.joints)
+    command = np.stack(runs, axis=-1).transpose(1, 0, 2)
+    holding = np.stack([robot.gravity_torques(run) for run in runs], axis=-1).transpose(1, 0, 2)
+    step = np.full((n, count), time[1] - time[0])
+    model = Runs(np.full(count, n, dtype=np.int64), step, command, holding, command[:, 0])
+    servos: list[dict[str, Any]] = [{} for _ in range(joints)]
+    for at, numbers in asked:
+        for joint in [at.joint] if at.effect.site == "joint" else range(joints):
+            servos[joint] |= {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
+    paths = model.simulate(np.arange(joints), servos)
+    return np.concatenate(list(paths.transpose(1, 0, 2)))
+
+
+def _added(of: Quantities, asked: list[tuple[At, dict[str, float]]]) -> Array:
+    """What effects that are linear in their numbers add to rows, (n, j)."""
+    rows = LinearRows(of, of.measured, [at for at, _ in asked])
+    out = np.zeros(of.q.shape)
+    for at, numbers in asked:
+        values = np.array([numbers.get(one.name, 0.0) for one in at.effect.numbers])
+        out += rows.columns(at, 0) @ values
+    return out

@@ -1,0 +1,350 @@
+"""Rows of joints that follow commands: servos with effects, fitted by damped least squares over simulations."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.motion.effect import At, MotionEffect, Number
+from robolaser.motion.evidence import Fitted, independent_values, score_of
+from robolaser.motion.log import MotionLog
+from robolaser.motion.servo import Runs
+
+ROUNDS = 3  # of a fit that begins at one with an effect less, or more
+MORE_ROUNDS = 8  # of the one that numbers are taken from
+SETTLED = 3e-3  # share of the squares, below which a round gains nothing
+STEP = 0.05  # of differences, in usual sizes
+DAMPINGS = (1e-3, 1e-1, 10.0)  # tried in each round, by the diagonal
+KEPT_ROWS = 4_000  # of a joint, that residuals are looked at
+LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew at what was measured
+FOLLOWS = ("lag", "offset", "droop")
+HOLDS_NM = 1e-3
+EXCEEDS_RAD = 0.05
+
+
+@final
+@dataclass(eq=False)
+class _Fit:
+    """A fit under way."""
+
+    joint: int
+    effects: tuple[At, ...]
+    x: Array  # in usual sizes
+    cost: float = np.inf
+    residual: Array = field(default_factory=lambda: np.empty(0))
+    slopes: Array = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def numbers(self) -> list[Number]:
+        """Of all its effects."""
+        return [number for one in self.effects for number in one.effect.numbers]
+
+    @property
+    def usual(self) -> Array:
+        """Sizes that its numbers usually have, which `x` counts in."""
+        return np.array([number.usual for number in self.numbers])
+
+    def servo(self, x: Array) -> dict[str, float]:
+        """As the servo's model takes them."""
+        return {one.servo: float(value * one.usual) for value, one in zip(x, self.numbers, strict=True)}
+
+    def within(self, x: Array) -> Array:
+        """Numbers moved to their bounds."""
+        lower, upper = (np.array(ends) for ends in ([n.lower for n in self.numbers], [n.upper for n in self.numbers]))
+        return np.asarray(np.clip(x, lower / self.usual, upper / self.usual))
+
+
+@final
+class TrackingRows:
+    """Models of how joints follow commands, one joint each; a joint's place in `joints` is the number of its search.
+
+    Args:
+        log: What was recorded.
+        runs: Those that count, by number; all by default.
+    """
+
+    def __init__(self, log: MotionLog, runs: Ints | None = None) -> None:
+        known = log.has("command") & log.has("q")
+        self.joints: Ints = np.flatnonzero(known).astype(np.int64)
+        """Columns of the joints that have both."""
+        self.log = log
+        pieces = [
+            (slice(start, min(start + LONGEST, part.stop)), run)
+            for run in (range(len(log.series)) if runs is None else runs.tolist())
+            for part in [log.rows_of_runs[run]]
+            for start in range(part.start, part.stop, LONGEST)
+        ]
+        pieces.sort(key=lambda piece: piece[0].start - piece[0].stop)
+        self._pieces, self._run = [rows for rows, _ in pieces], np.array([run for _, run in pieces])
+        lengths = np.array([rows.stop - rows.start for rows in self._pieces], dtype=np.int64)
+        longest, count, joints = int(lengths.max()), len(pieces), log.q.shape[1]
+        command, holding, self._q = (np.full((joints, longest, count), np.nan) for _ in range(3))
+        step = np.full((longest, count), log.step_s)
+        for s, part in enumerate(self._pieces):
+            n = part.stop - part.start
+            told = _filled(log.command[part])
+            command[:, :n, s], holding[:, :n, s] = told.T, log.robot.gravity_torques(np.nan_to_num(told)).T
+            command[:, n:, s], holding[:, n:, s] = command[:, [n - 1], s], holding[:, [n - 1], s]
+            self._q[:, :n, s] = log.q[part].T
+            step[: n - 1, s] = np.diff(log.time_s[part])
+        start = np.array([[_first(self._q[j, :, s], command[j, 0, s]) for s in range(count)] for j in range(joints)])
+        self._runs = Runs(lengths, step, command, holding, start)
+        self._used = np.ones((longest, count), dtype=bool)
+        self.independent = np.ones(joints)
+        """Values that each joint's rows are worth, (j,)."""
+        self._found: dict[tuple[int, frozenset[str]], _Fit] = {}
+
+    @property
+    def used(self) -> int:
+        """How many rows of the log count."""
+        return sum(rows.stop - rows.start for rows in self._pieces)
+
+    def count(self, joint: int) -> int:
+        """How many residuals of a joint are looked at."""
+        return len(self._kept[joint][0])
+
+    def without(self, held_out: Bools) -> "TrackingRows":
+        """The same without the rows of the log that are held out, (n,), beginning at what was found."""
+        fresh = object.__new__(TrackingRows)
+        fresh.__dict__ = {key: value for key, value in self.__dict__.items() if key != "_kept"}
+        fresh._used = self._used.copy()
+        for s, part in enumerate(self._pieces):
+            fresh._used[: part.stop - part.start, s] = ~held_out[part]
+        fresh._found = dict(self._found)
+        return fresh
+
+    @cached_property
+    def _kept(self) -> list[tuple[Ints, Ints, Ints]]:
+        """Row in the run, place of the run, and run itself of the residuals that are looked at, of each joint."""
+        kept = []
+        for q in self._q:
+            s, at = np.nonzero((np.isfinite(q) & self._used).T)
+            stride = max(1, len(at) // KEPT_ROWS)
+            kept.append((at[::stride], s[::stride], self._run[s[::stride]]))
+        return kept
+
+    def candidates(self, effects: Sequence[MotionEffect], joint: int) -> tuple[list[At], dict[str, str]]:
+        """Effects that may be at work at a joint, and why others cannot be tested there."""
+        name = self.log.joints[joint]
+        found, missing = [], {}
+        command, q = self._runs.command[joint], self._q[joint]
+        for effect in effects:
+            if effect.rows != "tracking":
+                continue
+            reason = ""
+            if effect.name == "droop" and np.nanstd(self._runs.holding[joint]) < HOLDS_NM:
+                reason = "the URDF's masses put no gravity torque on this joint that changes"
+            elif effect.name == "range_limit" and not (
+                np.nanmax(command) > np.nanmax(q) + EXCEEDS_RAD or np.nanmin(command) < np.nanmin(q) - EXCEEDS_RAD
+            ):
+                reason = "no command goes beyond where the joint got to"
+            elif effect.name != "offset" and np.nanstd(command) < 1e-3:
+                reason = "the joint was not commanded to move"
+            if reason:
+                missing[effect.name] = reason
+            else:
+                found.append(At(effect, name if effect.site == "joint" else effect.site, joint))
+        return found, missing
+
+    def usual(self, candidates: Sequence[Sequence[At]]) -> list[tuple[At, ...]]:
+        """What servos usually do, fitted step by step; where a search for each joint's effects begins.
+
+        A search that begins at an ideal servo would take the lag for a dead time, and what is left for play.
+        """
+        numbers = range(len(candidates))
+        late, early = ([_named(each, (name,)) for each in candidates] for name in ("dead_time", "clock_shift"))
+        fits = [self.fit(list(enumerate(each)), MORE_ROUNDS) for each in (late, early)]
+        delays = [late[i] if fits[0][i].squares.sum() <= fits[1][i].squares.sum() else early[i] for i in numbers]
+        follows = [(*delays[i], *_named(candidates[i], FOLLOWS)) for i in numbers]
+        self.fit(list(enumerate(follows)), MORE_ROUNDS)
+        rested = [[(*follows[i], *_named(candidates[i], (name,))) for i in numbers] for name in ("dead_zone", "play")]
+        for each in rested:
+            self.fit(list(enumerate(each)), MORE_ROUNDS)
+        self.count_memory()
+        fits = [self.fit(list(enumerate(each))) for each in rested]
+        return [min((fits[0][i], fits[1][i]), key=lambda fit: fit.score).effects for i in numbers]
+
+    def count_memory(self) -> None:
+        """Find how much the rows are worth, from what the models found so far leave."""
+        for joint in self.joints.tolist():
+            fits = [fit for (j, _), fit in self._found.items() if j == joint]
+            best = min(fits, key=lambda fit: fit.cost)
+            self.independent[joint] = independent_values(best.residual, self._kept[joint][2])
+
+    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]], rounds: int = ROUNDS) -> list[Fitted]:
+        """A model of the joint of each search, with each set of effects."""
+        keys = [(int(self.joints[number]), frozenset(map(str, effects))) for number, effects in asked]
+        fits = {
+            key: self._begun(key[0], effects)
+            for key, (_, effects) in zip(keys, asked, strict=True)
+            if key not in self._found
+        }
+        self._improve([fit for group in fits.values() for fit in group], rounds)
+        self._found.update({key: min(group, key=lambda fit: fit.cost) for key, group in fits.items()})
+        return [self._as_fitted(self._found[key]) for key in keys]
+
+    def refined(self, models: Sequence[tuple[int, Fitted]], like: "TrackingRows") -> list[Fitted]:
+        """Models that other rows of the same log have led to, fitted to these."""
+        fits = [_Fit(joint, fitted.effects, like._found[joint, fitted.names].x) for joint, fitted in models]
+        self._forget_unseen(fits)
+        self._improve(fits, MORE_ROUNDS)
+        self._found.update({(fit.joint, frozenset(map(str, fit.effects))): fit for fit in fits})
+        return [self._as_fitted(fit) for fit in fits]
+
+    def _forget_unseen(self, fits: Sequence[_Fit]) -> None:
+        """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
+        moving = [fit for fit in fits if fit.effects]
+        cases = [(fit, [fit.x, *(fit.x + STEP * side for side in np.eye(len(fit.x)))]) for fit in moving]
+        for fit, (residual, _) in zip(moving, self._computed(cases), strict=True):
+            unseen = (residual[:, 1:] == residual[:, :1]).all(axis=0)
+            ideal = [number.ideal / number.usual for one in fit.effects for number in one.effect.numbers]
+            fit.x = np.where(unseen, ideal, fit.x)
+
+    def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_Fit]:
+        """Fits from where a model with an effect less, or more, ended; new effects begin at two sizes."""
+        names = frozenset(map(str, effects))
+        known = {}
+        near = sorted(
+            (fit for (j, _), fit in self._found.items() if j == joint),
+            key=lambda fit: len(names ^ frozenset(map(str, fit.effects))),
+        )
+        if near:
+            at = iter(near[0].x)
+            known = {str(one): [next(at) for _ in one.effect.numbers] for one in near[0].effects}
+        of_servo = near[0].servo(near[0].x) if near else {}
+        spread = float(np.sqrt(near[0].cost / max(len(near[0].residual), 1))) if near else 0.0
+        starts = []
+        for size in (1.0, 4.0):
+            x: list[float] = []
+            for one in effects:
+                alike = [of_servo[n.servo] / n.usual for n in one.effect.numbers if n.servo in of_servo]
+                x += known.get(str(one)) or alike or self._start(one, size, spread)
+            starts.append(np.array(x))
+            if all(str(one) in known for one in effects):
+                break
+        return [_Fit(joint, effects, start) for start in starts]
+
+    def _start(self, one: At, size: float, spread: float) -> list[float]:
+        joint, name = one.joint, one.effect.name
+        if name == "range_limit":
+            q = self._q[joint]
+            return [
+                float(end(q)) / number.usual
+                for end, number in zip((np.nanmin, np.nanmax), one.effect.numbers, strict=True)
+            ]
+        if name == "speed_limit":
+            speed = np.abs(np.diff(self._runs.command[joint], axis=0)) / self._runs.step[:-1]
+            return [float(np.nanpercentile(speed, 99.0)) / (size * one.effect.numbers[0].usual)]
+        if name in ("dead_zone", "play"):
+            return [0.4 * size * spread / one.effect.numbers[0].usual]
+        return [
+            (size if number.lower >= 0.0 else -size if number.upper <= 0.0 else 0.0) for number in one.effect.numbers
+        ]
+
+    def _improve(self, fits: list[_Fit], rounds: int) -> None:
+        for fit, (residual, _) in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):
+            fit.residual = residual[:, 0]
+            fit.cost = float(fit.residual @ fit.residual)
+        moving = [fit for fit in fits if fit.effects]
+        for _ in range(rounds):
+            cases = []
+            for fit in moving:
+                aside = [fit.x + STEP * side for side in np.eye(len(fit.x))]
+                cases.append((fit, aside))
+            for fit, (residual, _) in zip(moving, self._computed(cases), strict=True):
+                fit.slopes = (residual - fit.residual[:, None]) / STEP
+            steps = [(fit, [fit.within(fit.x + step) for step in _steps(fit)]) for fit in moving]
+            going = []
+            for (fit, tried), (residual, _) in zip(steps, self._computed(steps), strict=True):
+                costs = (residual**2).sum(axis=0)
+                best = int(costs.argmin())
+                if costs[best] < fit.cost * (1.0 - SETTLED):
+                    going.append(fit)
+                if costs[best] < fit.cost:
+                    fit.x, fit.cost, fit.residual = tried[best], float(costs[best]), residual[:, best]
+            moving = going
+            if not moving:
+                break
+
+    def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[tuple[Array, Array]]:
+        """Residuals at the kept rows for some numbers of each fit, (kept, m); and all that is simulated."""
+        joint = np.array([fit.joint for fit, tried in cases for _ in tried], dtype=np.int64)
+        numbers = [fit.servo(x) for fit, tried in cases for x in tried]
+        if not numbers:
+            return [(np.empty((0, 0)), np.empty(0)) for _ in cases]
+        out, m, found = self._runs.simulate(joint, numbers), 0, []
+        for fit, tried in cases:
+            at, s, run = self._kept[fit.joint]
+            left = out[at, s, m : m + len(tried)] - self._q[fit.joint, at, s][:, None]
+            if self.log.offset_per_series:
+                for number in np.unique(run):
+                    left[run == number] -= left[run == number].mean(axis=0)
+            found.append((left, out[:, :, m : m + len(tried)]))
+            m += len(tried)
+        return found
+
+    def _as_fitted(self, fit: _Fit) -> Fitted:
+        squares, rows = np.zeros(len(self.independent)), np.zeros(len(self.independent))
+        squares[fit.joint], rows[fit.joint] = fit.cost, len(fit.residual)
+        score = score_of(squares, rows, np.where(rows > 0, self.independent, 0.0), len(fit.x))
+        score += sum(one.effect.rarity for one in fit.effects)
+        values = fit.x * fit.usual
+        ends = np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]
+        numbers = tuple(np.split(values, ends)) if fit.effects else ()
+        return Fitted(fit.effects, numbers, (0,) * len(fit.effects), score, squares)
+
+    def deviations(self, fitted: Fitted, joint: int) -> tuple[Array, ...]:
+        """Standard deviations of a model's numbers, by as many values as the rows are worth."""
+        fit = self._found[joint, fitted.names]
+        if not fit.effects:
+            return ()
+        ((slopes, _),) = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))])])
+        slopes = (slopes - fit.residual[:, None]) / STEP
+        weight = self.independent[joint] / max(fit.cost, 1e-24)
+        H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
+        std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
+        return tuple(np.split(std, np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]))
+
+    def predicted(self, models: Sequence[tuple[int, Fitted]]) -> Array:
+        """Where joints go by models of some of them, (n, j) in the rows of the log; the command for the others."""
+        out = np.where(np.isfinite(self.log.command), self.log.command, np.nan)
+        fits = [self._found[joint, fitted.names] for joint, fitted in models]
+        paths = self._runs.simulate(
+            np.array([fit.joint for fit in fits], dtype=np.int64), [fit.servo(fit.x) for fit in fits]
+        )
+        for m, fit in enumerate(fits):
+            for s, part in enumerate(self._pieces):
+                out[part, fit.joint] = paths[: part.stop - part.start, s, m]
+        return out
+
+
+def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:
+    return tuple(one for one in candidates if one.effect.name in names)
+
+
+def _steps(fit: _Fit) -> list[Array]:
+    """Gauss-Newton steps, damped less and more."""
+    H, g = fit.slopes.T @ fit.slopes, fit.slopes.T @ fit.residual
+    diagonal = np.diag(np.diag(H) + 1e-12 * max(1e-12, float(np.trace(H))))
+    return [np.asarray(-np.linalg.solve(H + damping * diagonal, g), np.float64) for damping in DAMPINGS]
+
+
+def _filled(values: Array) -> Array:
+    """Commands with gaps filled by the last one before, (n, j)."""
+    if np.isfinite(values).all():
+        return values
+    out = values.copy()
+    for column in out.T:
+        known = np.flatnonzero(np.isfinite(column))
+        if len(known):
+            last = np.maximum.accumulate(np.where(np.isfinite(column), np.arange(len(column)), -1))
+            column[:] = column[np.where(last >= 0, last, known[0])]
+    return out
+
+
+def _first(values: Array, otherwise: float) -> float:
+    known = values[np.isfinite(values)]
+    return float(known[0]) if len(known) else otherwise

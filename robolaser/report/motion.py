@@ -1,0 +1,227 @@
+"""The report of a moving arm's diagnosis: a page, and some lines on the terminal."""
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from robolaser.motion.diagnosis import Finding, MotionDiagnosis
+from robolaser.motion.gap import KindGap
+from robolaser.motion.result_json import motion_json, next_motions, sentence
+from robolaser.report.chart import Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.console import plain_unless_terminal, print_document, print_page
+from robolaser.report.document import (
+    Block,
+    Cell,
+    Column,
+    Document,
+    Figure,
+    Figures,
+    Notes,
+    Section,
+    Table,
+    Text,
+    charts,
+)
+from robolaser.report.page import render
+
+VERDICTS = {"no_gap": "no gap", "explained": "explained", "unexplained": "unexplained"}
+SHOWN_ROWS = 400  # of a run, in a chart
+SHOWN_JOINTS = 6
+WHAT = {
+    "tracking": "readings against commands",
+    "torque": "torques against inverse dynamics",
+    "load": "one encoder against the other",
+}
+TURN = 180.0 / np.pi
+
+
+def document(found: MotionDiagnosis, *, command: str = "") -> Document:
+    """The report.
+
+    Args:
+        found: The result.
+        command: What to type to repeat it.
+    """
+    log = found.log
+    lead, _, sense = sentence(found).partition(". ")
+    steps = _steps(found)
+    return Document(
+        log.name,
+        "diagnosed",
+        f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series",
+        f"{lead.rstrip('.')}.",
+        sense,
+        [Figures(_figures(found))],
+        [
+            Section("What was found", [_kinds(found), _effects(found)] if found.findings else []),
+            Section("What to do", [Notes(steps, "steps", 3)] if steps else []),
+            Section("Where", _where(found)),
+            Section("Errors of each joint", [_joints(gap, log.joints) for gap in found.gaps]),
+            Section("Errors along time", charts([_along_time(found)])),
+            Section("What was not tested", [_untested(found)] if found.not_testable else []),
+            Section("Noise", [Text(remark, "quiet", printed=True) for remark in found.remarks]),
+        ],
+        tag=(VERDICTS[found.verdict], found.verdict),
+        command=command,
+        footer=f"The diagnosis took {found.seconds:.1f} s. {log.source} {log.licence}".strip(),
+        prints_lead=True,
+    )
+
+
+def page(found: MotionDiagnosis, *, command: str = "") -> str:
+    """The page as HTML.
+
+    Args:
+        found: The result.
+        command: What to type to repeat it.
+    """
+    return render(document(found, command=command))
+
+
+def print_motion(found: MotionDiagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print verdict, gap, effects and what to do; plain text unless on a terminal.
+
+    Args:
+        found: The result.
+        folder: Where it was written.
+        console: Where to print; standard output by default.
+    """
+    out = plain_unless_terminal(console)
+    print_document(document(found), out)
+    if folder is not None:
+        print_page(folder, out)
+
+
+def _size(gap: KindGap, value: float) -> str:
+    return f"{TURN * value:.3g}°" if gap.unit == "rad" else f"{value:.3g} Nm"
+
+
+def _figures(found: MotionDiagnosis) -> list[Figure]:
+    rows = []
+    for gap in found.gaps:
+        largest = max(gap.whole("calibrated"), gap.whole("after")) or 1.0
+        for kind, label, name in (("", "before", "calibrated"), ("held-out", "with the effects", "after"),
+                                  ("noise", "noise alone", "noise_floor")):  # fmt: skip
+            value = gap.whole(name)
+            rows.append(Figure(kind, label, _size(gap, value), WHAT[gap.kind], 100.0 * value / largest))
+    at_flange = motion_json(found)["gap_mm"]
+    if at_flange["after"] is not None:
+        low, high = at_flange["after_ci95"]
+        text = f"{at_flange['calibrated']:.3g} mm before; 95 %: {low:.3g} to {high:.3g} mm"
+        rows.append(Figure("held-out", "at the flange", f"{at_flange['after']:.3g} mm", text))
+    return rows
+
+
+def _kinds(found: MotionDiagnosis) -> Table:
+    clauses = {one.at.effect.name: one.at.effect.title for one in found.findings}
+    rows = [
+        (
+            Cell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
+            ", ".join(kind["where"]),
+            Cell(f"{100.0 * kind['probability']:.3g} %", order=kind["probability"]),
+        )
+        for kind in motion_json(found)["kinds"]
+    ]
+    columns = [Column("Effect", "name", 40, "effect"), Column("At", brief="at"), Column("How sure", brief="how sure")]
+    return Table(columns, rows, title="Kinds of effects", printed=8)
+
+
+def _effects(found: MotionDiagnosis) -> Table:
+    rows = [
+        (
+            Cell(str(one.at).replace("_", " ", 1), below=[_rivals(one)] if one.judged.rivals else []),
+            _numbers(one),
+            Cell(f"{100.0 * one.judged.probability:.3g} %", order=one.judged.probability),
+        )
+        for one in found.findings
+    ]
+    return Table([Column("Effect", "name", 40), Column("How large"), Column("How sure")], rows, title="At each place")
+
+
+def _rivals(one: Finding) -> str:
+    return "these motions do not tell it from " + " or ".join(str(rival) for rival in one.judged.rivals)
+
+
+def _numbers(one: Finding) -> str:
+    """At most three numbers with their errors."""
+    shown = [
+        f"{name.replace('_', ' ')} {_with_error(value, deviation, unit)}"
+        for name, (value, deviation, unit) in one.numbers.items()
+        if np.isfinite(value)
+    ]
+    return "; ".join(shown[:3]) + (f" and {len(shown) - 3} more" if len(shown) > 3 else "")
+
+
+def _with_error(value: float, deviation: float, unit: str) -> str:
+    factor, shown = {"rad": (TURN, "°"), "s": (1e3, " ms"), "rad/Nm": (TURN, "°/Nm")}.get(unit, (1.0, f" {unit}"))
+    value, deviation = factor * value, factor * deviation
+    if not np.isfinite(deviation) or deviation <= 0.0 or deviation > 10.0 * abs(value):
+        return f"{value:.3g}{shown}"
+    digits = max(0, 1 - int(np.floor(np.log10(deviation))))
+    return f"{value:.{digits}f} ± {deviation:.{digits}f}{shown}"
+
+
+def _steps(found: MotionDiagnosis) -> list[str]:
+    """Remedies, each once, then motions to record."""
+    remedies = [
+        f"{one['effect'].replace('_', ' ')} at {', '.join(one['where'])}: {effect.remedy}"
+        for one in motion_json(found)["kinds"]
+        for effect in [next(f.at.effect for f in found.findings if f.at.effect.name == one["effect"])]
+    ]
+    return [*remedies, *next_motions(found)]
+
+
+def _where(found: MotionDiagnosis) -> list[Block]:
+    what = "of the rest" if found.verdict == "unexplained" else "of the gap"
+    return [
+        Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),
+             "quiet", printed=one is found.places[0])
+        for one in found.places
+    ]  # fmt: skip
+
+
+def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
+    columns = [Column("Joint", "name"), *(Column(title, "number") for title in ("Nominal", "Before", "After", "Noise"))]
+    rows: list[tuple[Cell | str, ...]] = [
+        (joint, *(Cell(_size(gap, value), order=value) for value in (getattr(gap, name)[j] for name in NAMES)))
+        for j, joint in enumerate(joints)
+        if np.isfinite(gap.calibrated[j])
+    ]
+    note = "Root mean squares; after: with the effects, on motions that no fit has seen."
+    return Table(columns, rows, title=WHAT[gap.kind].capitalize(), note=note)
+
+
+NAMES = ("nominal", "calibrated", "after", "noise_floor")
+
+
+def _untested(found: MotionDiagnosis) -> Table:
+    rows = [(name.replace("_", " "), reason) for name, reason in sorted(found.not_testable.items())]
+    return Table([Column("Effect", "name"), Column("Why")], rows)
+
+
+def _along_time(found: MotionDiagnosis) -> Chart | None:
+    """Tracking errors of the joint with the largest gap in its worst run, before and after."""
+    gap, log = found.gap("tracking"), found.log
+    if gap is None or found.left is None:
+        return None
+    joint = int(np.nanargmax(gap.calibrated))
+    error = log.q[:, joint] - log.command[:, joint]
+    rows = max(log.rows_of_runs, key=lambda part: float(np.nanmean(error[part] ** 2)))
+    kept = slice(rows.start, rows.stop, max(1, (rows.stop - rows.start) // SHOWN_ROWS))
+    time, n = log.time_s[kept], len(log.time_s[kept])
+    data = records(
+        time=np.tile(time, 2),
+        error=TURN * np.concatenate([error[kept], found.left[kept, joint]]),
+        series=["before"] * n + ["after, unseen"] * n,
+    )
+    name = log.series[log.run[rows.start]]
+    return chart(
+        f"Errors of {log.joints[joint]}",
+        f"Reading less command (before) and less the model's answer to it (after), in the run '{name}', which this"
+        " model had not seen.",
+        f"Errors of {log.joints[joint]} along time, before and after.",
+        [layer(line(), data, x=quantity("time", "time [s]"), y=quantity("error", "error [°]"),
+               color=colours({"before": "var(--fitted)", "after, unseen": "var(--held-out)"}),
+               tooltip=hover("series", time="time [s]", error="error [°]"))],
+    )  # fmt: skip
