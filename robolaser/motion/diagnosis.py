@@ -9,46 +9,23 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.errors import DataError, UsageError, near
-from robolaser.motion.effect import At, Kind, MotionEffect
+from robolaser.motion.effect import Kind, MotionEffect
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import AtFlange, KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import MotionLog
+from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part
 from robolaser.motion.quantities import quantities
 from robolaser.motion.remains import coordinate
 from robolaser.motion.selection import Judged, search, side_by_side
 from robolaser.motion.torques import unusable_torque
-from robolaser.motion.tracking import TrackingRows
+from robolaser.motion.tracking import ONE_CLOCK_S, TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
 """Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
-FOLLOWS_RAD = 5e-4
-"""Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
-FORM_SHARE = 0.02
-"""Of the squared gap above the noise, that may be left where the gap counts as explained."""
-ONE_CLOCK_S = 1e-3
-"""By which delays of one clock may seem to differ. A judgement."""
 PASSES = 2
-OVER_FLOOR = 2.0
-"""Times the noise, that may be left."""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Finding:
-    """An effect that is at work."""
-
-    judged: Judged
-    kind: Kind  # of rows
-    numbers: dict[str, tuple[float, float, str]]  # value, standard deviation and unit of each
-    gained: Array  # mean squares that it explains at each joint, (j,)
-
-    @property
-    def at(self) -> At:
-        """Effect and place."""
-        return self.judged.at
 
 
 @final
@@ -105,7 +82,7 @@ def diagnose_motion(
     """
     began, tell = time.monotonic(), progress or (lambda what, share: None)
     library = _library(effects, without)
-    parts: list[_Part] = []
+    parts: list[Part] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
     if (log.has("command") & log.has("q")).any():
@@ -131,12 +108,12 @@ def diagnose_motion(
               "load": "no encoder behind the gear in the data"}  # fmt: skip
     there = {part.gap.kind for part in parts}
     missing = {one.name: absent[one.rows] for one in library if one.rows not in there} | missing
-    named = {finding.at.effect.name for part in parts for finding in part.findings}
+    named = {finding.at.effect.name for part in parts for finding in part.shown}
     tested = {at.effect.name for part in parts for at in part.candidates}
     missing = {name: reason for name, reason in missing.items() if name not in named | tested}
-    verdicts = [_verdict(part) for part in parts]
+    verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
-    findings = [] if verdict == "no_gap" else _merged([finding for part in parts for finding in part.findings])
+    findings = [] if verdict == "no_gap" else _merged([finding for part in parts for finding in part.shown])
     findings.sort(key=lambda one: one.judged.without.score, reverse=True)
     tracked = next((part for part in parts if part.gap.kind == "tracking"), None)
     at_flange = interval = left = None
@@ -150,21 +127,6 @@ def diagnose_motion(
     )  # fmt: skip
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """What the rows of one kind say."""
-
-    joints: tuple[str, ...]
-    gap: KindGap
-    candidates: tuple[At, ...]
-    findings: tuple[Finding, ...]
-    nominal: Array  # errors in the rows that count, (n, j)
-    calibrated: Array
-    after: Array  # on unseen motions
-    places: dict[str, str]  # coordinate of what is left at each joint
-
-
 def _library(effects: Sequence[MotionEffect | str] | None, without: Sequence[str]) -> list[MotionEffect]:
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
     asked = [one if isinstance(one, str) else one.name for one in effects or ()]
@@ -176,13 +138,14 @@ def _library(effects: Sequence[MotionEffect | str] | None, without: Sequence[str
     return [one for one in dict.fromkeys([*chosen, *own]) if one.name not in without]
 
 
-def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]) -> _Part:
+def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]) -> Part:
     rows = TrackingRows(log, _some_runs(log))
     candidates = []
     for joint in rows.joints.tolist():
         found, absent = rows.candidates(library, joint)
         candidates.append(found)
         missing |= absent
+    candidates = rows.with_one_clock(candidates)
     starts = rows.usual(candidates)
     least = LEAST_SHARE["tracking"]
     for _ in range(PASSES):  # what is left of a better model has less memory
@@ -225,26 +188,21 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
         places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
     findings = _told_from_clocks(findings, len(rows.joints))
     gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor)
-    return _Part(
-        log.joints,
-        gap,
-        tuple(a for each in candidates for a in each),
-        tuple(findings),
-        ideal,
-        calibrated,
-        after,
-        places,
-    )
+    enough = np.full(len(log.joints), FOLLOWS_RAD)
+    tested = tuple(at for each in candidates for at in each)
+    return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
-def _linear(log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str]) -> _Part:
+def _linear(log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str]) -> Part:
     of = quantities(log, kind)
     if not len(of.q):
         raise DataError("motion.csv: no series is longer than a second, too short for velocities.", file="motion.csv")
     values = of.measured - of.rigid if kind == "torque" else of.measured
     candidates, absent = candidates_of(of, library, kind)
     missing |= absent
-    rows = LinearRows(of, values, candidates)
+    size = np.nan_to_num(root_mean_squares(of.measured))
+    enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
+    rows = LinearRows(of, values, candidates, form=enough / 2.0)
     rows.count_memory()
     (selected,) = side_by_side(rows, [search(candidates, LEAST_SHARE[kind])])
     ideal = rows.residuals(selected.ideal)
@@ -272,7 +230,7 @@ def _linear(log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor)
-    return _Part(log.joints, gap, tuple(candidates), tuple(findings), values, ideal, after, places)
+    return Part(log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
 
 
 def _finding(
@@ -288,7 +246,13 @@ def _finding(
 
 
 def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
-    """Dead times with one clock as the rival of all of them, or without it where joints are late by unequal times."""
+    """Findings without a clock that does not shift all joints.
+
+    Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
+    """
+    clocks = [one for one in findings if one.at.effect.name == "clock_shift"]
+    if len(clocks) < joints:
+        findings = [one for one in findings if one not in clocks]
     late = [one for one in findings if one.at.effect.name == "dead_time"]
     delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)
     if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
@@ -315,25 +279,10 @@ def _merged(findings: Sequence[Finding]) -> list[Finding]:
     return merged
 
 
-def _verdict(part: _Part) -> str:
-    gap = part.gap
-    with np.errstate(invalid="ignore"):
-        follows = gap.calibrated <= FOLLOWS_RAD if gap.unit == "rad" else gap.calibrated < 0.0
-        is_noise = gap.calibrated <= 1.1 * gap.noise_floor
-        closed = (gap.after <= OVER_FLOOR * gap.noise_floor) | (
-            gap.after**2 - gap.noise_floor**2 <= FORM_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
-        )
-        closed |= gap.after <= FOLLOWS_RAD if gap.unit == "rad" else closed
-    there = np.isfinite(gap.calibrated)
-    if not part.findings and bool((follows | is_noise)[there].all()):
-        return "no_gap"
-    return "explained" if part.findings and bool((closed | follows | is_noise)[there].all()) else "unexplained"
-
-
-def _places(parts: Sequence[_Part], verdict: str) -> list[Place]:
+def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
     """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
     for part in parts:
-        if verdict == "unexplained" and _verdict(part) != "unexplained":
+        if verdict == "unexplained" and part.verdict != "unexplained":
             continue
         gap = part.gap
         error = gap.after if verdict == "unexplained" else gap.calibrated

@@ -27,6 +27,7 @@ class Number:
     upper: float = float("inf")
     servo: str = ""  # its name in the servo's model; "": it is a factor of a column
     ideal: float = 0.0  # where it does nothing
+    least: float = 0.0  # in size; smaller ones are the forms of other effects, and are not named
 
 
 @final
@@ -42,13 +43,14 @@ class MotionEffect:
     numbers: tuple[Number, ...]
     remedy: str
     reference: str
+    form: str = ""  # of several that one name has; the simplest has none
     site: str = "joint"
     rivals: tuple[str, ...] = ()  # effects that many motions cannot tell from it
     rarity: float = 0.0  # twice the logarithm of how much rarer it is than the others
     # Of rows that are linear in its numbers: columns for some shapes of it, each (n, j, numbers), n rows of j joints.
     columns: Callable[["Quantities", int], Sequence[Array]] | None = None
     # How large its numbers can be at all, (numbers,): one standard deviation before any row is seen.
-    sizes: Callable[["Quantities"], Array] | None = None
+    sizes: Callable[["Quantities", int], Array] | None = None
     needs: Callable[["Quantities", int], str] | None = None  # why it cannot be tested at a joint; "" where it can
 
 
@@ -62,7 +64,8 @@ class At:
     joint: int  # column of the joint; the first for what sits at no joint
 
     def __str__(self) -> str:
-        return f"{self.effect.name} at {self.where}"
+        form = f" ({self.effect.form})" if self.effect.form else ""
+        return f"{self.effect.name}{form} at {self.where}"
 
     @property
     def pair(self) -> list[str]:

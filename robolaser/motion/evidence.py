@@ -10,6 +10,8 @@ from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At
 
 FEWEST_VALUES = 2.0
+FORM_SHARE = 0.01
+"""Of the error of an ideal arm, that the form of its model leaves. A judgement."""
 
 
 @final
@@ -32,10 +34,11 @@ class Fitted:
 def independent_values(residual: Array, run: Ints) -> float:
     """How many independent values have the information of correlated ones, (n,), in runs (n,).
 
-    n / (1 + 2 Σ ρ), summed up to the first correlation that is not positive (Geyer 1992, Statistical Science 7). A
-    constant of a run counts as memory: the mean is not taken off.
+    n / (1 + 2 Σ ρ), summed up to the first correlation that is not positive (Geyer 1992, Statistical Science 7), of
+    what each run has about its mean: what is constant in a run hides nothing that happens in it.
     """
     parts = [residual[run == number] for number in np.unique(run)]
+    parts = [part - part.mean() for part in parts]
     longest = max(map(len, parts))
     size = 2 ** int(np.ceil(np.log2(2 * longest)))
     products = np.zeros(size)
@@ -53,17 +56,18 @@ def independent_values(residual: Array, run: Ints) -> float:
     return float(np.clip(values, FEWEST_VALUES, len(residual)))
 
 
-def score_of(squares: Array, rows: Array, independent: Array, numbers: float) -> float:
+def score_of(squares: Array, rows: Array, independent: Array, form: Array, numbers: float) -> float:
     """Of a model with some numbers: n log(mean square) over joints, and log n for each number (Schwarz 1978).
 
     Args:
         squares: Sum of squared residuals of each joint, (j,).
         rows: How many there are, (j,).
         independent: As how many independent values they count, (j,).
+        form: What models of each joint's rows may err by, (j,): less is no evidence.
         numbers: Of the model.
     """
     there = rows > 0
-    mean = np.maximum(squares[there] / rows[there], 1e-24)
+    mean = np.maximum(squares[there] / rows[there], np.maximum(form[there] ** 2, 1e-24))
     return float(independent[there] @ np.log(mean) + numbers * np.log(max(independent.sum(), np.e)))
 
 

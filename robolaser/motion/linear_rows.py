@@ -7,7 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.motion.effect import At, MotionEffect
-from robolaser.motion.evidence import Fitted, independent_values, score_of
+from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
+from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
@@ -23,7 +24,8 @@ class LinearRows:
         values: What is to be explained, (n, j); NaN where there is none.
         candidates: Effects that may explain it.
         used: Rows that count, (n,); all by default.
-        like: The same rows, all of them, whose worth and shapes of effects hold here, too.
+        like: The same rows, all of them, whose worth, form and shapes of effects hold here, too.
+        form: What models may err by besides, (j,).
     """
 
     def __init__(
@@ -33,6 +35,7 @@ class LinearRows:
         candidates: Sequence[At],
         used: Bools | None = None,
         like: "LinearRows | None" = None,
+        form: Array | float = 0.0,
     ) -> None:
         self.of, self.values, self.candidates = of, values, tuple(candidates)
         self._there = np.isfinite(values) & (np.ones(len(values), bool) if used is None else used)[:, None]
@@ -47,7 +50,7 @@ class LinearRows:
                 start = sum(len(each) for each in prior)
                 self._blocks[str(one), shape] = slice(start, start + block.shape[-1])
                 columns.append(block)
-                physical = np.inf if one.effect.sizes is None else one.effect.sizes(of)
+                physical = np.inf if one.effect.sizes is None else one.effect.sizes(of, one.joint)
                 prior.append(self._prior_of(block) + 1.0 / np.square(physical))
         self._columns = np.concatenate(columns, axis=2) if columns else np.empty((*values.shape, 0))
         self._prior = np.concatenate(prior) if prior else np.empty(0)
@@ -60,6 +63,7 @@ class LinearRows:
         """Values that each joint's rows are worth, (j,)."""
         self._shapes: dict[str, int] = {} if like is None else dict(like._shapes)
         self._is_part = like is not None
+        self._form: Array = np.hypot(FORM_SHARE * root_mean_squares(values), form) if like is None else like._form
 
     def _prior_of(self, block: Array) -> Array:
         """Precision of numbers, by what they contribute where there are values, (n, j, k) -> (k,)."""
@@ -133,7 +137,7 @@ class LinearRows:
                 [max(0.0, yy - 2 * x @ by[chosen] + x @ A[np.ix_(chosen, chosen)] @ x) for A, by, yy in self._grams]
             )
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
-        score = score_of(squares, self.rows, self.independent, worth) + float(x @ P @ x) + tried
+        score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
         numbers = tuple(np.split(x, np.cumsum([b.stop - b.start for b in blocks])[:-1])) if blocks else ()
         if not all(_possible(one, values) for one, values in zip(effects, numbers, strict=True)):
             score = float("inf")

@@ -17,6 +17,8 @@ STANDS_RAD_S = 0.01  # below about this speed the direction of motion is not kno
 MOVES_RAD = 0.02
 MOST_ROWS = 6_000
 INERTIA_ROWS = 50
+HALF_NORMAL = 0.6745  # median of the size of a normal deviate
+JERKS = 6.0  # times the usual
 
 
 @final
@@ -51,11 +53,14 @@ class Quantities:
         return arm.torque_regressor(self.q, self.speed, self.acceleration, arm.columns[joint])
 
     @cached_property
-    def masses(self) -> tuple[float, float]:
-        """What the arm moves by its URDF [kg], and how far it reached [m]: no change of a link is larger."""
-        carried, _ = self.log.robot.carried(self.q[:1])
-        reach = np.linalg.norm(self.log.robot.forward(self.q[None])[0, :, :3, 3], axis=1)
-        return float(carried.max(initial=0.0)), float(reach.max(initial=0.0))
+    def masses(self) -> Array:
+        """What each joint carries by the URDF, (j,) [kg]."""
+        return self.log.robot.carried(self.q[:1])[0]
+
+    @cached_property
+    def reach(self) -> float:
+        """How far the flange was from the base at most [m]."""
+        return float(np.linalg.norm(self.log.robot.forward(self.q[None])[0, :, :3, 3], axis=1).max(initial=0.0))
 
     def payload(self) -> Array:
         """Torques for a kilogram at the flange's origin and for its first moments in the flange frame, (n, j, 4)."""
@@ -68,6 +73,8 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     """What the rows of a kind hold, torques or differences of encoders, and what it may depend on."""
     speed, acceleration, inner, noise = derivatives(log)
     measured = log.tau if kind == "torque" else log.load - log.q
+    if kind == "torque":  # friction at rest may be anything up to that in motion
+        measured = np.where((np.abs(speed) < STANDS_RAD_S) & (np.ptp(log.q, axis=0) > MOVES_RAD), np.nan, measured)
     usable = inner & np.isfinite(speed).all(axis=1) & np.isfinite(measured).any(axis=1)
     number = np.flatnonzero(usable)
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
@@ -100,9 +107,19 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
             out[rows] = savgol_filter(log.q[rows], width, 3, deriv=derivative, delta=log.step_s, axis=0)
         rough[rows] = log.q[rows] - savgol_filter(log.q[rows], width, 3, axis=0)
         inner[rows.start + edge : rows.stop - edge] = True
+    inner &= ~_jerks(rough, width)
     kept, bend = savgol_coeffs(width, 3), savgol_coeffs(width, 3, deriv=2, delta=log.step_s)
     noise = root_mean_squares(rough[inner]) / np.sqrt(1.0 - kept.max()) * np.linalg.norm(bend)
     return speed, acceleration, inner, noise
+
+
+def _jerks(rough: Array, width: int) -> Bools:
+    """Rows near which some joint moves faster than a parabola follows, (n,): it sticks and slips."""
+    size = np.abs(rough)
+    with np.errstate(all="ignore"):
+        usual = np.nanmedian(size, axis=0) / HALF_NORMAL
+    jerk = (size > JERKS * usual).any(axis=1)
+    return np.convolve(jerk, np.ones(width), "same") > 0.5
 
 
 def _torque_noise(robot: Robot, q: Array, noise: Array) -> Array:

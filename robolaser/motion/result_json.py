@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from robolaser.motion.diagnosis import Finding, MotionDiagnosis
+from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.gap import KindGap
+from robolaser.motion.part import Finding
 
 FORMAT = "robolaser-diagnosis/1"
 CERTAIN = 0.9

@@ -31,6 +31,10 @@ class Judged:
         more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
         return replace(self, probability=min(self.probability, other.probability), rivals=(*self.rivals, *more))
 
+    def doubted(self, most: float) -> "Judged":
+        """The same with no more than some probability."""
+        return replace(self, probability=min(self.probability, most), none=max(self.none, 1.0 - most))
+
     def less(self, rival: str) -> "Judged":
         """The same where an effect of that name is known not to be at work."""
         left = tuple(one for one in self.rivals if one.effect.name != rival)
@@ -82,7 +86,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
         for tried in (stale[:TRIED], stale[TRIED:]) if any(g < float("inf") for g in gain.values()) else (stale,):
             if not tried:
                 continue
-            fits = yield [(*model.effects, one) for one in tried]
+            fits = yield [_with(model.effects, one) for one in tried]
             gain.update((one, model.score - fit.score) for one, fit in zip(tried, fits, strict=True))
             worth = [fit for fit in fits if is_worth(fit, model)]
             if worth:
@@ -96,7 +100,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
     for _ in range(EXCHANGES if model.effects else 0):
         without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
         swaps = [
-            [(*less.effects, rival) for rival in _rivals(one, model, candidates)]
+            [_with(less.effects, rival) for rival in _rivals(one, model, candidates)]
             for one, less in zip(model.effects, without, strict=True)
         ]
         asked = [effects for group in swaps for effects in group]
@@ -115,7 +119,13 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
     return Selected(ideal, model, tuple(judged))
 
 
+def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
+    """Effects and one more, in place of its other form where there is one."""
+    return (*(other for other in effects if (other.effect.name, other.where) != (one.effect.name, one.where)), one)
+
+
 def _judged(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Judged:
+    instead = [(rival, fit) for rival, fit in instead if rival.effect.name != one.effect.name]
     share = probabilities([model.score, without.score, *(fit.score for _, fit in instead)])
     near = [rival for rival, fit in instead if fit.score < model.score + INDISTINGUISHABLE]
     return Judged(one, float(share[0]), float(share[1]), without, tuple(near))

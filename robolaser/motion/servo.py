@@ -1,7 +1,7 @@
 """What a joint does with its commands: a servo with dead time, lag, droop, dead zone, play and limits, along time.
 
     u = clip((1 + scale) c(t - dead_time) + offset - droop g(c(t - dead_time)), lower, upper)
-    dz/dt = clip(D(u - z) / lag, ± speed),  D(e) = sign(e) max(|e| - dead_zone, 0)
+    second z'' + lag z' = D(u - z), |z'| <= speed,  D(e) = sign(e) max(|e| - dead_zone, 0)
     q = z as far as play does not hold it back
 
 Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, A survey of models, analysis tools and compensation methods for the
@@ -10,6 +10,7 @@ control of machines with friction; Nordin, Gutman 2002, Controlling mechanical s
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -17,11 +18,12 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 
 IDEAL: Mapping[str, float] = {
-    "delay": 0.0, "time": 0.0, "angle": 0.0, "scale": 0.0, "compliance": 0.0, "dead": 0.0, "lost": 0.0,
+    "delay": 0.0, "time": 0.0, "second": 0.0, "angle": 0.0, "scale": 0.0, "compliance": 0.0, "dead": 0.0, "lost": 0.0,
     "speed": np.inf, "lower": -np.inf, "upper": np.inf,
 }  # fmt: skip
 """Numbers of a servo that follows its command."""
 SHORTEST_LAG_S = 1e-6
+STEP_DIGITS = 5  # of seconds: time steps are told apart by no less
 MOST_CELLS = 30_000_000  # simulated at a time
 
 
@@ -63,33 +65,78 @@ class Runs:
             seen = (1.0 + of["scale"][m]) * self.command[j] + of["angle"][m] - of["compliance"][m] * self.holding[j]
             wanted[:, :, m] = _later(seen, delay)
         np.clip(wanted, of["lower"], of["upper"], out=wanted)
-        followed = self.start[joint].T.ravel().copy()
-        lost, dead = np.tile(of["lost"], runs), np.tile(of["dead"], runs)
-        shown = followed.copy()
-        approach = -np.expm1(-self.step[:, :, None] / np.maximum(of["time"], SHORTEST_LAG_S)).reshape(rows, -1)
-        fastest = (self.step[:, :, None] * of["speed"]).reshape(rows, -1)
+        of_case = [np.tile(of[name], runs) for name in ("dead", "lost", "speed")]
+        answer = _Answer.of(self.step, of["time"], of["second"])
         limited, plays = bool(np.isfinite(of["speed"]).any()), bool(of["lost"].any())
         flat = wanted.reshape(rows, -1)
-        off, ignored = np.empty_like(followed), np.empty_like(followed)
+        followed = self.start[joint].T.ravel().copy()
+        shown, speed = followed.copy(), np.zeros_like(followed)
+        off, part = np.empty_like(followed), np.empty_like(followed)
         going = np.searchsorted(-self.length, -np.arange(rows), side="left") * len(joint)
         for i, n in enumerate(going.tolist()):  # ufuncs into memory that is there: this loop is most of a diagnosis
-            z, e, part = followed[:n], off[:n], ignored[:n]
+            dead, lost, fastest = (values[:n] for values in of_case)
+            z, v, e, p = followed[:n], speed[:n], off[:n], part[:n]
             np.subtract(flat[i, :n], z, out=e)
-            np.maximum(e, -dead[:n], out=part)
-            np.minimum(part, dead[:n], out=part)
-            e -= part
-            e *= approach[i, :n]
+            np.maximum(e, -dead, out=p)
+            np.minimum(p, dead, out=p)
+            e -= p
+            approach, coasting, pulled, kept = answer.at(i, n)
+            if answer.coasts:
+                np.multiply(coasting, v, out=p)
+                v *= kept
+                v += pulled * e
+                e *= approach
+                e += p
+            else:
+                e *= approach
             if limited:
-                np.maximum(e, -fastest[i, :n], out=e)
-                np.minimum(e, fastest[i, :n], out=e)
+                most = np.repeat(self.step[i], len(joint))[:n] * fastest
+                np.clip(e, -most, most, out=e)
+                np.clip(v, -fastest, fastest, out=v)
             z += e
             if plays:
                 y = shown[:n]
-                np.maximum(y, z - lost[:n], out=y)
-                np.minimum(y, z + lost[:n], out=y)
+                np.maximum(y, z - lost, out=y)
+                np.minimum(y, z + lost, out=y)
                 z = y
             flat[i, :n] = z
         return wanted
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """How far joints go in a time step towards where they are wanted: exact where the lag is linear."""
+
+    which: Ints  # of the steps' lengths, at each row of each run, (t, s)
+    parts: tuple[Array, Array, Array, Array]  # of the way, of the speed; by which both change the speed; (lengths, m)
+    coasts: bool
+
+    @classmethod
+    def of(cls, step: Array, time: Array, second: Array) -> "_Answer":
+        """For steps (t, s) and cases (m,) of S z'' + T z' + z = u."""
+        lengths, which = np.unique(np.round(step, STEP_DIGITS), return_inverse=True)
+        h, T, S = lengths[:, None], np.maximum(time, SHORTEST_LAG_S), np.maximum(second, SHORTEST_LAG_S**2)
+        root = np.sqrt(np.where(np.abs(T**2 - 4.0 * S) < 1e-6 * S, 1e-6 * S, T**2 - 4.0 * S) + 0.0j)
+        slow, fast = -2.0 / (T + root), -(T + root) / (2.0 * S)
+        a, b, gap = np.exp(slow * h), np.exp(fast * h), slow - fast
+        coasting = ((a - b) / gap).real
+        parts = (1.0 - ((slow * b - fast * a) / gap).real, coasting, coasting / S, ((slow * a - fast * b) / gap).real)
+        return cls(which.reshape(step.shape), parts, bool(second.any()))
+
+    def at(self, row: int, count: int) -> list[Array]:
+        """At a row, of the first cases of all runs."""
+        which = self.which[row]
+        if (which == which[0]).all():
+            key = int(which[0])
+            if key not in self._known:
+                self._known[key] = [np.tile(part[key], len(which)) for part in self.parts]
+            return [part[:count] for part in self._known[key]]
+        return [part[which].ravel()[:count] for part in self.parts]
+
+    @cached_property
+    def _known(self) -> dict[int, list[Array]]:
+        return {}
 
 
 def _later(values: Array, rows: float) -> Array:

@@ -105,7 +105,7 @@ def _asked(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At
         kinds = [one for one in MOTION_EFFECTS if one.name == name]
         if not kinds:
             raise EffectError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
-        effect = kinds[0]
+        effect = next((one for one in kinds if number in {each.name for each in one.numbers}), kinds[0])
         places = [where] if where else list(robot.joints) if effect.site == "joint" else [effect.site]
         for one in places:
             if one != effect.site and one not in robot.joints:
@@ -113,7 +113,7 @@ def _asked(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At
             joint = robot.joints.index(one) if one in robot.joints else 0
             at = At(effect, one, joint)
             _, numbers = found[effect.rows].setdefault(str(at), (at, {}))
-            known = [each.name for each in effect.numbers]
+            known = [each.name for kind in kinds for each in kind.numbers]
             if number and number not in known:
                 raise EffectError(f"{name} has no number '{number}'.{near(number, known)}")
             numbers[number or known[0]] = float(size)

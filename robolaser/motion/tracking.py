@@ -9,7 +9,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number
-from robolaser.motion.evidence import Fitted, independent_values, score_of
+from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
+from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog
 from robolaser.motion.servo import Runs
 
@@ -23,6 +24,8 @@ LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew a
 FOLLOWS = ("lag", "offset", "droop")
 HOLDS_NM = 1e-3
 EXCEEDS_RAD = 0.05
+FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
+ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may seem to differ, at most: a judgement
 
 
 @final
@@ -93,6 +96,7 @@ class TrackingRows:
         start = np.array([[_first(self._q[j, :, s], command[j, 0, s]) for s in range(count)] for j in range(joints)])
         self._runs = Runs(lengths, step, command, holding, start)
         self._used = np.ones((longest, count), dtype=bool)
+        self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
         """Values that each joint's rows are worth, (j,)."""
         self._found: dict[tuple[int, frozenset[str]], _Fit] = {}
@@ -158,7 +162,8 @@ class TrackingRows:
         late, early = ([_named(each, (name,)) for each in candidates] for name in ("dead_time", "clock_shift"))
         fits = [self.fit(list(enumerate(each)), MORE_ROUNDS) for each in (late, early)]
         delays = [late[i] if fits[0][i].squares.sum() <= fits[1][i].squares.sum() else early[i] for i in numbers]
-        follows = [(*delays[i], *_named(candidates[i], FOLLOWS)) for i in numbers]
+        simple = [[at for at in _named(each, FOLLOWS) if not at.effect.form] for each in candidates]
+        follows = [(*delays[i], *simple[i]) for i in numbers]
         self.fit(list(enumerate(follows)), MORE_ROUNDS)
         rested = [[(*follows[i], *_named(candidates[i], (name,))) for i in numbers] for name in ("dead_zone", "play")]
         for each in rested:
@@ -166,6 +171,15 @@ class TrackingRows:
         self.count_memory()
         fits = [self.fit(list(enumerate(each))) for each in rested]
         return [min((fits[0][i], fits[1][i]), key=lambda fit: fit.score).effects for i in numbers]
+
+    def with_one_clock(self, candidates: Sequence[Sequence[At]]) -> list[list[At]]:
+        """Candidates less the clock where it cannot be: it shifts all joints by one time."""
+        early = [_named(each, ("clock_shift",)) for each in candidates]
+        if not all(early):
+            return [list(each) for each in candidates]
+        delays = np.array([fit.numbers[0][0] for fit in self.fit(list(enumerate(early)), MORE_ROUNDS)])
+        one = (delays >= 0.0).all() or np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max())
+        return [[at for at in each if one or at.effect.name != "clock_shift"] for each in candidates]
 
     def count_memory(self) -> None:
         """Find how much the rows are worth, from what the models found so far leave."""
@@ -220,12 +234,15 @@ class TrackingRows:
         for size in (1.0, 4.0):
             x: list[float] = []
             for one in effects:
-                alike = [of_servo[n.servo] / n.usual for n in one.effect.numbers if n.servo in of_servo]
-                x += known.get(str(one)) or alike or self._start(one, size, spread)
+                begun = zip(one.effect.numbers, self._start(one, size, spread), strict=True)
+                x += known.get(str(one)) or [of_servo.get(n.servo, value * n.usual) / n.usual for n, value in begun]
             starts.append(np.array(x))
             if all(str(one) in known for one in effects):
                 break
-        return [_Fit(joint, effects, start) for start in starts]
+        fits = [_Fit(joint, effects, start) for start in starts]
+        for fit in fits:
+            fit.x = fit.within(fit.x)
+        return fits
 
     def _start(self, one: At, size: float, spread: float) -> list[float]:
         joint, name = one.joint, one.effect.name
@@ -289,7 +306,7 @@ class TrackingRows:
     def _as_fitted(self, fit: _Fit) -> Fitted:
         squares, rows = np.zeros(len(self.independent)), np.zeros(len(self.independent))
         squares[fit.joint], rows[fit.joint] = fit.cost, len(fit.residual)
-        score = score_of(squares, rows, np.where(rows > 0, self.independent, 0.0), len(fit.x))
+        score = score_of(squares, rows, np.where(rows > 0, self.independent, 0.0), self._form, len(fit.x))
         score += sum(one.effect.rarity for one in fit.effects)
         values = fit.x * fit.usual
         ends = np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]

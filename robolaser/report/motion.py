@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from robolaser.motion.diagnosis import Finding, MotionDiagnosis
+from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.gap import KindGap
+from robolaser.motion.part import Finding
 from robolaser.motion.result_json import motion_json, next_motions, sentence
 from robolaser.report.chart import Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.console import plain_unless_terminal, print_document, print_page

@@ -30,13 +30,14 @@ def _payload(quantities: Quantities, joint: int) -> Sequence[Array]:
     return [columns * (quantities.run >= run)[:, None, None] for run in starts]
 
 
-def _sizes(quantities: Quantities) -> Array:
+def _sizes(quantities: Quantities, joint: int) -> Array:
     """Of a mass, its three first moments and, of a link, its six moments of inertia."""
-    mass, reach = quantities.masses
-    return np.maximum(mass * np.repeat([1.0, reach, reach**2], [1, 3, 6]), SMALLEST)
+    mass, reach = quantities.masses[joint], quantities.reach * OF_REACH
+    return np.asarray(np.maximum(mass * np.repeat([1.0, reach, reach**2], [1, 3, 6]), SMALLEST))
 
 
 SMALLEST = 1e-3
+OF_REACH = 1.0 / 3.0  # the length of a link
 MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
 
 
@@ -55,7 +56,7 @@ DYNAMICS = (
         cause="dynamics", rows="torque", site=TOOL,
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
         remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
-        sizes=lambda quantities: _sizes(quantities)[:4],
+        sizes=lambda quantities, _: _sizes(quantities, 0)[:4],
         rivals=("link_inertia",),
     ),
     MotionEffect(

@@ -72,7 +72,7 @@ FRICTION = (
     ),
     MotionEffect(
         name="stribeck_friction", title="more friction at low speed", clause="friction is larger at low speed",
-        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
+        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5, 0.0),), remedy=REMEDY,
         reference=ARMSTRONG, columns=_stribeck, needs=_moves, rivals=("coulomb_friction", "viscous_friction"),
     ),
     MotionEffect(

@@ -20,7 +20,7 @@ def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _spring(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.carried[:, joint])]
+    return [at_joint(quantities, joint, -quantities.carried[:, joint])]  # the load stays behind the motor
 
 
 def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:

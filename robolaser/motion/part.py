@@ -1,0 +1,110 @@
+"""What the rows of one kind say: the gap, the effects that are at work, and what is left."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.motion.effect import TIMING, At, Kind
+from robolaser.motion.gap import KindGap, root_mean_squares
+from robolaser.motion.selection import Judged
+
+FOLLOWS_RAD = 5e-4
+"""Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
+FOLLOWS_SHARE, OF_LARGEST = 0.01, 0.005
+"""Of a joint's torque, and of the largest one's, the same: no model knows torques better. A judgement."""
+FORM_SHARE = 0.02
+"""Of the squared gap above the noise, that may be left where the gap counts as explained."""
+IS_NOISE = 1.1
+"""Times the noise, up to which an error is nothing else."""
+OVER_NOISE = 2.0
+"""Times the noise, that may be left where the gap counts as explained."""
+LISTED = 0.33
+"""Probability of an effect or one of its rivals, below which it is not said."""
+ACTS = 0.001
+"""Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """An effect that is at work."""
+
+    judged: Judged
+    kind: Kind  # of rows
+    numbers: dict[str, tuple[float, float, str]]  # value, standard deviation and unit of each
+    gained: Array  # mean squares that it explains at each joint, (j,)
+
+    @property
+    def at(self) -> At:
+        """Effect and place."""
+        return self.judged.at
+
+    @property
+    def is_large(self) -> bool:
+        """Whether one of its numbers is so large that nothing else takes that form."""
+        return any(abs(self.numbers[one.name][0]) >= one.least for one in self.at.effect.numbers)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What the rows of one kind say."""
+
+    joints: tuple[str, ...]
+    gap: KindGap
+    candidates: tuple[At, ...]
+    findings: tuple[Finding, ...]
+    run: Ints  # of each row, (n,)
+    before: Array  # errors of an ideal arm, (n, j)
+    after: Array  # errors on unseen motions, (n, j)
+    places: dict[str, str]  # coordinate of what is left at each joint
+    enough: Array  # error up to which each joint follows its model as arms do, (j,)
+
+    @property
+    def has_gap(self) -> Bools:
+        """Joints that do not follow their model, (j,)."""
+        error = np.nan_to_num(self.gap.calibrated)
+        return np.asarray(error > np.nan_to_num(np.maximum(self.enough, IS_NOISE * self.gap.noise_floor)))
+
+    @property
+    def shown(self) -> tuple[Finding, ...]:
+        """Findings at joints that have a gap; clocks at others, too, where little shows them."""
+        least = ACTS * np.nan_to_num(self.gap.calibrated) ** 2
+        at_work = [
+            one
+            for one in self.findings
+            if one.at.effect.site == TIMING or (self.has_gap & (np.nan_to_num(one.gained) > least)).any()
+        ]
+        at_work = [one for one in at_work if one.is_large]
+        doubted = [replace(one, judged=one.judged.doubted(self._explained(one))) for one in at_work]
+        return tuple(one for one in doubted if one.judged.none < 1.0 - LISTED)
+
+    def _explained(self, one: Finding) -> float:
+        """Of the gap at the joints where an effect acts, all effects together: the rest may be what it imitates."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
+            before, after = (self._usual(errors) for errors in (self.before, self.after))
+            rest = np.maximum(after - noise, 0.0) / np.maximum(before - noise, 1e-24)
+        weight = np.nan_to_num(one.gained)
+        if not weight.any():
+            return 1.0
+        return float(1.0 - np.minimum(np.nan_to_num(rest), 1.0) @ weight / weight.sum())
+
+    def _usual(self, errors: Array) -> Array:
+        """Squared errors as most runs have them, (j,): what one run alone does is no ground for doubt."""
+        with np.errstate(all="ignore"):
+            of_runs = [root_mean_squares(errors[self.run == number]) ** 2 for number in np.unique(self.run)]
+            return np.asarray(np.nanmedian(of_runs, axis=0))
+
+    @property
+    def verdict(self) -> str:
+        """Of these rows."""
+        gap = self.gap
+        if not self.shown and not self.has_gap.any():
+            return "no_gap"
+        with np.errstate(invalid="ignore"):
+            closed = gap.after <= np.maximum(self.enough, OVER_NOISE * gap.noise_floor)
+            closed |= gap.after**2 - gap.noise_floor**2 <= FORM_SHARE * (gap.calibrated**2 - gap.noise_floor**2)
+        return "explained" if self.shown and bool((closed | ~self.has_gap).all()) else "unexplained"

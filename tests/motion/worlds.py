@@ -1,0 +1,170 @@
+"""Moving arms that MuJoCo moves, under a controller written for them, with faults in forms that are not robolaser's."""
+
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from robolaser.motion.log import MotionLog
+from robolaser.robot.kinematics import Robot
+
+JOINTS = ("pan", "lift", "elbow", "wrist")
+LENGTHS = (0.15, 0.4, 0.35, 0.1)
+MASSES = (3.0, 4.0, 2.5, 0.8)
+ROUND = (0.4, 0.1, 0.06, 0.04)  # inertia about each link's length [kg m²]
+AXES = ((0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0))
+RATE_HZ = 200
+PHYSICS_HZ = 2000
+NOISE_RAD = 2e-5
+MOTOR = 1.0  # inertia of one before a gear that yields [kg m²]
+CARRIED_KG = "payload"
+
+
+@dataclass
+class World:
+    """What is the matter with an arm. Numbers that are none of the URDF's."""
+
+    bandwidth: float = 80.0  # of each joint's position loop, critically damped [rad/s]
+    sluggish: float = 1.0  # damping over the critical one
+    feeds_forward: bool = True  # the controller knows the URDF's masses, and wanted accelerations
+    delay_s: float = 0.0
+    clock_s: float = 0.0  # by which readings are stamped too early
+    zero: dict[str, float] = field(default_factory=dict)
+    dead: dict[str, float] = field(default_factory=dict)
+    damping: dict[str, float] = field(default_factory=dict)
+    dry: dict[str, float] = field(default_factory=dict)
+    armature: dict[str, float] = field(default_factory=dict)
+    payload_kg: float = 0.0
+    spring: dict[str, float] = field(default_factory=dict)  # stiffness of the gear [Nm/rad]
+    top_speed: dict[str, float] = field(default_factory=dict)  # to which commands are clipped in the drive [rad/s]
+    gain: dict[str, float] = field(default_factory=dict)  # of torques as recorded
+    wave: dict[str, float] = field(default_factory=dict)  # a fault that no library knows: cubes of the angle
+
+
+def urdf(payload: float = 0.0) -> str:
+    """The arm as its maker describes it."""
+    links, joints, parent, at = [], [], "base", 0.0
+    for name, axis, length, mass, own in zip(JOINTS, AXES, LENGTHS, MASSES, ROUND, strict=True):
+        inertia = mass * length**2 / 12.0 + own
+        links.append(
+            f'<link name="{name}_link"><inertial><origin xyz="0 0 {length / 2}"/><mass value="{mass}"/><inertia'
+            f' ixx="{inertia}" iyy="{inertia}" izz="{own}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        )
+        joints.append(
+            f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{name}_link"/><origin'
+            f' xyz="0 0 {at}"/><axis xyz="{axis[0]} {axis[1]} {axis[2]}"/><limit lower="-2.5" upper="2.5"'
+            ' effort="500" velocity="6"/></joint>'
+        )
+        parent, at = f"{name}_link", length
+    tool = f'<link name="tool"/><joint name="end" type="fixed"><parent link="{parent}"/><child link="tool"/>'
+    tool += f'<origin xyz="0 0 {at}"/></joint>'
+    return f'<robot name="four"><link name="base"/>{"".join(links)}{"".join(joints)}{tool}</robot>'
+
+
+def mjcf(world: World) -> str:
+    """The same arm as MuJoCo has it, with what is the matter."""
+    inner, ends, at = "", "", 0.0
+    for name, axis, length, mass, own in zip(JOINTS, AXES, LENGTHS, MASSES, ROUND, strict=True):
+        inertia = mass * length**2 / 12.0 + own
+        way = " ".join(map(str, axis))
+        loss = (
+            f'damping="{world.damping.get(name, 0.0)}" frictionloss="{world.dry.get(name, 0.0)}"'
+            f' armature="{world.armature.get(name, MOTOR if name in world.spring else 0.0)}"'
+        )
+        if name in world.spring:
+            inner += (
+                f'<body name="{name}_motor" pos="0 0 {at}"><joint name="{name}" axis="{way}" {loss}/>'
+                '<inertial mass="0.001" pos="0 0 0" diaginertia="1e-3 1e-3 1e-3"/>'
+                f'<body name="{name}_link"><joint name="{name}_gear" axis="{way}" stiffness="{world.spring[name]}"'
+                ' damping="40"/>'
+            )
+            ends += "</body></body>"
+        else:
+            inner += f'<body name="{name}_link" pos="0 0 {at}"><joint name="{name}" axis="{way}" {loss}/>'
+            ends += "</body>"
+        inner += f'<inertial mass="{mass}" pos="0 0 {length / 2}" diaginertia="{inertia} {inertia} {own}"/>'
+        at = length
+    if world.payload_kg:
+        inner += f'<body pos="0 0 {at}"><inertial mass="{world.payload_kg}" pos="0 0 0" diaginertia="1e-4 1e-4 1e-4"/>'
+        inner += "</body>"
+    motors = "".join(f'<motor joint="{name}" name="{name}"/>' for name in JOINTS)
+    return (
+        f'<mujoco><option timestep="{1 / PHYSICS_HZ}" integrator="implicitfast" gravity="0 0 -9.81"/><compiler'
+        f' autolimits="true"/><worldbody>{inner}{ends}</worldbody><actuator>{motors}</actuator></mujoco>'
+    )
+
+
+def _gains(model: mujoco.MjModel, world: World) -> tuple[np.ndarray, np.ndarray]:
+    data, inertia = mujoco.MjData(model), np.zeros((len(JOINTS), len(JOINTS)))
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, inertia)
+    kp = np.diag(inertia) * world.bandwidth**2
+    return kp, 2.0 * world.sluggish * kp / world.bandwidth
+
+
+def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 0) -> MotionLog:
+    """A log of the arm in its world."""
+    rng = np.random.default_rng(seed)
+    real = mujoco.MjModel.from_xml_string(mjcf(world))
+    ideal = mujoco.MjModel.from_xml_string(mjcf(World()))
+    kp, kd = _gains(ideal, world)
+    steps, every = round(seconds * PHYSICS_HZ), PHYSICS_HZ // RATE_HZ
+    time = np.arange(steps) / PHYSICS_HZ
+    address = [real.joint(name).qposadr[0] for name in JOINTS]
+    gear = [real.joint(f"{name}_gear").qposadr[0] if name in world.spring else None for name in JOINTS]
+    late = round(world.delay_s * PHYSICS_HZ)
+    zero, dead, gain, cubes = (
+        np.array([table.get(name, default) for name in JOINTS])
+        for table, default in ((world.zero, 0.0), (world.dead, 0.0), (world.gain, 1.0), (world.wave, 0.0))
+    )
+    top = np.array([world.top_speed.get(name, np.inf) for name in JOINTS])
+    tables: dict[str, list[np.ndarray]] = {name: [] for name in ("time", "command", "q", "tau", "load")}
+    for _ in range(series):
+        amplitude = rng.uniform(0.2, 0.5, (4, len(JOINTS))) / np.arange(1, 5)[:, None]
+        rate = 2.0 * np.pi * rng.uniform(0.05, 0.5, (4, len(JOINTS)))
+        phase = rng.uniform(0.0, 2.0 * np.pi, (4, len(JOINTS)))
+        angle = rate * time[:, None, None] + phase
+        pause = 0.5 - 0.5 * np.cos(np.pi * np.clip(time / 1.0, 0.0, 1.0))[:, None]
+        middle = rng.uniform(-0.4, 0.4, len(JOINTS)) + np.array([0.0, 0.7, 0.6, 0.0])
+        command = middle + pause * (amplitude * np.sin(angle)).sum(axis=1)
+        told = np.concatenate([np.repeat(command[:1], late, axis=0), command[: steps - late]])
+        if np.isfinite(top).any():
+            slow = told.copy()
+            for i in range(1, steps):
+                slow[i] = slow[i - 1] + np.clip(told[i] - slow[i - 1], -top / PHYSICS_HZ, top / PHYSICS_HZ)
+            told = slow
+        speed = np.gradient(told, 1.0 / PHYSICS_HZ, axis=0)
+        acceleration = np.gradient(speed, 1.0 / PHYSICS_HZ, axis=0)
+        data, model = mujoco.MjData(real), mujoco.MjData(ideal)
+        data.qpos[address] = told[0]
+        read, torque, behind = (np.empty((steps, len(JOINTS))) for _ in range(3))
+        for i in range(steps):
+            q, qd = data.qpos[address], data.qvel[address]
+            goal = told[i] + zero + cubes * told[i] ** 3
+            error = goal - q
+            error = np.sign(error) * np.maximum(np.abs(error) - dead, 0.0)
+            data.ctrl[:] = kp * error - kd * qd
+            if world.feeds_forward:
+                model.qpos[:], model.qvel[:], model.qacc[:] = told[i], speed[i], acceleration[i]
+                mujoco.mj_inverse(ideal, model)
+                data.ctrl[:] += model.qfrc_inverse + kd * speed[i]
+            read[i], torque[i] = q, data.ctrl
+            behind[i] = read[i] + [0.0 if g is None else data.qpos[g] for g in gear]
+            mujoco.mj_step(real, data)
+        early = round(world.clock_s * PHYSICS_HZ)
+        rows = np.arange(0, steps - early, every)
+        tables["time"].append(rows / PHYSICS_HZ)
+        tables["command"].append(command[rows])
+        for name, values in (("q", read), ("tau", torque * gain), ("load", behind)):
+            tables[name].append(values[rows + early])
+    count = [len(part) for part in tables["time"]]
+    parts = {name: np.concatenate(values) for name, values in tables.items()}
+    shaken = {name: rng.normal(size=parts["q"].shape) for name in ("q", "tau", "load")}
+    none = np.full_like(parts["q"], np.nan)
+    load = parts["load"] + NOISE_RAD * shaken["load"] if world.spring else none
+    return MotionLog(
+        name="four", robot=Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81)),
+        series=tuple(f"run_{i}" for i in range(series)), run=np.repeat(np.arange(series), count), time_s=parts["time"],
+        command=parts["command"], q=parts["q"] + NOISE_RAD * shaken["q"], qd=none,
+        tau=parts["tau"] + 0.02 * shaken["tau"], load=load,
+    )  # fmt: skip
