@@ -53,4 +53,9 @@ def _settings(log: MotionLog) -> list[str]:
         f"torque_signed = {json.dumps(log.torque_signed)}",
         f"offset_per_series = {json.dumps(log.offset_per_series)}",
         *step,
+        *(f"payload_kg = {{ {carried} }}" for carried in [_by_series(log)] if carried),
     ]
+
+
+def _by_series(log: MotionLog) -> str:
+    return ", ".join(f"{json.dumps(name)} = {mass!r}" for name, mass in log.payload_kg.items())

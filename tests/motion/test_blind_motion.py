@@ -1,0 +1,65 @@
+"""Arms that MuJoCo moves under a controller of these tests' own, diagnosed without a word about what is the matter."""
+
+from functools import cache
+
+import pytest
+from moved_arms import World, record
+
+from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
+from robolaser.motion.result_json import CERTAIN, motion_json
+
+SOUND, ODD = "nothing", "a reading bent by the cube of the angle"
+WORLDS = {
+    "late commands": (World(delay_s=0.02), "timing", {"dead_time", "clock_shift"}),
+    "readings stamped too early": (World(clock_s=0.01), "timing", {"clock_shift"}),
+    "a soft servo": (World(feeds_forward=False, bandwidth=25.0), "servo", {"lag", "droop"}),
+    "a wrong zero": (World(zero={"elbow": 0.01}), "servo", {"offset"}),
+    "a dead band": (World(dead={"lift": 0.01}, feeds_forward=False), "servo", {"dead_zone", "lag", "droop"}),
+    "a slow drive": (World(top_speed={"pan": 0.5}), "servo", {"speed_limit"}),
+    "viscous friction": (World(damping={"lift": 6.0}), "friction", {"viscous_friction"}),
+    "dry friction": (World(dry={"elbow": 4.0}), "friction", {"coulomb_friction", "dead_zone"}),
+    "a heavy rotor": (World(armature={"lift": 1.0}), "dynamics", {"rotor_inertia"}),
+    "a payload": (World(payload_kg=1.5), "dynamics", {"payload", "droop", "lag"}),
+    "a wrong torque constant": (World(gain={"lift": 1.1}), "dynamics", {"torque_constant"}),
+    "a soft gear": (World(spring={"lift": 2e4}), "transmission", {"gear_spring", "rotor_inertia"}),
+}
+OTHERS = {SOUND: World(), ODD: World(wave={"pan": 0.05})}
+
+
+@cache
+def found_in(name: str) -> MotionDiagnosis:
+    return diagnose_motion(record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=10.0, seed=3), seed=0)
+
+
+def certain(found: MotionDiagnosis) -> set[str]:
+    return {one["effect"] for one in motion_json(found)["kinds"] if one["probability"] >= CERTAIN}
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_the_class_of_cause_is_named_and_nothing_false_for_certain(name: str) -> None:
+    _, cause, true = WORLDS[name]
+    found = found_in(name)
+    classes = {one["class"]: one["probability"] for one in motion_json(found)["classes"]}
+    assert classes.get(cause, 0.0) >= CERTAIN
+    assert certain(found) <= true
+
+
+def test_an_arm_that_follows_its_model_has_no_gap() -> None:
+    found = found_in(SOUND)
+    assert found.verdict == "no_gap"
+    assert found.findings == ()
+
+
+def test_what_no_effect_describes_is_unexplained_at_its_joint() -> None:
+    found = found_in(ODD)
+    assert found.verdict == "unexplained"
+    assert certain(found) == set()
+    assert found.places[0].site == "pan"
+
+
+def test_the_numbers_are_those_of_the_world() -> None:
+    (payload,) = [one for one in found_in("a payload").findings if one.at.effect.name == "payload"]
+    mass, deviation, unit = payload.numbers["mass"]
+    assert mass == pytest.approx(1.5, abs=0.02)
+    assert unit == "kg"
+    assert deviation < 0.05

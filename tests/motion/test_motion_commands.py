@@ -1,0 +1,66 @@
+"""The commands on a log of a moving arm."""
+
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from moved_arms import urdf
+
+from robolaser.cli import main
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("motion")
+    (made / "arm.urdf").write_text(urdf(), encoding="utf-8")
+    asked = ["--sensor", "motion", "--robot", str(made / "arm.urdf"), "--flange", "tool", "--sessions", "4"]
+    assert main(["simulate", *asked, "--effect", "lag:lift=0.06", "--output", str(made / "log"), "--seed", "2"]) == 0
+    return made
+
+
+def run(capsys: pytest.CaptureFixture[str], *typed: str) -> tuple[int, Any]:
+    code = main([*typed, "--json"])
+    out = capsys.readouterr().out
+    return code, json.loads(out) if out.strip() else None
+
+
+def test_check_says_which_effects_the_log_can_show(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, found = run(capsys, "check", str(folder / "log"))
+    assert code == 0
+    assert set(found["row_kinds"]) == {"tracking", "torque", "load"}
+    assert {"lag", "viscous_friction", "gear_spring"} <= {one["effect"] for one in found["effects"] if one["where"]}
+
+
+def test_diagnose_writes_what_the_schema_says_and_a_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, printed = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "why"), "--seed", "0")
+    assert code == 0
+    written = json.loads((folder / "why" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert printed == written
+    jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
+    assert written["verdict"] == "explained"
+    assert written["kinds"][0]["effect"] == "lag"
+    assert written["kinds"][0]["where"] == ["lift"]
+    assert (written["objective_m2"], written["rms_m"]) == (None, None)
+    assert {row["rows"]: row["unit"] for row in written["rows"]} == {"tracking": "rad", "torque": "Nm", "load": "rad"}
+    page = (folder / "why" / "report.html").read_text(encoding="utf-8")
+    assert "lift" in page
+
+
+@pytest.mark.parametrize("command", ["calibrate", "plan", "scan"])
+def test_other_commands_say_what_a_motion_is_for(
+    folder: Path, command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main([command, str(folder / "log"), "--output", str(tmp_path / "out")]) != 0
+    told = capsys.readouterr().err
+    assert "Traceback" not in told
+
+
+def test_an_unknown_effect_is_answered_with_the_nearest_name(
+    folder: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    asked = ["simulate", "--sensor", "motion", "--robot", str(folder / "arm.urdf"), "--flange", "tool"]
+    assert main([*asked, "--effect", "lagg:lift=0.06", "--output", str(tmp_path / "log")]) != 0
+    assert "'lag'" in capsys.readouterr().err

@@ -1,0 +1,130 @@
+"""A log of a moving arm comes back from its folder as it was, and what is wrong with one is said where it is."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from moved_arms import urdf
+
+import robolaser
+from robolaser.errors import DataError
+from robolaser.motion.log import QUANTITIES, MotionLog
+from robolaser.motion.reading import load_motion
+from robolaser.motion.simulation import simulate_motion
+from robolaser.motion.writing import motion_texts
+from robolaser.robot.kinematics import Robot
+
+
+@pytest.fixture(scope="module")
+def log() -> MotionLog:
+    robot = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+    whole = simulate_motion(robot, series=2, seed=1)
+    return whole.of_rows(np.arange(len(whole)) % 2000 < 60)
+
+
+@pytest.fixture
+def folder(log: MotionLog, tmp_path: Path) -> Path:
+    return written(log, tmp_path)
+
+
+def written(log: MotionLog, folder: Path) -> Path:
+    for name, text in motion_texts(log).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def edited(folder: Path, change: Callable[[list[list[str]]], object]) -> Path:
+    """A change of the table's cells, the header first."""
+    rows = [line.split(",") for line in (folder / "motion.csv").read_text(encoding="utf-8").splitlines()]
+    change(rows)
+    (folder / "motion.csv").write_text("\n".join(map(",".join, rows)) + "\n", encoding="utf-8")
+    return folder
+
+
+def test_what_is_written_is_read_back(log: MotionLog, folder: Path) -> None:
+    back = load_motion(folder)
+    for name in (*QUANTITIES, "time_s"):
+        assert np.allclose(getattr(back, name), getattr(log, name), rtol=0.0, atol=1e-8, equal_nan=True)
+    assert (back.series, back.joints, back.torque_unit) == (log.series, log.joints, log.torque_unit)
+    assert np.array_equal(back.run, log.run)
+
+
+def test_what_the_recorder_said_is_kept(log: MotionLog, tmp_path: Path) -> None:
+    told = replace(
+        log,
+        torque_unit="A",
+        torque_signed=False,
+        offset_per_series=True,
+        encoder_step_rad=1e-3,
+        payload_kg={"run_1": 2.5},
+    )
+    back = load_motion(written(told, tmp_path))
+    assert (back.torque_unit, back.torque_signed, back.offset_per_series) == ("A", False, True)
+    assert (back.encoder_step_rad, dict(back.payload_kg)) == (1e-3, {"run_1": 2.5})
+
+
+def test_the_package_loads_it_as_it_loads_poses(folder: Path) -> None:
+    assert isinstance(robolaser.load(folder), MotionLog)
+
+
+def test_an_empty_cell_is_no_reading(folder: Path) -> None:
+    def empty(rows: list[list[str]]) -> None:
+        rows[3][rows[0].index("q_lift")] = ""
+
+    back = load_motion(edited(folder, empty))
+    assert np.isnan(back.q[2, 1])
+    assert np.isfinite(back.q[2, 0])
+
+
+def test_rows_of_a_series_need_not_stand_together(log: MotionLog, folder: Path) -> None:
+    def mixed(rows: list[list[str]]) -> None:
+        body = rows[1:]
+        rows[1:] = [row for pair in zip(body[:60], body[60:], strict=True) for row in pair]
+
+    back = load_motion(edited(folder, mixed))
+    assert np.allclose(back.q, log.q)
+
+
+def test_a_repeated_stamp_is_left_out_and_said(log: MotionLog, folder: Path) -> None:
+    back = load_motion(edited(folder, lambda rows: rows.insert(6, list(rows[5]))))
+    assert len(back) == len(log)
+    assert any("1 rows repeat" in warning or "1 row" in warning for warning in back.warnings)
+
+
+def test_time_that_goes_back_is_refused_at_its_row(folder: Path) -> None:
+    def back(rows: list[list[str]]) -> None:
+        rows[7][1] = "0.0"
+
+    with pytest.raises(DataError) as caught:
+        load_motion(edited(folder, back))
+    assert (caught.value.row, caught.value.column) == (8, "time_s")
+
+
+def test_degrees_are_refused(folder: Path) -> None:
+    def degrees(rows: list[list[str]]) -> None:
+        column = rows[0].index("q_lift")
+        for row in rows[1:]:
+            row[column] = str(float(row[column]) * 180.0 / np.pi)
+
+    with pytest.raises(DataError) as caught:
+        load_motion(edited(folder, degrees))
+    assert caught.value.column == "q_lift"
+
+
+def test_a_word_in_place_of_a_number_is_refused_at_its_cell(folder: Path) -> None:
+    def word(rows: list[list[str]]) -> None:
+        rows[4][rows[0].index("tau_pan")] = "off"
+
+    with pytest.raises(DataError) as caught:
+        load_motion(edited(folder, word))
+    assert (caught.value.row, caught.value.column) == (5, "tau_pan")
+
+
+def test_a_log_of_no_joint_of_the_robot_is_refused(folder: Path) -> None:
+    def renamed(rows: list[list[str]]) -> None:
+        rows[0] = [cell.replace("q_", "angle_") for cell in rows[0]]
+
+    with pytest.raises(DataError):
+        load_motion(edited(folder, renamed))
