@@ -8,6 +8,7 @@ from robolaser.commands.terminal import TERMINAL, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.diagnosis.data_check import DataCheck
+    from robolaser.motion.checking import MotionCheck
 
 WIDTH = 110
 
@@ -54,11 +55,20 @@ def _check_motion(folder: Path, terminal: Terminal) -> None:
         f"Rows: {', '.join(found.kinds) or 'none'}",
         "",
         f"Diagnosis: {len(found.tested)} of {len(found.tested) + len(found.not_tested)} effects can be tested",
-        *(_item(f"{name}: {', '.join(where)}") for name, where in found.tested.items()),
+        *(_item(f"{where}: {', '.join(names)}") for where, names in _by_place(found).items()),
         *(["", "Not testable"] if reasons else []),
         *(_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()),
     ]
     terminal.show(found.to_dict(), lambda: say("\n".join(lines)))
+
+
+def _by_place(found: "MotionCheck") -> dict[str, list[str]]:
+    """Names of effects by where they can be tested."""
+    groups: dict[str, list[str]] = {}
+    for name, where in found.tested.items():
+        place = "every joint" if where == found.log.joints else ", ".join(where)
+        groups.setdefault(place, []).append(name)
+    return groups
 
 
 def _text(found: "DataCheck") -> str:

@@ -41,11 +41,15 @@ def _robots() -> Iterable[tuple[str, ...]]:
 
 def _effects() -> Iterable[tuple[str, ...]]:
     from robolaser.model.effects import EFFECTS, outliers
+    from robolaser.motion.effects import MOTION_EFFECTS
 
     for effect in EFFECTS:
         numbers = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in effect.units().items())
         yield effect.name, effect.title, numbers
     yield outliers.NAME, outliers.TITLE, "share of the points"
+    for moving in MOTION_EFFECTS:
+        numbers = ", ".join(f"{one.name} [{one.unit}]" if one.unit else one.name for one in moving.numbers)
+        yield moving.name, f"moving arm: {moving.title}", numbers
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:

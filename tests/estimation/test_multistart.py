@@ -88,7 +88,9 @@ def test_whoever_watches_sees_the_best_fall_round_by_round(made: Simulated, monk
     costs = [model.cost(so_far.x[None])[0] for so_far in seen]
     screened, descended = costs[::2], costs[1::2]
     assert len(descended) >= 3
-    assert all(later <= earlier * (1 + 1e-9) for earlier, later in pairwise(descended))
+    assert all(
+        later <= earlier + 1e-12 * screened[0] for earlier, later in pairwise(descended)
+    )  # a cost of rounding alone
     assert all(end <= candidate for candidate, end in zip(screened, descended, strict=True))
     assert all(earlier.evaluations < later.evaluations for earlier, later in pairwise(seen))
     assert all(earlier.share <= later.share <= 1.0 for earlier, later in pairwise(seen))
