@@ -69,6 +69,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         gap=gap,
         where=lies,
         findings=tuple(findings),
+        kinds=(),
         classes=(),
         outliers=gross,
         not_testable={"latency": "no joint velocities in the data"},

@@ -4,7 +4,7 @@ An arm that is off everywhere a little has a dozen effects that could each stand
 the arm's geometry could stand in for all of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
@@ -19,7 +19,7 @@ from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.result import CauseClass
+from robolaser.diagnosis.result import CauseClass, CauseKind
 from robolaser.diagnosis.thresholds import (
     CHI2_OF_UNMODELLED_CAUSE,
     CREDIBLE_MASS,
@@ -28,8 +28,10 @@ from robolaser.diagnosis.thresholds import (
     LEAST_PROBABILITY,
 )
 from robolaser.diagnosis.verdict import posterior_weights
-from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.effect import CandidateEffect, Effect
 
+KNOWN_WELL: Final = 0.99
+"""Probability, beyond which no other model is looked for."""
 UNKNOWN: Final = "unknown"
 """The class of causes that no effect of the library describes."""
 
@@ -72,7 +74,7 @@ def cause_classes(
         if own:
             without = _without(refits, final, own)
             without_m = held_out.gap(refits.of(without))
-            some = max(some, _probability(refits, final, without, name))
+            some = max(some, _probability(refits, final, without, class_of, name))
         if some < LEAST_PROBABILITY:
             continue
         ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
@@ -87,6 +89,35 @@ def cause_classes(
     elif verdict == "explained":
         found += imitated_cause(found, evidence, gap)
     return tuple(sorted(found, key=_importance))
+
+
+def _kind(candidate_effect: CandidateEffect) -> type[Effect]:
+    return candidate_effect.effect
+
+
+def cause_kinds(
+    refits: Refits, final: Fit, evidence: Sequence[EffectEvidence], held_out: HeldOut
+) -> tuple[CauseKind, ...]:
+    """Every effect that was found, with all of its places: it can be certain where no place is.
+
+    Args:
+        refits: Fits sets of effects.
+        final: The final model.
+        evidence: For each of its effects.
+        held_out: Errors on held-out poses.
+    """
+    probabilities = member_probabilities(evidence)
+    found: list[CauseKind] = []
+    for kind in dict.fromkeys(one.candidate_effect.effect for one in evidence):
+        own = [one for one in evidence if one.candidate_effect.effect is kind]
+        places = {one.where: p for one, p in probabilities.items() if one.effect is kind}
+        without = _without(refits, final, own)
+        some = 1.0 - float(np.prod([1.0 - p for p in places.values()]))
+        if some < KNOWN_WELL and len(places) > 1:
+            some = max(some, _probability(refits, final, without, _kind, kind))
+        where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
+        found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))
+    return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))
 
 
 def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:
@@ -145,24 +176,28 @@ def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:
     return final
 
 
-def _probability(refits: Refits, final: Fit, without: Fit, name: str) -> float:
-    """Of a class, against the best that effects of other classes, or an unmodelled cause, do in its place.
+def _probability(
+    refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
+) -> float:
+    """Of effects that belong together, against the best that others, or an unmodelled cause, do in their place.
 
     What is left beside it does not count: something else may be at work too. An unmodelled cause may be a function of
     one joint, where that is the only one of its effects.
     """
-    rivals = [without, *_substitutes(refits, final, without, name)]
+    rivals = [without, *_substitutes(refits, final, without, of, name)]
     costs = np.array([refits.cost(fit) for fit in (final, *rivals)])
-    own = [one for one in final.effects if class_of(one) == name]
+    own = [one for one in final.effects if of(one) == name]
     unmodelled = [refits.unmodelled(final, without), PostureRivals.of(refits, final).unmodelled(own)]
     if len({one.where for one in own}) == 1 and has_form(final, own[0]):
         unmodelled.append(min(refits.locally_unmodelled(final, one) for one in own))
     return float(posterior_weights(costs)[0]) * (1.0 - max(unmodelled))
 
 
-def _substitutes(refits: Refits, final: Fit, without: Fit, name: str) -> list[Fit]:
-    """Models with effects of other classes in the place of those of one class, as the linear model ranks them."""
-    others = refits.among([one for one in refits.effects if class_of(one) != name])
+def _substitutes(
+    refits: Refits, final: Fit, without: Fit, of: Callable[[CandidateEffect], object], name: object
+) -> list[Fit]:
+    """Models with other effects in the place of those that belong together, as the linear model ranks them."""
+    others = refits.among([one for one in refits.effects if of(one) != name])
     tests = others.score_tests(without)
     most = len(final.effects) - len(without.effects) + FURTHER_SUBSTITUTES
     order = stepwise_order(tests, most, least=0.0)

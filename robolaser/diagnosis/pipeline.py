@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.same_arm import check_same_arm
-from robolaser.diagnosis.cause_classes import cause_classes
+from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -138,6 +138,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         gap=gap,
         where=tuple(where),
         findings=listed(findings),
+        kinds=cause_kinds(refits, final, evidence, held_out) if verdict != "no_gap" else (),
         classes=classes,
         outliers=outliers,
         not_testable=not_testable(kinds, dataset, limits, enough=not too_few),

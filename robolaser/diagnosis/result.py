@@ -78,6 +78,24 @@ class Finding:
 
 @final
 @dataclass(frozen=True)
+class CauseKind:
+    """An effect at all the places where it seems to be at work.
+
+    Attributes:
+        effect: Its name.
+        where: The places.
+        probability: That it is at work somewhere.
+        gap_without_m: Held-out gap of the final model without it [m].
+    """
+
+    effect: str
+    where: tuple[str, ...]
+    probability: float
+    gap_without_m: float
+
+
+@final
+@dataclass(frozen=True)
 class CauseClass:
     """A class of causes.
 
@@ -197,6 +215,7 @@ class Diagnosis:
         where: Places of the gap; for `unexplained`, of what is left.
         findings: Effects found, that without which the gap would be largest first; of those in the model, the few that
             are too improbable by themselves are left out.
+        kinds: Effects with all of their places, those that explain most first.
         classes: Classes of causes that may be at work, most important first.
         outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
@@ -230,6 +249,7 @@ class Diagnosis:
     gap: Gap
     where: tuple[Localization, ...]
     findings: tuple[Finding, ...]
+    kinds: tuple[CauseKind, ...]
     classes: tuple[CauseClass, ...]
     outliers: Ints
     not_testable: Mapping[str, str]

@@ -5,7 +5,7 @@ from typing import Any
 
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource
-from robolaser.diagnosis.result import CauseClass, DetectionLimit, Diagnosis, Finding, Gap, Validation
+from robolaser.diagnosis.result import CauseClass, CauseKind, DetectionLimit, Diagnosis, Finding, Gap, Validation
 from robolaser.model.effects.effect import CandidateEffect
 
 FORMAT = "robolaser-diagnosis/1"
@@ -39,6 +39,8 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": [_finding(found) for found in diagnosis.findings]
         + ([_pose_scatter(diagnosis.pose_scatter, gap)] if diagnosis.pose_scatter else [])
         + ([_outliers(diagnosis)] if len(diagnosis.outliers) else []),
+        "kinds": [_kind(one) for one in diagnosis.kinds]
+        + ([_scatter_kind(diagnosis.pose_scatter)] if diagnosis.pose_scatter else []),
         "classes": [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes],
         "gross_errors": diagnosis.outliers.tolist(),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
@@ -88,6 +90,19 @@ def _limit(one: DetectionLimit) -> dict[str, Any]:
         "at_tool_mm": _mm_if_any(one.at_tool_m),
         "is_imitated": one.is_imitated,
     }
+
+
+def _kind(one: CauseKind) -> dict[str, Any]:
+    return {
+        "effect": one.effect,
+        "where": list(one.where),
+        "probability": one.probability,
+        "gap_mm_without": _mm(one.gap_without_m),
+    }
+
+
+def _scatter_kind(scatter: ExcessScatter) -> dict[str, Any]:
+    return {"effect": NAME, "where": [scatter.where], "probability": scatter.probability, "gap_mm_without": None}
 
 
 def _finding(found: Finding) -> dict[str, Any]:

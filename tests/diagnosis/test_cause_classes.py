@@ -119,3 +119,12 @@ def test_the_class_of_a_large_offset_is_certain(diagnosis: Diagnosis) -> None:
 
 def test_without_a_gap_there_is_no_class() -> None:
     assert examine(replace(simulate(find_robot("ur5"), poses=25, points=6, seed=1).dataset), seed=0).classes == ()
+
+
+def test_a_kind_of_effect_is_at_least_as_probable_as_each_of_its_places(diagnosis: Diagnosis) -> None:
+    assert diagnosis.kinds
+    for kind in diagnosis.kinds:
+        own = [one for one in diagnosis.findings if one.candidate_effect.effect.name == kind.effect]
+        assert {one.candidate_effect.where for one in own} <= set(kind.where)
+        assert all(kind.probability >= one.probability - 1e-9 for one in own)
+        assert kind.gap_without_m >= diagnosis.gap.after_m * 0.98
