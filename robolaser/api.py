@@ -19,12 +19,13 @@ from robolaser.errors import UsageError
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
 from robolaser.model.sensors import sensor_class
+from robolaser.motion.calibration import calibrate_motion
 from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.reading import is_motion, load_motion
 from robolaser.results.calibration import CalibrationResult
 from robolaser.results.diagnosis import DiagnosisResult
-from robolaser.results.motion import MotionResult
+from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
 if TYPE_CHECKING:
     from robolaser.results.comparison import ComparisonResult
@@ -58,17 +59,17 @@ def load(folder: str | Path) -> Any:
 
 
 def calibrate(
-    data: Data,
+    data: Data | MotionLog,
     plan: Plan | None = None,
     *,
     effects: Sequence[Named] | str | None = None,
     seed: int | None = None,
     progress: Progress | None = None,
-) -> CalibrationResult:
+) -> CalibrationResult | MotionCalibrationResult:
     """Find the parameters of a data set's sensor, and of effects added to the model.
 
     Args:
-        data: The measurements, with the nominal values; or their folder.
+        data: The measurements, with the nominal values; or their folder. Of a log of a moving arm, the effects' alone.
         plan: The options; the defaults when absent.
         effects: Added to the model: a name, `NAME:WHERE` or a class each; those of the plan when absent.
         seed: That of the search; that of the plan when absent.
@@ -87,6 +88,10 @@ def calibrate(
     if effects is not None:
         plan = replace(plan, effects=tuple(_listed(effects)))
     plan = plan if seed is None else replace(plan, seed=seed)
+    if _is_motion(data):
+        named = [one if isinstance(one, str) else one.name for one in plan.effects]
+        fit = calibrate_motion(_motion_log(data), named, seed=plan.seed, progress=progress)
+        return MotionCalibrationResult(fit, plan.seed)
     return CalibrationResult.of(fitting.calibrate(_data_set(data), plan, progress=progress))
 
 
@@ -119,8 +124,8 @@ def diagnose(
         >>> why.verdict
         'no_gap'
     """
-    if isinstance(data, MotionLog) or (isinstance(data, str | Path) and is_motion(data)):
-        log = data if isinstance(data, MotionLog) else load_motion(data)
+    if _is_motion(data):
+        log = _motion_log(data)
         names = None if effects is None else [one for one in _listed(effects) if isinstance(one, str)]
         return MotionResult(diagnose_motion(log, names, seed=seed, progress=progress))
     kinds = None if effects is None else _kinds(effects)
@@ -245,6 +250,14 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
     """
     paths = [Path(source) for source in sources]
     return checked(importer_for(paths, kind).read(paths, options or ImportOptions()))
+
+
+def _is_motion(data: object) -> bool:
+    return isinstance(data, MotionLog) or (isinstance(data, str | Path) and is_motion(data))
+
+
+def _motion_log(data: Any) -> MotionLog:
+    return data if isinstance(data, MotionLog) else load_motion(data)
 
 
 def _data_set(data: object) -> Dataset:

@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
-from robolaser.errors import Interrupted, OutputError
+from robolaser.errors import Interrupted, OutputError, UsageError
 
 
 def calibrate(
@@ -35,7 +35,7 @@ def calibrate(
         robolaser calibrate measured --output result --with laser_roll --with backlash:joint_2
 
     Args:
-        dataset: Folder with dataset.toml, poses.csv and points.csv.
+        dataset: Folder with dataset.toml, poses.csv and points.csv; or motion.csv, of a moving arm.
         output: Folder for the result.
         algorithm: Search with one of `robolaser list algorithms`. Default: screening.
         polish: Refine the result of the search by least squares.
@@ -47,6 +47,15 @@ def calibrate(
         resume: Continue a search that was stopped.
         force: Overwrite an earlier result.
     """
+    from robolaser.motion.reading import is_motion
+
+    if is_motion(dataset):
+        searches = {"--algorithm": algorithm, "--generations": generations, "--resume": resume}
+        unused = [option for option, given in searches.items() if given]
+        if unused:
+            raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
+        _calibrate_motion(dataset, output, effects, seed=seed, force=force, terminal=terminal, typed=typed)
+        return
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.plan import GENERATIONS, Plan
@@ -88,3 +97,31 @@ def calibrate(
             raise Interrupted(f"Stopped. {state}") from None
         (output / CHECKPOINT).unlink(missing_ok=True)
     terminal.show(texts["calibration.json"] or "", lambda: print_summary(found, output))
+
+
+def _calibrate_motion(
+    dataset: Path,
+    output: Path,
+    effects: tuple[str, ...],
+    *,
+    seed: int,
+    force: bool,
+    terminal: Terminal,
+    typed: str,
+) -> None:
+    """Find the numbers of effects on a moving arm."""
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.calibration import calibrate_motion
+    from robolaser.motion.reading import load_motion
+    from robolaser.report.motion import print_calibration
+    from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
+
+    log = load_motion(dataset)
+    with results_in(output, command="calibrate", files=MOTION_CALIBRATION_FILES, inputs=[dataset], force=force):
+        for warning in log.warnings:
+            terminal.warn(warning)
+        with terminal.progress() as progress:
+            found = calibrate_motion(log, effects, seed=seed, progress=progress)
+        texts = MotionCalibrationResult(found, seed).files(command=typed)
+        write_results(output, texts)
+    terminal.show(texts["calibration.json"] or "", lambda: print_calibration(found, output))

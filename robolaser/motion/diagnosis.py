@@ -2,30 +2,20 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints, Progress
-from robolaser.errors import DataError, UsageError, near
-from robolaser.motion.effect import Kind, MotionEffect
+from robolaser.arrays import Progress
+from robolaser.errors import UsageError, near
+from robolaser.motion.effect import MotionEffect
 from robolaser.motion.effects import MOTION_EFFECTS
-from robolaser.motion.evidence import Fitted
-from robolaser.motion.gap import AtFlange, KindGap, folds, resolution, root_mean_squares, white_noise
-from robolaser.motion.linear_rows import LinearRows, candidates_of
+from robolaser.motion.fit import MotionFit, merged
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part
-from robolaser.motion.quantities import quantities
-from robolaser.motion.remains import coordinate
-from robolaser.motion.selection import Judged, search, side_by_side
-from robolaser.motion.torques import unusable_torque
-from robolaser.motion.tracking import ONE_CLOCK_S, TrackingRows
-
-SEARCHED_ROWS = 24_000
-LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
-"""Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
-PASSES = 2
+from robolaser.motion.part import Part
+from robolaser.motion.parts import parts_of
+from robolaser.motion.selection import search
 
 
 @final
@@ -43,21 +33,11 @@ class Place:
 class MotionDiagnosis:
     """What a diagnosis found."""
 
-    log: MotionLog
+    fit: MotionFit  # with the effects found
     verdict: str
-    gaps: tuple[KindGap, ...]
-    findings: tuple[Finding, ...]
     places: tuple[Place, ...]
     not_testable: dict[str, str]
     remarks: tuple[str, ...]
-    at_flange: AtFlange | None
-    left: Array | None  # tracking errors on unseen motions, (n, j) [rad]
-    interval_mm: tuple[float, float] | None
-    seconds: float
-
-    def gap(self, kind: str) -> KindGap | None:
-        """Of the rows of a kind, if there are any."""
-        return next((gap for gap in self.gaps if gap.kind == kind), None)
 
 
 def diagnose_motion(
@@ -81,53 +61,26 @@ def diagnose_motion(
         UsageError: There is no effect of that name.
     """
     began, tell = time.monotonic(), progress or (lambda what, share: None)
-    library = _library(effects, without)
-    parts: list[Part] = []
-    missing: dict[str, str] = {}
-    remarks: list[str] = []
-    if (log.has("command") & log.has("q")).any():
-        tell("tracking", 0.1)
-        parts.append(_tracking(log, library, missing))
-    if log.has("tau").any():
-        reason = unusable_torque(log)
-        if reason:
-            remarks.append(f"Torque rows are set aside: {reason}.")
-            missing |= {one.name: reason for one in library if one.rows == "torque"}
-        else:
-            tell("torques", 0.6)
-            parts.append(_linear(log, library, "torque", missing))
-    if (log.has("load") & log.has("q")).any():
-        tell("encoders", 0.8)
-        parts.append(_linear(log, library, "load", missing))
-    if not parts:
-        raise DataError(
-            "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm with their signs, nor"
-            " a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.", file="motion.csv",
-        )  # fmt: skip
-    absent = {"tracking": "no commands in the data", "torque": "no torques in the data",
-              "load": "no encoder behind the gear in the data"}  # fmt: skip
-    there = {part.gap.kind for part in parts}
-    missing = {one.name: absent[one.rows] for one in library if one.rows not in there} | missing
+    library = library_of(effects, without)
+    parts, missing, remarks = parts_of(log, library, search, tell)
     named = {finding.at.effect.name for part in parts for finding in part.shown}
     tested = {at.effect.name for part in parts for at in part.candidates}
     missing = {name: reason for name, reason in missing.items() if name not in named | tested}
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
-    findings = [] if verdict == "no_gap" else _merged([finding for part in parts for finding in part.shown])
+    findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
     findings.sort(key=lambda one: one.judged.without.score, reverse=True)
-    tracked = next((part for part in parts if part.gap.kind == "tracking"), None)
-    at_flange = interval = left = None
-    if tracked is not None:
-        at_flange, left = AtFlange.of(log, np.asarray(np.isfinite(tracked.after).any(axis=1))), tracked.after
-        interval = at_flange.interval(left, log.run, np.random.default_rng(seed))
     places = [] if verdict == "no_gap" else _places(parts, verdict)
-    return MotionDiagnosis(
-        log, verdict, tuple(part.gap for part in parts), tuple(findings), tuple(places), missing,
-        (*remarks, *_remarks(log)), at_flange, left, interval, time.monotonic() - began,
-    )  # fmt: skip
+    fit = MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
+    return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 
-def _library(effects: Sequence[MotionEffect | str] | None, without: Sequence[str]) -> list[MotionEffect]:
+def library_of(effects: Sequence[MotionEffect | str] | None, without: Sequence[str] = ()) -> list[MotionEffect]:
+    """The effects that are asked for: all by default, by name or as such, less some names.
+
+    Raises:
+        UsageError: There is no effect of a name.
+    """
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
     asked = [one if isinstance(one, str) else one.name for one in effects or ()]
     for name in (*asked, *without):
@@ -136,147 +89,6 @@ def _library(effects: Sequence[MotionEffect | str] | None, without: Sequence[str
     own = [one for one in effects or () if not isinstance(one, str)]
     chosen = MOTION_EFFECTS if effects is None else [one for one in MOTION_EFFECTS if one.name in asked]
     return [one for one in dict.fromkeys([*chosen, *own]) if one.name not in without]
-
-
-def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]) -> Part:
-    rows = TrackingRows(log, _some_runs(log))
-    candidates = []
-    for joint in rows.joints.tolist():
-        found, absent = rows.candidates(library, joint)
-        candidates.append(found)
-        missing |= absent
-    candidates = rows.with_one_clock(candidates)
-    starts = rows.usual(candidates)
-    least = LEAST_SHARE["tracking"]
-    for _ in range(PASSES):  # what is left of a better model has less memory
-        selected = side_by_side(
-            rows, [search(each, least, start) for each, start in zip(candidates, starts, strict=True)]
-        )
-        starts = [one.model.effects for one in selected]
-        rows.count_memory()
-    models = [(joint, one.model) for joint, one in zip(rows.joints.tolist(), selected, strict=True)]
-    whole = TrackingRows(log)
-    whole.independent = rows.independent * len(log) / max(1, rows.used)
-    refined = whole.refined(models, rows)
-    ideal = np.where(np.isfinite(log.command), log.q - log.command, np.nan)
-    ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
-    after = np.full_like(ideal, np.nan)
-    fold = folds(log.run)
-    for number in np.unique(fold):
-        held = fold == number
-        part = whole.without(held)
-        again = part.refined(list(zip(rows.joints.tolist(), refined, strict=True)), whole)
-        paths = part.predicted(list(zip(rows.joints.tolist(), again, strict=True)))
-        after[held] = (log.q - paths)[held]
-    calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
-    after = _less_constants(log, after) if log.offset_per_series else after
-    step = log.encoder_step_rad or resolution(log.q)
-    floor = np.minimum(white_noise(after, log.run, step), root_mean_squares(after))
-    before, then = root_mean_squares(calibrated), root_mean_squares(after)
-    findings, places = [], {}
-    for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
-        if one.judged and not then[joint] < before[joint]:
-            after[:, joint], then[joint] = calibrated[:, joint], before[joint]
-            continue
-        deviations = whole.deviations(refined[number], joint)
-        count = max(1.0, rows.count(joint))
-        findings += [
-            _finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged
-        ]
-        holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
-        told = np.nan_to_num(log.command[:, joint])
-        places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
-    findings = _told_from_clocks(findings, len(rows.joints))
-    gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor)
-    enough = np.full(len(log.joints), FOLLOWS_RAD)
-    tested = tuple(at for each in candidates for at in each)
-    return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
-
-
-def _linear(log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str]) -> Part:
-    of = quantities(log, kind)
-    if not len(of.q):
-        raise DataError("motion.csv: no series is longer than a second, too short for velocities.", file="motion.csv")
-    values = of.measured - of.rigid if kind == "torque" else of.measured
-    candidates, absent = candidates_of(of, library, kind)
-    missing |= absent
-    size = np.nan_to_num(root_mean_squares(of.measured))
-    enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
-    rows = LinearRows(of, values, candidates, form=enough / 2.0)
-    rows.count_memory()
-    (selected,) = side_by_side(rows, [search(candidates, LEAST_SHARE[kind])])
-    ideal = rows.residuals(selected.ideal)
-    after = np.full_like(ideal, np.nan)
-    fold = folds(of.run)
-    for number in np.unique(fold):
-        part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
-        (again,) = part.fit([(0, selected.model.effects)])
-        after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
-    before, then = root_mean_squares(ideal), root_mean_squares(after)
-    worse = ~(then < before)
-    after[:, worse] = ideal[:, worse]
-    then = np.where(worse, before, then)
-    white = white_noise(after, of.run, None)
-    floor = np.minimum(np.hypot(white, of.torque_noise) if kind == "torque" else white, then)
-    deviations = rows.deviations(selected.model)
-    findings = [
-        _finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))
-        for judged in selected.judged
-        if judged.at.effect.site != "joint" or not worse[judged.at.joint]
-    ]
-    places = {
-        name: coordinate(after[:, j], of.run, of.time_s, of.q[:, j], of.rigid[:, j])
-        for j, name in enumerate(log.joints)
-        if np.isfinite(after[:, j]).any()
-    }
-    gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor)
-    return Part(log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
-
-
-def _finding(
-    judged: Judged, kind: Kind, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
-) -> Finding:
-    at = fitted.effects.index(judged.at)
-    numbers = {
-        number.name: (float(value), float(deviation), number.unit)
-        for number, value, deviation in zip(judged.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
-    }
-    gained = np.maximum(judged.without.squares - model.squares, 0.0) / count
-    return Finding(judged, kind, numbers, gained)
-
-
-def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
-    """Findings without a clock that does not shift all joints.
-
-    Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
-    """
-    clocks = [one for one in findings if one.at.effect.name == "clock_shift"]
-    if len(clocks) < joints:
-        findings = [one for one in findings if one not in clocks]
-    late = [one for one in findings if one.at.effect.name == "dead_time"]
-    delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)
-    if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
-        least = min(late, key=lambda one: one.judged.probability)
-        clock = [one for one in least.judged.rivals if one.effect.name == "clock_shift"]
-        return [replace(one, judged=one.judged.beside(least.judged, clock)) if one in late else one for one in findings]
-    return [replace(one, judged=one.judged.less("clock_shift")) if one in late else one for one in findings]
-
-
-def _merged(findings: Sequence[Finding]) -> list[Finding]:
-    """One entry for an effect of the same rows at the same place that several joints show: clocks."""
-    groups: dict[tuple[str, str, str], list[Finding]] = {}
-    for one in findings:
-        groups.setdefault((one.kind, one.at.effect.name, one.at.where), []).append(one)
-    merged = []
-    for group in groups.values():
-        best = max(group, key=lambda one: one.judged.probability)
-        numbers = dict(best.numbers)
-        if len(group) > 1:
-            weights = np.array([1.0 / max(one.numbers["delay"][1], 1e-9) ** 2 for one in group])
-            delays = np.array([one.numbers["delay"][0] for one in group])
-            numbers = {"delay": (float(weights @ delays / weights.sum()), float(np.ptp(delays) / 2.0), "s")}
-        merged.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
-    return merged
 
 
 def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
@@ -297,25 +109,6 @@ def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
 
 def _words(coordinate_name: str, joint: str) -> str:
     return f"{coordinate_name} of {joint}" if coordinate_name else ""
-
-
-def _less_constants(log: MotionLog, errors: Array) -> Array:
-    out = errors.copy()
-    for rows in log.rows_of_runs:
-        with np.errstate(all="ignore"):
-            out[rows] -= np.nanmean(out[rows], axis=0)
-    return out
-
-
-def _some_runs(log: MotionLog) -> Ints:
-    """Runs of which effects are looked for, in all of a long log: evenly, whole ones."""
-    share = max(1, round(len(log) / SEARCHED_ROWS))
-    runs = np.arange(len(log.series), dtype=np.int64)
-    if len(runs) < 4 * share:
-        return runs
-    told = np.nan_to_num(log.command)
-    extremes = {int(log.run[row]) for row in (*told.argmin(axis=0), *told.argmax(axis=0))}
-    return np.array(sorted({*runs[::share].tolist(), *extremes}), dtype=np.int64)
 
 
 def _remarks(log: MotionLog) -> list[str]:

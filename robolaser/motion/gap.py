@@ -26,6 +26,7 @@ class KindGap:
     calibrated: Array
     after: Array
     noise_floor: Array
+    count: int  # rows that were compared
 
     def whole(self, name: str) -> float:
         """Of all joints together."""

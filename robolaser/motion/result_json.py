@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from robolaser.motion.diagnosis import MotionDiagnosis
+from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import Finding
 
-FORMAT = "robolaser-diagnosis/1"
+DIAGNOSIS, CALIBRATION = "robolaser-diagnosis/1", "robolaser-calibration/1"
 CERTAIN = 0.9
 UNEXPLAINED = 0.99
 """Probability of a cause that the library lacks, where more is left than noise: how sure that is, is not computed."""
@@ -18,20 +19,20 @@ UNEXPLAINED = 0.99
 def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
     """The contents of diagnosis.json."""
     return {
-        "format": FORMAT,
-        "dataset": found.log.name,
+        "format": DIAGNOSIS,
+        "dataset": found.fit.log.name,
         "kind": "motion",
         "verdict": found.verdict,
         "sentence": sentence(found),
-        "gap_mm": _gap_mm(found),
-        "rows": [_rows(gap, found.log.joints) for gap in found.gaps],
+        "gap_mm": gap_mm(found.fit),
+        "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
         "where": [
             {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": 0.0}
             for one in found.places
         ],
-        "effects": [_effect(one, found) for one in found.findings],
-        "kinds": [_together(group, found) | {"effect": name, "where": [one.at.where for one in group]}
-                  for name, group in _groups(found, "name").items()],
+        "effects": [_effect(one, found.fit) for one in found.fit.findings],
+        "kinds": [_together(group, found.fit) | {"effect": name, "where": [one.at.where for one in group]}
+                  for name, group in _groups(found.fit, "name").items()],
         "classes": _classes(found),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in sorted(found.not_testable.items())],
         "next_poses": [],
@@ -39,21 +40,55 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "noise_remarks": list(found.remarks),
         "objective_m2": None,
         "rms_m": None,
-        "seconds": round(found.seconds, 2),
+        "seconds": round(found.fit.seconds, 2),
     }  # fmt: skip
 
 
-def _gap_mm(found: MotionDiagnosis) -> dict[str, Any]:
-    gap = found.gap("tracking")
-    if gap is None or found.at_flange is None or found.left is None:
+def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
+    """The contents of calibration.json: the numbers of the effects that were asked for."""
+    gap = gap_mm(fit)
+    return {
+        "format": CALIBRATION,
+        "dataset": fit.log.name,
+        "kind": "motion",
+        "algorithm": "least squares",
+        "seed": seed,
+        "parameters": {},
+        "unidentifiable": [],
+        "model": {
+            "sensor": "motion",
+            "robot": fit.log.robot.name,
+            "flange": fit.log.robot.flange,
+            "joints": list(fit.log.joints),
+            "gravity": list(fit.log.robot.gravity),
+        },
+        "effects": [
+            {key: _effect(one, fit)[key] for key in ("effect", "where", "rows", "parameters")} for one in fit.findings
+        ],
+        "gap_mm": gap,
+        "rows": [_rows(one, fit.log.joints) for one in fit.gaps],
+        "objective_m2": None,
+        "rms_m": None,
+        "max_m": None,
+        "axis_max_m": None,
+        "held_out_rms_m": None if gap["after"] is None else gap["after"] / 1e3,
+        "evaluations": None,
+        "seconds": round(fit.seconds, 2),
+    }
+
+
+def gap_mm(fit: MotionFit) -> dict[str, Any]:
+    """The tracking error at the flange, as JSON files give it [mm]."""
+    gap = fit.gap("tracking")
+    if gap is None or fit.at_flange is None or fit.left is None:
         return dict.fromkeys(("nominal", "calibrated", "after", "noise_floor")) | {"after_ci95": [None, None]}
-    levers = found.at_flange.levers_mm()
-    low, high = found.interval_mm or (None, None)
+    levers = fit.at_flange.levers_mm()
+    low, high = fit.interval_mm or (None, None)
     return {
         "nominal": _with_levers(gap.nominal, levers),
         "calibrated": _with_levers(gap.calibrated, levers),
         "after": _with_levers(gap.after, levers),
-        "noise_floor": found.at_flange.noise_mm(gap.noise_floor),
+        "noise_floor": fit.at_flange.noise_mm(gap.noise_floor),
         "after_ci95": [low, high],
     }
 
@@ -67,24 +102,25 @@ def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
     names = ("nominal", "calibrated", "after", "noise_floor")
     there = np.flatnonzero(np.isfinite(gap.calibrated)).tolist()
     return {
-        "rows": gap.kind,
+        "kind": gap.kind,
+        "rows": gap.count,
         "unit": gap.unit,
         **{name: gap.whole(name) for name in names},
         "joints": {joints[j]: {name: float(getattr(gap, name)[j]) for name in names} for j in there},
     }
 
 
-def _without(found: MotionDiagnosis, findings: Sequence[Finding]) -> float | None:
+def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
     """The gap at the flange with some effects taken out again [mm]."""
-    gap = found.gap("tracking")
-    if gap is None or found.at_flange is None:
+    gap = fit.gap("tracking")
+    if gap is None or fit.at_flange is None:
         return None
     gained = sum((one.gained for one in findings if one.kind == "tracking"), start=np.zeros(len(gap.after)))
-    return _with_levers(np.sqrt(gap.after**2 + gained), found.at_flange.levers_mm())
+    return _with_levers(np.sqrt(gap.after**2 + gained), fit.at_flange.levers_mm())
 
 
-def _effect(one: Finding, found: MotionDiagnosis) -> dict[str, Any]:
-    gap = _gap_mm(found)
+def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
+    gap = gap_mm(fit)
     return {
         "effect": one.at.effect.name,
         "where": one.at.where,
@@ -97,33 +133,33 @@ def _effect(one: Finding, found: MotionDiagnosis) -> dict[str, Any]:
         },
         "gap_mm_before": gap["calibrated"],
         "gap_mm_after": gap["after"],
-        "gap_mm_without": _without(found, [one]),
+        "gap_mm_without": _without(fit, [one]),
         "indistinguishable_from": [rival.pair for rival in one.judged.rivals],
     }
 
 
-def _groups(found: MotionDiagnosis, by: str) -> dict[str, list[Finding]]:
+def _groups(fit: MotionFit, by: str) -> dict[str, list[Finding]]:
     groups: dict[str, list[Finding]] = {}
-    for one in found.findings:
+    for one in fit.findings:
         groups.setdefault(getattr(one.at.effect, by), []).append(one)
     return groups
 
 
-def _together(group: Sequence[Finding], found: MotionDiagnosis) -> dict[str, Any]:
+def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
     probabilities = [one.judged.probability for one in group]
     shared = set.intersection(*({rival.where for rival in one.judged.rivals} for one in group))
-    one_rival = bool(shared - set(found.log.joints))  # of all of them together: a clock
+    one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
     whole = max(probabilities) if one_rival else 1.0 - float(np.prod([1.0 - p for p in probabilities]))
-    return {"probability": round(whole, 4), "gap_mm_without": _without(found, group)}
+    return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
 
 
 def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
-    after = _gap_mm(found)["after"]
+    after = gap_mm(found.fit)["after"]
     classes = [
         {
             "class": name,
             "probability": round(_of_class(name, group), 4),
-            "gap_mm_without": _without(found, group),
+            "gap_mm_without": _without(found.fit, group),
             "gap_mm_with": after,
             "members": [
                 {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.judged.probability, 4)}
@@ -131,7 +167,7 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
             ],
             "credible_sets": [[one.at.pair, *(rival.pair for rival in one.judged.rivals)] for one in group],
         }
-        for name, group in _groups(found, "cause").items()
+        for name, group in _groups(found.fit, "cause").items()
     ]
     if found.verdict == "unexplained" and found.places:
         unknown = {"class": "unknown", "probability": UNEXPLAINED, "gap_mm_without": after, "gap_mm_with": after,
@@ -153,7 +189,7 @@ def next_motions(found: MotionDiagnosis) -> list[str]:
     """Motions that would tell apart what these do not."""
     asked = []
     pairs = {frozenset((one.at.effect.name, rival.effect.name)): one.at.where
-             for one in found.findings for rival in one.judged.rivals}  # fmt: skip
+             for one in found.fit.findings for rival in one.judged.rivals}  # fmt: skip
     for names, words in MOTIONS:
         joints = [where for pair, where in pairs.items() if pair == frozenset(names)]
         if joints:
@@ -178,14 +214,14 @@ MOTIONS = (
 
 def sentence(found: MotionDiagnosis) -> str:
     """The verdict for a person."""
-    gaps = "; ".join(_shrinks(gap) for gap in found.gaps)
+    gaps = "; ".join(_shrinks(gap) for gap in found.fit.gaps)
     if found.verdict == "no_gap":
         return f"There is no gap: the arm follows its model. On unseen motions: {gaps}."
-    certain = [name for name, group in _kinds(found) if group >= CERTAIN]
-    likely = [name for name, group in _kinds(found) if group < CERTAIN]
-    clauses = {one.at.effect.name: one.at.effect.clause for one in found.findings}
+    certain = [name for name, group in _kinds(found.fit) if group >= CERTAIN]
+    likely = [name for name, group in _kinds(found.fit) if group < CERTAIN]
+    clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
-    if not found.findings:
+    if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}."
     causes = "; ".join([*(clauses[name] for name in certain), *(f"likely, {clauses[name]}" for name in likely)])
     rest = ""
@@ -195,8 +231,8 @@ def sentence(found: MotionDiagnosis) -> str:
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
 
 
-def _kinds(found: MotionDiagnosis) -> list[tuple[str, float]]:
-    return [(name, _together(group, found)["probability"]) for name, group in _groups(found, "name").items()]
+def _kinds(fit: MotionFit) -> list[tuple[str, float]]:
+    return [(name, _together(group, fit)["probability"]) for name, group in _groups(fit, "name").items()]
 
 
 def _shrinks(gap: KindGap) -> str:

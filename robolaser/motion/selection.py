@@ -119,6 +119,14 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
     return Selected(ideal, model, tuple(judged))
 
 
+def chosen(effects: Sequence[At]) -> Search:
+    """The effects that a user asks for, in the place of a search."""
+    ideal, model = yield [(), tuple(effects)]
+    without = yield [tuple(other for other in effects if other != one) for one in effects]
+    judged = [Judged(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
+    return Selected(ideal, model, tuple(judged))
+
+
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
     """Effects and one more, in place of its other form where there is one."""
     return (*(other for other in effects if (other.effect.name, other.where) != (one.effect.name, one.where)), one)

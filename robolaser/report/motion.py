@@ -6,9 +6,10 @@ import numpy as np
 from rich.console import Console
 
 from robolaser.motion.diagnosis import MotionDiagnosis
+from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import Finding
-from robolaser.motion.result_json import motion_json, next_motions, sentence
+from robolaser.motion.result_json import gap_mm, motion_json, next_motions, sentence
 from robolaser.report.chart import Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import (
@@ -44,28 +45,28 @@ def document(found: MotionDiagnosis, *, command: str = "") -> Document:
         found: The result.
         command: What to type to repeat it.
     """
-    log = found.log
+    log = found.fit.log
     lead, _, sense = sentence(found).partition(". ")
     steps = _steps(found)
     return Document(
         log.name,
         "diagnosed",
-        f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series",
+        _headline(found.fit),
         f"{lead.rstrip('.')}.",
         sense,
-        [Figures(_figures(found))],
+        [Figures(_figures(found.fit))],
         [
-            Section("What was found", [_kinds(found), _effects(found)] if found.findings else []),
+            Section("What was found", [_kinds(found), _effects(found.fit)] if found.fit.findings else []),
             Section("What to do", [Notes(steps, "steps", 3)] if steps else []),
             Section("Where", _where(found)),
-            Section("Errors of each joint", [_joints(gap, log.joints) for gap in found.gaps]),
-            Section("Errors along time", charts([_along_time(found)])),
+            Section("Errors of each joint", [_joints(gap, log.joints) for gap in found.fit.gaps]),
+            Section("Errors along time", charts([_along_time(found.fit)])),
             Section("What was not tested", [_untested(found)] if found.not_testable else []),
             Section("Noise", [Text(remark, "quiet", printed=True) for remark in found.remarks]),
         ],
         tag=(VERDICTS[found.verdict], found.verdict),
         command=command,
-        footer=f"The diagnosis took {found.seconds:.1f} s. {log.source} {log.licence}".strip(),
+        footer=f"The diagnosis took {found.fit.seconds:.1f} s. {log.source} {log.licence}".strip(),
         prints_lead=True,
     )
 
@@ -78,6 +79,67 @@ def page(found: MotionDiagnosis, *, command: str = "") -> str:
         command: What to type to repeat it.
     """
     return render(document(found, command=command))
+
+
+def calibration_document(fit: MotionFit, *, command: str = "") -> Document:
+    """The report of effects that a user asked for.
+
+    Args:
+        fit: The result.
+        command: What to type to repeat it.
+    """
+    log = fit.log
+    return Document(
+        log.name,
+        "calibrated",
+        _headline(fit),
+        f"{_counted(len(fit.findings))} fitted.",
+        "",
+        [Figures(_figures(fit))],
+        [
+            Section("What was found", [_effects(fit, sure=False)] if fit.findings else []),
+            Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
+            Section("Errors along time", charts([_along_time(fit)])),
+        ],
+        command=command,
+        footer=f"The calibration took {fit.seconds:.1f} s. {log.source} {log.licence}".strip(),
+        prints_lead=True,
+    )
+
+
+def _headline(fit: MotionFit) -> str:
+    log = fit.log
+    return (
+        f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series"
+    )
+
+
+def _counted(effects: int) -> str:
+    return "No effect was" if not effects else "One effect was" if effects == 1 else f"{effects} effects were"
+
+
+def calibration_page(fit: MotionFit, *, command: str = "") -> str:
+    """The page of effects that a user asked for, as HTML.
+
+    Args:
+        fit: The result.
+        command: What to type to repeat it.
+    """
+    return render(calibration_document(fit, command=command))
+
+
+def print_calibration(fit: MotionFit, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print errors and numbers; plain text unless on a terminal.
+
+    Args:
+        fit: The result.
+        folder: Where it was written.
+        console: Where to print; standard output by default.
+    """
+    out = plain_unless_terminal(console)
+    print_document(calibration_document(fit), out)
+    if folder is not None:
+        print_page(folder, out)
 
 
 def print_motion(found: MotionDiagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
@@ -98,15 +160,15 @@ def _size(gap: KindGap, value: float) -> str:
     return f"{TURN * value:.3g}°" if gap.unit == "rad" else f"{value:.3g} Nm"
 
 
-def _figures(found: MotionDiagnosis) -> list[Figure]:
+def _figures(fit: MotionFit) -> list[Figure]:
     rows = []
-    for gap in found.gaps:
+    for gap in fit.gaps:
         largest = max(gap.whole("calibrated"), gap.whole("after")) or 1.0
         for kind, label, name in (("", "before", "calibrated"), ("held-out", "with the effects", "after"),
                                   ("noise", "noise alone", "noise_floor")):  # fmt: skip
             value = gap.whole(name)
             rows.append(Figure(kind, label, _size(gap, value), WHAT[gap.kind], 100.0 * value / largest))
-    at_flange = motion_json(found)["gap_mm"]
+    at_flange = gap_mm(fit)
     if at_flange["after"] is not None:
         low, high = at_flange["after_ci95"]
         text = f"{at_flange['calibrated']:.3g} mm before; 95 %: {low:.3g} to {high:.3g} mm"
@@ -115,7 +177,7 @@ def _figures(found: MotionDiagnosis) -> list[Figure]:
 
 
 def _kinds(found: MotionDiagnosis) -> Table:
-    clauses = {one.at.effect.name: one.at.effect.title for one in found.findings}
+    clauses = {one.at.effect.name: one.at.effect.title for one in found.fit.findings}
     rows = [
         (
             Cell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
@@ -128,16 +190,17 @@ def _kinds(found: MotionDiagnosis) -> Table:
     return Table(columns, rows, title="Kinds of effects", printed=8)
 
 
-def _effects(found: MotionDiagnosis) -> Table:
-    rows = [
+def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
+    rows: list[tuple[Cell | str, ...]] = [
         (
             Cell(str(one.at).replace("_", " ", 1), below=[_rivals(one)] if one.judged.rivals else []),
             _numbers(one),
-            Cell(f"{100.0 * one.judged.probability:.3g} %", order=one.judged.probability),
+            *([Cell(f"{100.0 * one.judged.probability:.3g} %", order=one.judged.probability)] if sure else []),
         )
-        for one in found.findings
+        for one in fit.findings
     ]
-    return Table([Column("Effect", "name", 40), Column("How large"), Column("How sure")], rows, title="At each place")
+    columns = [Column("Effect", "name", 40, "effect"), Column("How large", brief="how large"), Column("How sure")]
+    return Table(columns if sure else columns[:2], rows, title="At each place", printed=0 if sure else 20)
 
 
 def _rivals(one: Finding) -> str:
@@ -168,7 +231,7 @@ def _steps(found: MotionDiagnosis) -> list[str]:
     remedies = [
         f"{one['effect'].replace('_', ' ')} at {', '.join(one['where'])}: {effect.remedy}"
         for one in motion_json(found)["kinds"]
-        for effect in [next(f.at.effect for f in found.findings if f.at.effect.name == one["effect"])]
+        for effect in [next(f.at.effect for f in found.fit.findings if f.at.effect.name == one["effect"])]
     ]
     return [*remedies, *next_motions(found)]
 
@@ -201,10 +264,10 @@ def _untested(found: MotionDiagnosis) -> Table:
     return Table([Column("Effect", "name"), Column("Why")], rows)
 
 
-def _along_time(found: MotionDiagnosis) -> Chart | None:
+def _along_time(fit: MotionFit) -> Chart | None:
     """Tracking errors of the joint with the largest gap in its worst run, before and after."""
-    gap, log = found.gap("tracking"), found.log
-    if gap is None or found.left is None:
+    gap, log = fit.gap("tracking"), fit.log
+    if gap is None or fit.left is None:
         return None
     joint = int(np.nanargmax(gap.calibrated))
     error = log.q[:, joint] - log.command[:, joint]
@@ -213,7 +276,7 @@ def _along_time(found: MotionDiagnosis) -> Chart | None:
     time, n = log.time_s[kept], len(log.time_s[kept])
     data = records(
         time=np.tile(time, 2),
-        error=TURN * np.concatenate([error[kept], found.left[kept, joint]]),
+        error=TURN * np.concatenate([error[kept], fit.left[kept, joint]]),
         series=["before"] * n + ["after, unseen"] * n,
     )
     name = log.series[log.run[rows.start]]

@@ -4,7 +4,8 @@ import json
 from typing import TYPE_CHECKING, Final, final
 
 from robolaser.motion.diagnosis import MotionDiagnosis
-from robolaser.motion.result_json import motion_json
+from robolaser.motion.fit import MotionFit
+from robolaser.motion.result_json import motion_calibration_json, motion_json
 from robolaser.report import motion as of_motion
 from robolaser.report.document import Document
 from robolaser.results import PAGE, Files, FittedResult, printed
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MOTION_FILES: Final = ("diagnosis.json", PAGE)
+MOTION_CALIBRATION_FILES: Final = ("calibration.json", PAGE)
 
 
 @final
@@ -49,3 +51,43 @@ class MotionResult(FittedResult):
     def __str__(self) -> str:
         """The summary that the command prints."""
         return printed(lambda out: of_motion.print_motion(self.diagnosis, console=out))
+
+
+@final
+class MotionCalibrationResult(FittedResult):
+    """Numbers of effects on a moving arm: the entries of calibration.json, as a dictionary and as attributes.
+
+    Attributes:
+        fit: With all that a report shows.
+    """
+
+    command = "calibrate"
+
+    def __init__(self, made: MotionFit, seed: int) -> None:
+        super().__init__(motion_calibration_json(made, seed))
+        self.fit = made
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each number of each effect."""
+        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+        rows = [
+            {"effect": one["effect"], "where": one["where"], "parameter": name, **number}
+            for one in self.to_dict()["effects"]
+            for name, number in one["parameters"].items()
+        ]
+        return pd.DataFrame(rows, columns=["effect", "where", "parameter", "value", "std", "unit"])
+
+    def files(self, *, command: str = "") -> Files:
+        """calibration.json and the page."""
+        return {
+            "calibration.json": json.dumps(self.to_dict(), indent=1) + "\n",
+            PAGE: of_motion.calibration_page(self.fit, command=command),
+        }
+
+    def _document(self, *, brief: bool) -> Document:
+        return of_motion.calibration_document(self.fit)
+
+    def __str__(self) -> str:
+        """The summary that the command prints."""
+        return printed(lambda out: of_motion.print_calibration(self.fit, console=out))

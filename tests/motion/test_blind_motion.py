@@ -47,7 +47,7 @@ def test_the_class_of_cause_is_named_and_nothing_false_for_certain(name: str) ->
 def test_an_arm_that_follows_its_model_has_no_gap() -> None:
     found = found_in(SOUND)
     assert found.verdict == "no_gap"
-    assert found.findings == ()
+    assert found.fit.findings == ()
 
 
 def test_what_no_effect_describes_is_unexplained_at_its_joint() -> None:
@@ -58,7 +58,7 @@ def test_what_no_effect_describes_is_unexplained_at_its_joint() -> None:
 
 
 def test_the_numbers_are_those_of_the_world() -> None:
-    (payload,) = [one for one in found_in("a payload").findings if one.at.effect.name == "payload"]
+    (payload,) = [one for one in found_in("a payload").fit.findings if one.at.effect.name == "payload"]
     mass, deviation, unit = payload.numbers["mass"]
     assert mass == pytest.approx(1.5, abs=0.02)
     assert unit == "kg"

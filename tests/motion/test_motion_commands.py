@@ -17,7 +17,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("motion")
     (made / "arm.urdf").write_text(urdf(), encoding="utf-8")
     asked = ["--sensor", "motion", "--robot", str(made / "arm.urdf"), "--flange", "tool", "--sessions", "4"]
-    assert main(["simulate", *asked, "--effect", "lag:lift=0.06", "--output", str(made / "log"), "--seed", "2"]) == 0
+    assert (
+        main(
+            [
+                "simulate",
+                *asked,
+                "--effect",
+                "lag:lift=0.06",
+                "--effect",
+                "viscous_friction:pan=2",
+                "--output",
+                str(made / "log"),
+                "--seed",
+                "2",
+            ]
+        )
+        == 0
+    )
     return made
 
 
@@ -41,15 +57,14 @@ def test_diagnose_writes_what_the_schema_says_and_a_page(folder: Path, capsys: p
     assert printed == written
     jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
     assert written["verdict"] == "explained"
-    assert written["kinds"][0]["effect"] == "lag"
-    assert written["kinds"][0]["where"] == ["lift"]
+    assert {one["effect"]: one["where"] for one in written["kinds"]} == {"lag": ["lift"], "viscous_friction": ["pan"]}
     assert (written["objective_m2"], written["rms_m"]) == (None, None)
-    assert {row["rows"]: row["unit"] for row in written["rows"]} == {"tracking": "rad", "torque": "Nm", "load": "rad"}
+    assert {row["kind"]: row["unit"] for row in written["rows"]} == {"tracking": "rad", "torque": "Nm", "load": "rad"}
     page = (folder / "why" / "report.html").read_text(encoding="utf-8")
     assert "lift" in page
 
 
-@pytest.mark.parametrize("command", ["calibrate", "plan", "scan"])
+@pytest.mark.parametrize("command", ["plan", "view"])
 def test_other_commands_say_what_a_motion_is_for(
     folder: Path, command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -64,3 +79,28 @@ def test_an_unknown_effect_is_answered_with_the_nearest_name(
     asked = ["simulate", "--sensor", "motion", "--robot", str(folder / "arm.urdf"), "--flange", "tool"]
     assert main([*asked, "--effect", "lagg:lift=0.06", "--output", str(tmp_path / "log")]) != 0
     assert "'lag'" in capsys.readouterr().err
+
+
+def test_calibrate_finds_the_numbers_of_what_is_asked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["--with", "lag:lift", "--with", "viscous_friction:pan", "--output", str(folder / "numbers")]
+    code, printed = run(capsys, "calibrate", str(folder / "log"), *asked)
+    assert code == 0
+    written = json.loads((folder / "numbers" / "calibration.json").read_text(encoding="utf-8"))
+    assert printed == written
+    jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("calibration.schema.json").read_text()))
+    lag = next(one for one in written["effects"] if one["effect"] == "lag")
+    assert lag["where"] == "lift"
+    assert lag["parameters"]["time"]["value"] == pytest.approx(0.06, rel=0.01)
+    assert (written["objective_m2"], written["rms_m"]) == (None, None)
+    assert written["held_out_rms_m"] < 1e-4
+    assert (folder / "numbers" / "report.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"), [("lagg", "'lag'"), ("lag:lif", "'lift'"), ("range_limit:pan", "range_limit at pan")]
+)
+def test_calibrate_says_why_an_effect_cannot_be_fitted(
+    folder: Path, asked: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main(["calibrate", str(folder / "log"), "--with", asked, "--output", str(tmp_path / "out")]) != 0
+    assert said in capsys.readouterr().err

@@ -1,0 +1,220 @@
+"""The rows of each kind that a log allows, and what a search for effects finds in them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints, Progress
+from robolaser.errors import DataError
+from robolaser.motion.effect import At, Kind, MotionEffect
+from robolaser.motion.evidence import Fitted
+from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
+from robolaser.motion.linear_rows import LinearRows, candidates_of
+from robolaser.motion.log import MotionLog
+from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part
+from robolaser.motion.quantities import quantities
+from robolaser.motion.remains import coordinate
+from robolaser.motion.selection import Judged, Search, side_by_side
+from robolaser.motion.torques import unusable_torque
+from robolaser.motion.tracking import ONE_CLOCK_S, TrackingRows
+
+SEARCHED_ROWS = 24_000
+LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
+"""Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
+PASSES = 2
+
+
+Searching = Callable[[Sequence[At], float, tuple[At, ...]], Search]
+"""How effects are chosen: from candidates, the least share of squares that each must explain, and a beginning."""
+
+
+def parts_of(
+    log: MotionLog, library: Sequence[MotionEffect], searching: Searching, tell: Progress
+) -> tuple[list[Part], dict[str, str], list[str]]:
+    """What each kind of rows says.
+
+    Args:
+        log: Commands, encoders and torques along time.
+        library: Effects that may be at work.
+        searching: How they are chosen.
+        tell: Called with the current step and its finished share.
+
+    Returns:
+        The parts, reasons of effects that cannot be tested, and remarks.
+
+    Raises:
+        DataError: Nothing can be compared: there are neither commands nor torques nor a second encoder.
+    """
+    parts: list[Part] = []
+    missing: dict[str, str] = {}
+    remarks: list[str] = []
+    if (log.has("command") & log.has("q")).any():
+        tell("tracking", 0.1)
+        parts.append(_tracking(log, library, missing, searching))
+    if log.has("tau").any():
+        reason = unusable_torque(log)
+        if reason:
+            remarks.append(f"Torque rows are set aside: {reason}.")
+            missing |= {one.name: reason for one in library if one.rows == "torque"}
+        else:
+            tell("torques", 0.6)
+            parts.append(_linear(log, library, "torque", missing, searching))
+    if (log.has("load") & log.has("q")).any():
+        tell("encoders", 0.8)
+        parts.append(_linear(log, library, "load", missing, searching))
+    if not parts:
+        raise DataError(
+            "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm with their signs, nor"
+            " a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.", file="motion.csv",
+        )  # fmt: skip
+    absent = {"tracking": "no commands in the data", "torque": "no torques in the data",
+              "load": "no encoder behind the gear in the data"}  # fmt: skip
+    there = {part.gap.kind for part in parts}
+    missing = {one.name: absent[one.rows] for one in library if one.rows not in there} | missing
+    return parts, missing, remarks
+
+
+def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching) -> Part:
+    rows = TrackingRows(log, _some_runs(log))
+    candidates = []
+    for joint in rows.joints.tolist():
+        found, absent = rows.candidates(library, joint)
+        candidates.append(found)
+        missing |= absent
+    candidates = rows.with_one_clock(candidates)
+    starts = rows.usual(candidates)
+    least = LEAST_SHARE["tracking"]
+    for _ in range(PASSES):  # what is left of a better model has less memory
+        selected = side_by_side(
+            rows, [searching(each, least, start) for each, start in zip(candidates, starts, strict=True)]
+        )
+        starts = [one.model.effects for one in selected]
+        rows.count_memory()
+    models = [(joint, one.model) for joint, one in zip(rows.joints.tolist(), selected, strict=True)]
+    whole = TrackingRows(log)
+    whole.independent = rows.independent * len(log) / max(1, rows.used)
+    refined = whole.refined(models, rows)
+    ideal = np.where(np.isfinite(log.command), log.q - log.command, np.nan)
+    ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
+    after = np.full_like(ideal, np.nan)
+    fold = folds(log.run)
+    for number in np.unique(fold):
+        held = fold == number
+        part = whole.without(held)
+        again = part.refined(list(zip(rows.joints.tolist(), refined, strict=True)), whole)
+        paths = part.predicted(list(zip(rows.joints.tolist(), again, strict=True)))
+        after[held] = (log.q - paths)[held]
+    calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
+    after = _less_constants(log, after) if log.offset_per_series else after
+    step = log.encoder_step_rad or resolution(log.q)
+    floor = np.minimum(white_noise(after, log.run, step), root_mean_squares(after))
+    before, then = root_mean_squares(calibrated), root_mean_squares(after)
+    findings, places = [], {}
+    for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
+        if one.judged and not then[joint] < before[joint]:
+            after[:, joint], then[joint] = calibrated[:, joint], before[joint]
+            continue
+        deviations = whole.deviations(refined[number], joint)
+        count = max(1.0, rows.count(joint))
+        findings += [
+            _finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged
+        ]
+        holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
+        told = np.nan_to_num(log.command[:, joint])
+        places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
+    findings = _told_from_clocks(findings, len(rows.joints))
+    gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
+    enough = np.full(len(log.joints), FOLLOWS_RAD)
+    tested = tuple(at for each in candidates for at in each)
+    return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+
+
+def _linear(
+    log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str], searching: Searching
+) -> Part:
+    of = quantities(log, kind)
+    if not len(of.q):
+        raise DataError("motion.csv: no series is longer than a second, too short for velocities.", file="motion.csv")
+    values = of.measured - of.rigid if kind == "torque" else of.measured
+    candidates, absent = candidates_of(of, library, kind)
+    missing |= absent
+    size = np.nan_to_num(root_mean_squares(of.measured))
+    enough = np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()) if kind == "torque" else np.zeros(len(size))
+    rows = LinearRows(of, values, candidates, form=enough / 2.0)
+    rows.count_memory()
+    (selected,) = side_by_side(rows, [searching(candidates, LEAST_SHARE[kind], ())])
+    ideal = rows.residuals(selected.ideal)
+    after = np.full_like(ideal, np.nan)
+    fold = folds(of.run)
+    for number in np.unique(fold):
+        part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
+        (again,) = part.fit([(0, selected.model.effects)])
+        after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
+    before, then = root_mean_squares(ideal), root_mean_squares(after)
+    worse = ~(then < before)
+    after[:, worse] = ideal[:, worse]
+    then = np.where(worse, before, then)
+    white = white_noise(after, of.run, None)
+    floor = np.minimum(np.hypot(white, of.torque_noise) if kind == "torque" else white, then)
+    deviations = rows.deviations(selected.model)
+    findings = [
+        _finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))
+        for judged in selected.judged
+        if judged.at.effect.site != "joint" or not worse[judged.at.joint]
+    ]
+    places = {
+        name: coordinate(after[:, j], of.run, of.time_s, of.q[:, j], of.rigid[:, j])
+        for j, name in enumerate(log.joints)
+        if np.isfinite(after[:, j]).any()
+    }
+    gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
+    return Part(log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+
+
+def _finding(
+    judged: Judged, kind: Kind, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
+) -> Finding:
+    at = fitted.effects.index(judged.at)
+    numbers = {
+        number.name: (float(value), float(deviation), number.unit)
+        for number, value, deviation in zip(judged.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
+    }
+    gained = np.maximum(judged.without.squares - model.squares, 0.0) / count
+    return Finding(judged, kind, numbers, gained)
+
+
+def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
+    """Findings without a clock that does not shift all joints.
+
+    Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
+    """
+    clocks = [one for one in findings if one.at.effect.name == "clock_shift"]
+    if len(clocks) < joints:
+        findings = [one for one in findings if one not in clocks]
+    late = [one for one in findings if one.at.effect.name == "dead_time"]
+    delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)
+    if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
+        least = min(late, key=lambda one: one.judged.probability)
+        clock = [one for one in least.judged.rivals if one.effect.name == "clock_shift"]
+        return [replace(one, judged=one.judged.beside(least.judged, clock)) if one in late else one for one in findings]
+    return [replace(one, judged=one.judged.less("clock_shift")) if one in late else one for one in findings]
+
+
+def _less_constants(log: MotionLog, errors: Array) -> Array:
+    out = errors.copy()
+    for rows in log.rows_of_runs:
+        with np.errstate(all="ignore"):
+            out[rows] -= np.nanmean(out[rows], axis=0)
+    return out
+
+
+def _some_runs(log: MotionLog) -> Ints:
+    """Runs of which effects are looked for, in all of a long log: evenly, whole ones."""
+    share = max(1, round(len(log) / SEARCHED_ROWS))
+    runs = np.arange(len(log.series), dtype=np.int64)
+    if len(runs) < 4 * share:
+        return runs
+    told = np.nan_to_num(log.command)
+    extremes = {int(log.run[row]) for row in (*told.argmin(axis=0), *told.argmax(axis=0))}
+    return np.array(sorted({*runs[::share].tolist(), *extremes}), dtype=np.int64)
