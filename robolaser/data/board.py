@@ -17,7 +17,7 @@ class Board:
         columns: Inner corners along x, or circles.
         rows: The same along y.
         square_m: Side of a square, or distance of circles, OpenCV's half of it where every other row is shifted [m].
-        kind: What is printed on it.
+        kind: What is printed on it; one of the modified circles is larger, and is the origin.
         marker_m: Side of a ChArUco board's markers [m].
         dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".
     """
@@ -25,6 +25,6 @@ class Board:
     columns: Annotated[int, Meta(ge=3)]
     rows: Annotated[int, Meta(ge=3)]
     square_m: Positive
-    kind: Literal["checkerboard", "charuco", "circles"] = "checkerboard"
+    kind: Literal["checkerboard", "charuco", "circles", "modified_circles"] = "checkerboard"
     marker_m: Positive | None = None
     dictionary: str | None = None

@@ -18,6 +18,9 @@ from robolaser.errors import DataError, RobotError
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 
+COMMAND = "q_command_"
+"""Begins the name of a column with the commanded value of a joint."""
+
 
 @final
 @dataclass(frozen=True)
@@ -35,6 +38,7 @@ class Poses:
         payload_kg: Mass that the flange carries at each pose, (n,) [kg]; None: not stated.
         temperature_c: Temperature at each pose, (n,) [°C]; None: not measured.
         session: The campaign that each pose belongs to; None: all to one.
+        following: Command less reading of each joint that states commands, (n,) [rad or m].
         extra: Any further column, as texts; see `coordinates`.
     """
 
@@ -47,6 +51,7 @@ class Poses:
     payload_kg: Array | None = None
     temperature_c: Array | None = None
     session: tuple[str, ...] | None = None
+    following: Mapping[str, Array] = field(default_factory=dict)
     extra: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     qd_from_path: bool = False
 
@@ -64,8 +69,9 @@ class Poses:
 
     @cached_property
     def coordinates(self) -> Mapping[str, Array]:
-        """Columns in which a gap may lie, (n,) each: payload, temperature and all of `extra` that is numbers."""
-        further = {name: numbers(cells) for name, cells in self.extra.items()}
+        """Columns in which a gap may lie, (n,) each: payload, temperature, `following`, numbers of `extra`."""
+        further = {name: numbers(cells) for name, cells in self.extra.items() if not name.startswith(COMMAND)}
+        further |= {f"{COMMAND}{joint} less q_{joint}": values for joint, values in self.following.items()}
         known = {"payload_kg": self.payload_kg, "temperature_c": self.temperature_c, **further}
         return {name: values for name, values in known.items() if values is not None}
 
@@ -86,6 +92,7 @@ class Poses:
             payload_kg=some(self.payload_kg),
             temperature_c=some(self.temperature_c),
             session=None if self.session is None else tuple(self.session[i] for i in rows),
+            following={joint: values[rows] for joint, values in self.following.items()},
             extra={name: tuple(cells[i] for i in rows) for name, cells in self.extra.items()},
         )
 
@@ -171,6 +178,7 @@ class Noise:
         pixel_px: Of a pixel.
         target_m: Of a target point; its repeats share one error.
         joint_rad: Of a joint reading.
+        joint_step_rad: What a joint reading is rounded to: an even error of known size, beside that of `joint_rad`.
         repeatability_m: How well the arm comes back to a place of its flange, as its data sheet says (ISO 9283); no
             standard deviation, but a limit: scatter of whole poses beyond it is a gap.
         point_m: Of a tracker's point, of a 6-D pose's place, of a profile's point.
@@ -181,10 +189,21 @@ class Noise:
     pixel_px: Positive | None = None
     target_m: Positive | None = None
     joint_rad: Positive | None = None
+    joint_step_rad: Positive | None = None
     repeatability_m: Positive | None = None
     point_m: Positive | None = None
     angle_rad: Positive | None = None
     distance_m: Positive | None = None
+
+    @property
+    def rounding_rad(self) -> float:
+        """Standard deviation of a joint reading by its steps alone [rad]: that of an even error."""
+        return float(self.joint_step_rad or 0.0) / float(np.sqrt(12.0))
+
+    @property
+    def reading_rad(self) -> float | None:
+        """Of a joint reading by all that is stated [rad]; None where only its steps are."""
+        return None if self.joint_rad is None else float(np.hypot(self.joint_rad, self.rounding_rad))
 
 
 @final

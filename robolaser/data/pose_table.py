@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table
-from robolaser.data.dataset import Poses
+from robolaser.data.dataset import COMMAND, Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, inside, no_rotation
 from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError
@@ -69,6 +69,10 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
         warnings += [*_outside_limits(table, q, robot), *_unlisted(table, q_columns)]
     known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", "session", *readings}
     poses = replace(poses, extra={name: cells for name, cells in table.columns.items() if name not in known})
+    if poses.q is not None:
+        told = [joint for joint in joints if f"{COMMAND}{joint}" in table]
+        commands = table.numbers([f"{COMMAND}{joint}" for joint in told])
+        poses = replace(poses, following={j: commands[:, i] - poses.q[:, joints.index(j)] for i, j in enumerate(told)})
     return poses, [*warnings, *_no_coordinates(table, poses)]
 
 
@@ -180,7 +184,8 @@ def _exchanged(q: Array, robot: Robot) -> str:
 
 
 def _unlisted(table: CsvTable, q_columns: list[str]) -> list[str]:
-    unread = [column for column in table.columns if column.startswith("q_") and column not in q_columns]
+    told = [f"{COMMAND}{column.removeprefix('q_')}" for column in q_columns]
+    unread = [column for column in table.columns if column.startswith("q_") and column not in (*q_columns, *told)]
     if not unread:
         return []
     which = "that joint" if len(unread) == 1 else "those joints"
@@ -196,7 +201,7 @@ def _no_coordinates(table: CsvTable, poses: Poses) -> list[str]:
         f"{table.file}, column {name} is not a number in every row (row {_first_text(table, cells)}): it is kept, but"
         " the diagnosis does not look for a gap along it."
         for name, cells in poses.extra.items()
-        if name not in poses.coordinates and any(cells) and not name.startswith(IMAGES)
+        if name not in poses.coordinates and any(cells) and not name.startswith((IMAGES, COMMAND))
     ]
 
 

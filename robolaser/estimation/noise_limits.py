@@ -22,7 +22,8 @@ LEVER_M: Final = 0.3
 def noise_limits(sources: Collection[ErrorSource], dataset: Dataset, *, alone: bool) -> Mapping[str, float]:
     """The largest standard deviation that counts as noise, by name of source and in its unit, where there is a limit.
 
-    A stated repeatability limits the root-mean-square shift of the flange that a source causes by itself.
+    A stated repeatability limits the root-mean-square shift of the flange that a source causes by itself. Readings in
+    coarse steps may err by these, too.
 
     Args:
         sources: The noise sources of the rows.
@@ -30,17 +31,20 @@ def noise_limits(sources: Collection[ErrorSource], dataset: Dataset, *, alone: b
         alone: Whether each pose has one row: then the row's errors are the pose's.
     """
     stated = dataset.noise.repeatability_m
+    rounding = dataset.noise.rounding_rad
     usual = {}
     for source in sources:
         of_pose = alone or source.level == "pose"
         largest = LARGEST_ROW_ERROR | (LARGEST_SCATTER if of_pose else {})
         if source.unit in largest:
             usual[source.name] = largest[source.unit]
+    if "joint" in usual:
+        usual["joint"] = float(np.hypot(usual["joint"], rounding))
     if stated is None:
         return usual
     axis = stated / np.sqrt(3.0)
     return usual | {
-        source.name: stated / _reach(dataset)
+        source.name: float(np.hypot(stated / _reach(dataset), rounding))
         if source.name == "joint"
         else axis
         if source.unit == "m"

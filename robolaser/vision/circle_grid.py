@@ -7,6 +7,9 @@ from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.vision.board import LARGEST_UNEVENNESS, Image
 
+LARGER = 1.15
+"""Times the usual diameter, from which a circle is the one that marks the origin."""
+
 
 def find_circles(image: Image, board: Board, *, staggered: bool) -> tuple[Array, ...]:
     """Middles of the circles, (rows, columns, 2) [px] as (u, v), once for each way to lay the frame; () where not seen.
@@ -23,7 +26,9 @@ def find_circles(image: Image, board: Board, *, staggered: bool) -> tuple[Array,
             if found:
                 grid = np.asarray(middles, dtype=np.float64).reshape(board.rows, board.columns, 2)
                 if _is_even(grid, staggered=staggered):
-                    return _ways(grid, staggered=staggered)
+                    ways = _ways(grid, staggered=staggered)
+                    is_marked = board.kind == "modified_circles"
+                    return _from_the_largest(ways, np.asarray(ground, dtype=np.uint8)) if is_marked else ways
     return ()
 
 
@@ -43,6 +48,23 @@ def _is_even(grid: Array, *, staggered: bool) -> bool:
     off = np.linalg.norm(cv2.perspectiveTransform(places.reshape(-1, 1, 2), H).reshape(-1, 2) - pixel, axis=-1)
     pitch = float(np.median(np.linalg.norm(np.diff(grid, axis=0), axis=-1)))
     return bool(off.max() <= LARGEST_UNEVENNESS * pitch)
+
+
+def _from_the_largest(ways: tuple[Array, ...], ground: Image) -> tuple[Array, ...]:
+    """The way that has the circle larger than the others first; () where no circle is."""
+    spots = cv2.SimpleBlobDetector.create().detect(ground)
+    if not spots:
+        return ()
+    middles, sizes = np.array([spot.pt for spot in spots]), np.array([spot.size for spot in spots])
+
+    def size_at(grid: Array) -> Array:
+        apart = np.linalg.norm(grid.reshape(-1, 1, 2) - middles, axis=-1)
+        return np.asarray(sizes[apart.argmin(axis=1)])
+
+    large = size_at(ways[0])
+    if large.max() < LARGER * np.median(large):
+        return ()
+    return (min(ways, key=lambda grid: int(size_at(grid).argmax())),)
 
 
 def _ways(grid: Array, *, staggered: bool) -> tuple[Array, ...]:

@@ -86,7 +86,7 @@ def target_in(image: Image, board: Board, *, staggered: bool = False) -> tuple[A
     if board.kind == "charuco":
         grid = find_charuco(image, board)
         ways: tuple[Array, ...] = () if grid is None else (grid,)
-    elif board.kind == "circles":
+    elif board.kind in ("circles", "modified_circles"):
         ways = find_circles(image, board, staggered=staggered)
     else:
         seen = find_board(image, columns=board.columns, rows=board.rows)
@@ -104,8 +104,12 @@ def _is_telling(there: Bools) -> bool:
 
 
 def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageError:
-    what = {"checkerboard": "a checkerboard", "charuco": "a ChArUco board", "circles": "a grid of circles"}[board.kind]
-    nodes = "circles" if board.kind == "circles" else "inner corners"
+    what, nodes = {
+        "checkerboard": ("a checkerboard", "inner corners"),
+        "charuco": ("a ChArUco board", "inner corners"),
+        "circles": ("a grid of circles", "circles"),
+        "modified_circles": ("a grid of circles, one of them larger,", "circles"),
+    }[board.kind]
     count = sum(bool(one.ways) for one in turned)
     if count and board.columns != board.rows:
         return ImageError(

@@ -161,3 +161,18 @@ def left_by(columns: Array, residuals: Array) -> float:
     U, s, _ = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), full_matrices=False)
     U = U[:, s > 1e-9 * s[0]]
     return float(np.linalg.norm(e - U @ (U.T @ e)) / np.linalg.norm(e))
+
+
+def test_coarse_readings_are_no_gap_where_their_step_is_stated() -> None:
+    step = 4e-3
+    made = simulate(
+        find_robot("ur5"),
+        kind="point",
+        poses=50,
+        noise=Noise(point_m=3e-5, joint_rad=step / 12.0**0.5),
+        options=CellOptions(stated=Noise(point_m=3e-5, joint_step_rad=step)),
+        seed=2,
+    )
+    assert examine(made.dataset, seed=0).verdict == "no_gap"
+    unsaid = replace(made.dataset, noise=Noise(point_m=3e-5))
+    assert examine(unsaid, seed=0).verdict == "unexplained"

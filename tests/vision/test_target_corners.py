@@ -29,6 +29,7 @@ BOARDS = {
     "circles": Board(7, 5, 0.03, "circles"),
     "staggered circles": Board(4, 7, 0.02, "circles"),
     "square circles": Board(5, 5, 0.03, "circles"),
+    "modified circles": Board(5, 5, 0.03, "modified_circles"),
 }
 
 
@@ -49,7 +50,14 @@ def drawn(name: str) -> tuple[np.ndarray, float]:
         for row in range(rows):
             for column in range(columns):
                 x = 2 * column + row % 2 if staggered else column
-                cv2.circle(flat, ((x + 1) * PX, (row + 1) * PX), int(0.3 * PX), 0, -1, cv2.LINE_AA)
+                cv2.circle(
+                    flat,
+                    ((x + 1) * PX, (row + 1) * PX),
+                    int((0.4 if name.startswith("modified") and row == column == 0 else 0.3) * PX),
+                    0,
+                    -1,
+                    cv2.LINE_AA,
+                )
     edge = int(MARGIN * PX)
     return np.pad(flat, edge, constant_values=255), 1.0 + MARGIN
 
@@ -62,7 +70,7 @@ def looked_at(name: str, T_camera_board: np.ndarray) -> np.ndarray:
     to_board = np.array([[square / PX, 0, -first * square], [0, square / PX, -first * square], [0, 0, 1]])
     half = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])  # between pixels' middles and edges
     # circles are drawn about pixels' middles, squares between pixels' edges
-    flat_half = np.eye(3) if BOARDS[name].kind == "circles" else half
+    flat_half = np.eye(3) if "circles" in BOARDS[name].kind else half
     H = np.linalg.inv(half) @ np.diag([2.0, 2.0, 1.0]) @ half @ H @ to_board @ flat_half
     fine = cv2.warpPerspective(flat, H, (2 * SIZE[0], 2 * SIZE[1]), flags=cv2.INTER_LINEAR, borderValue=120)
     return cv2.resize(fine, SIZE, interpolation=cv2.INTER_AREA)
@@ -97,7 +105,7 @@ def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None]
     return robolaser.load(folder)
 
 
-@pytest.mark.parametrize("name", ["checkerboard", "charuco", "circles", "staggered circles"])
+@pytest.mark.parametrize("name", ["checkerboard", "charuco", "circles", "staggered circles", "modified circles"])
 def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str) -> None:
     made = recording(tmp_path, name)
     seen, dataset = points_of_target(made)

@@ -9,7 +9,7 @@ from robolaser.errors import UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH
 
 BOARD: Final = "board"  # option that says what is printed on the board
-KINDS = ("checkerboard", "charuco", "circles")
+KINDS = ("checkerboard", "charuco", "circles", "modified_circles")
 FORM = "--set board=checkerboard,7x6,10mm or --set board=charuco,4x6,36mm,18mm,DICT_6X6_250 (inner corners in x and y)"
 DIGITS = 12  # 36 mm are 0.036 m, and not 0.036000000000000004
 _LENGTH = re.compile(r"(?P<number>[0-9.eE+-]+)(?P<unit>[a-z]+)")

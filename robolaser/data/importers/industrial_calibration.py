@@ -114,7 +114,7 @@ def _board(finder: Any, file: str) -> Board:
         square, marker = length("chessboard_dim"), length("aruco_marker_dim")
         return Board(count("cols") - 1, count("rows") - 1, square, "charuco", marker, dictionary)
     if kind.startswith("ModifiedCircleGrid"):
-        return Board(count("cols"), count("rows"), length("spacing"), "circles")
+        return Board(count("cols"), count("rows"), length("spacing"), "modified_circles")
     raise DataError(
         f"{file}, target_finder.type: {kind} is a board that robolaser does not find in images; it finds ChArUco boards"
         " and grids of circles.",

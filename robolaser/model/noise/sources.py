@@ -44,7 +44,7 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
     has_joints = dataset.robot is not None and dataset.poses.q is not None
     if has_joints:
         effect = _joint_effect(model, values, perturb)
-        found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.joint_rad))
+        found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.reading_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
     if blocks.has_tracker and has_joints:
         whole = "probe"
