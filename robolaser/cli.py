@@ -15,6 +15,7 @@ from robolaser.commands.challenge import challenge
 from robolaser.commands.check import check
 from robolaser.commands.compare import compare
 from robolaser.commands.diagnose import diagnose
+from robolaser.commands.diff import diff
 from robolaser.commands.emulate import emulate
 from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
@@ -66,6 +67,7 @@ app.command(import_files, name="import", group=data)
 app.command(check, group=data)
 app.command(scan, group=use)
 app.command(view, group=use)
+app.command(diff, group=use)
 app.command(compare, group=methods)
 challenge.group = methods
 app.command(challenge)

@@ -1,0 +1,66 @@
+"""Two results side by side."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import robolaser
+from robolaser.cli import main
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import simulate
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("results")
+    data = simulate(find_robot("scorbot_er7"), poses=25, points=6, effects={"laser_roll": 0.05}, seed=1).dataset
+    robolaser.calibrate(data).save(made / "plain")
+    robolaser.calibrate(data, effects=["laser_roll"]).save(made / "rolled")
+    robolaser.diagnose(data, seed=0).save(made / "why")
+    return made
+
+
+def rows(folder: Path, first: str, second: str, capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, Any]]:
+    assert main(["diff", str(folder / first), str(folder / second), "--json"]) == 0
+    return {row["name"]: row for row in json.loads(capsys.readouterr().out)["rows"]}
+
+
+def test_a_number_changes_by_what_the_files_say(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = rows(folder, "plain", "rolled", capsys)
+    before, after = (robolaser.load_calibration(folder / name) for name in ("plain", "rolled"))
+    assert found["theta"]["change"] == pytest.approx(after.value("theta") - before.value("theta"))
+    assert found["theta"]["unit"] == "rad"
+    assert found["rms_m"]["second"] < found["rms_m"]["first"]
+
+
+def test_what_one_result_does_not_say_is_null(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = rows(folder, "plain", "rolled", capsys)["laser_roll.laser.angle"]
+    assert found["first"] is None
+    assert found["second"] == pytest.approx(0.05, rel=0.1)
+    assert "change" not in found
+
+
+def test_a_result_beside_itself_does_not_change(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = rows(folder, "why", "why", capsys)
+    assert found["verdict"]["first"] == "explained"
+    assert found["probability of laser_roll at laser"]["change"] == 0.0
+    assert all(row.get("change", 0.0) == 0.0 for row in found.values())
+
+
+def test_people_see_a_table(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["diff", str(folder / "plain"), str(folder / "rolled")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "change" in lines[0]
+    assert any(line.startswith("theta") and "standard errors" in line for line in lines)
+
+
+@pytest.mark.parametrize(("second", "said"), [("why", "one kind"), ("nowhere", "nowhere")])
+def test_what_cannot_be_compared_is_said(
+    folder: Path, second: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["diff", str(folder / "plain"), str(folder / second)]) != 0
+    told = capsys.readouterr().err
+    assert said in told
+    assert "Traceback" not in told
