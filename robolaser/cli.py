@@ -17,6 +17,7 @@ from robolaser.commands.compare import compare
 from robolaser.commands.diagnose import diagnose
 from robolaser.commands.diff import diff
 from robolaser.commands.emulate import emulate
+from robolaser.commands.export import export
 from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
@@ -68,6 +69,7 @@ app.command(check, group=data)
 app.command(scan, group=use)
 app.command(view, group=use)
 app.command(diff, group=use)
+app.command(export, group=use)
 app.command(compare, group=methods)
 challenge.group = methods
 app.command(challenge)

@@ -30,8 +30,6 @@ from robolaser.diagnosis.thresholds import (
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect, Effect
 
-KNOWN_WELL: Final = 0.99
-"""Probability, beyond which no other model is looked for."""
 UNKNOWN: Final = "unknown"
 """The class of causes that no effect of the library describes."""
 
@@ -113,7 +111,7 @@ def cause_kinds(
         places = {one.where: p for one, p in probabilities.items() if one.effect is kind}
         without = _without(refits, final, own)
         some = 1.0 - float(np.prod([1.0 - p for p in places.values()]))
-        if some < KNOWN_WELL and len(places) > 1:
+        if some < CREDIBLE_MASS and len(places) > 1:
             some = max(some, _probability(refits, final, without, _kind, kind))
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
         found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))

@@ -31,8 +31,8 @@ def difference(first: str | Path, second: str | Path) -> dict[str, Any]:
         DataError: One cannot be read, or is no calibration and no diagnosis.
         UsageError: One is a calibration, the other a diagnosis.
     """
-    kind, before = _read(Path(first))
-    other, after = _read(Path(second))
+    kind, before = read_result(Path(first))
+    other, after = read_result(Path(second))
     if kind != other:
         raise UsageError(f"{first} is of the format {kind}, {second} of {other}: compare results of one kind.")
     words = [] if "verdict" not in before else [_row("verdict", before["verdict"], after.get("verdict"))]
@@ -40,7 +40,12 @@ def difference(first: str | Path, second: str | Path) -> dict[str, Any]:
     return {"format": FORMAT, "kind": kind, "results": [before.get("dataset"), after.get("dataset")], "rows": rows}
 
 
-def _read(path: Path) -> tuple[str, Mapping[str, Any]]:
+def read_result(path: Path) -> tuple[str, Mapping[str, Any]]:
+    """Format and contents of a result in a folder, or of its JSON file.
+
+    Raises:
+        DataError: It cannot be read, or is no calibration and no diagnosis.
+    """
     there = [path / name for name in FILES.values() if (path / name).is_file()] if path.is_dir() else [path]
     if not there:
         raise DataError(f"{path} holds no result: neither {' nor '.join(FILES.values())} is there.")

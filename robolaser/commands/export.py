@@ -1,0 +1,72 @@
+"""robolaser export: a result in a copy of the user's own robot."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from robolaser.commands.options import RESULT, Force
+from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.errors import DataError, OutputError
+
+
+def export(
+    result: Path,
+    /,
+    *,
+    into: Annotated[Path, Parameter(metavar="FILE")],
+    output: Annotated[Path, Parameter(metavar="FILE", group=RESULT)],
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+) -> None:
+    """Write a result's numbers into a copy of your own URDF or MJCF; all else in it stays.
+
+    For example:
+
+        robolaser export result --into cell.urdf --output cell-corrected.urdf
+        robolaser export why --into so101.xml --output so101-real.xml
+
+    Args:
+        result: Folder of a calibration or a diagnosis: of poses, for the placements of the joints; of a moving arm, for
+            friction, delays and gains.
+        into: URDF, or of a moving arm MJCF, too.
+        output: File for the copy.
+        force: Overwrite an earlier file.
+    """
+    from robolaser.bounded_reading import ROBOT_BYTES, read_text
+    from robolaser.data.atomic_write import write_text
+    from robolaser.export.into import motion_into
+    from robolaser.export.placements_into import placements_into
+    from robolaser.results.difference import read_result
+
+    if output.exists() and (output.samefile(into) or not force):
+        raise OutputError(
+            f"{output} is there already. Name another file{'' if output.samefile(into) else ', or --force'}."
+        )
+    _, contents = read_result(result)
+    text = read_text(into, ROBOT_BYTES)
+    if contents.get("kind") == "motion":
+        written = motion_into(text, contents["effects"], into.name)
+    else:
+        corrected = (result if result.is_dir() else result.parent) / "robot_corrected.urdf"
+        if not corrected.is_file():
+            raise DataError(
+                f"{result} holds no robot_corrected.urdf: nothing in the result moves the arm's joints, or its errors"
+                " are so large that no file was written."
+            )
+        written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
+    write_text(output, written.text)
+    found = {
+        "file": str(output),
+        "contains": [list(pair) for pair in written.contains],
+        "lacks": [list(pair) for pair in written.lacks],
+    }
+
+    def print_rows() -> None:
+        for effect, where in written.contains:
+            say(f"contains {effect} at {where}")
+        for effect, where in written.lacks:
+            say(f"lacks {effect} at {where}: such a file has no place for it")
+        say(f"Wrote {output}")
+
+    terminal.show(found, print_rows)

@@ -1,0 +1,152 @@
+"""A result's numbers written into a copy of a robot that a user already has: URDF or MJCF."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, final
+
+from robolaser.bounded_reading import ROBOT_BYTES
+from robolaser.errors import RobotError
+from robolaser.robot.urdf import markup
+
+Pair = tuple[str, str]
+"""An effect's name and its place."""
+
+
+@final
+@dataclass(frozen=True)
+class Written:
+    """A robot's file with a result in it."""
+
+    text: str
+    contains: tuple[Pair, ...]
+    lacks: tuple[Pair, ...]
+
+
+@final
+@dataclass(frozen=True)
+class _Numbers:
+    """The numbers of the effects at the joints of a moving arm, looked up by effect."""
+
+    at: Mapping[Pair, Mapping[str, float]]
+    used: set[Pair] = field(default_factory=set)
+
+    def take(self, effect: str, joint: str, name: str) -> float | None:
+        """A number, which then counts as written."""
+        found = self.at.get((effect, joint), {}).get(name)
+        if found is not None:
+            self.used.add((effect, joint))
+        return found
+
+
+def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
+    """Write what was found on a moving arm into its model.
+
+    A URDF takes friction (`<dynamics>`). An MJCF takes damping, frictionloss and armature of joints, and delay, gains
+    and range of their position actuators. A dead zone in a loop of stiffness kp holds what a dry friction of kp times
+    its half width holds, and is written as that.
+
+    Args:
+        text: The user's file.
+        effects: As `effects` of diagnosis.json or calibration.json.
+        source: What error messages call the file.
+
+    Raises:
+        RobotError: It is neither URDF nor MJCF, or has none of the joints.
+    """
+    root = markup.read(text, source, ROBOT_BYTES)
+    numbers = _Numbers(
+        {
+            (one["effect"], one["where"]): {name: each["value"] for name, each in one["parameters"].items()}
+            for one in effects
+        }
+    )
+    writers: dict[str, Callable[[ET.Element, _Numbers, set[str]], set[str]]] = {"robot": _urdf, "mujoco": _mjcf}
+    if root.tag not in writers:
+        raise RobotError(
+            f"{source} starts with <{str(root.tag)[:60]}>: expected a URDF, <robot>, or an MJCF, <mujoco>."
+        )
+    joints = {where for _, where in numbers.at} - {"tool", "timing"}
+    there = writers[root.tag](root, numbers, joints)
+    if joints and not there:
+        raise RobotError(f"{source} has none of the joints of the result: {', '.join(sorted(joints))}.")
+    written = tuple(pair for pair in numbers.at if pair in numbers.used)
+    lacking = tuple(pair for pair in numbers.at if pair not in numbers.used)
+    return Written(ET.tostring(root, encoding="unicode") + "\n", written, lacking)
+
+
+def _urdf(robot: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
+    there = set()
+    for joint in robot.findall("joint"):
+        name = joint.get("name", "")
+        if name not in joints:
+            continue
+        there.add(name)
+        for attribute, effect, number in (
+            ("damping", "viscous_friction", "factor"),
+            ("friction", "coulomb_friction", "torque"),
+        ):
+            value = numbers.take(effect, name, number)
+            if value is not None:
+                dynamics = joint.find("dynamics")
+                dynamics = ET.SubElement(joint, "dynamics") if dynamics is None else dynamics
+                dynamics.set(attribute, _digits(value))
+    return there
+
+
+def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
+    there = {}
+    for joint in root.iter("joint"):
+        name = joint.get("name", "")
+        if name in joints:
+            there[name] = joint
+    for name, joint in there.items():
+        for attribute, effect, number in (
+            ("damping", "viscous_friction", "factor"),
+            ("frictionloss", "coulomb_friction", "torque"),
+            ("armature", "rotor_inertia", "inertia"),
+        ):
+            value = numbers.take(effect, name, number)
+            if value is not None:
+                joint.set(attribute, _digits(value))
+    option = root.find("option")
+    step = float(option.get("timestep", DEFAULT_STEP_S) if option is not None else DEFAULT_STEP_S)
+    for actuator in root.findall("actuator/position"):
+        name = actuator.get("joint", "")
+        if name in there:
+            _actuator(actuator, there[name], numbers, step)
+    return set(there)
+
+
+DEFAULT_STEP_S = "0.002"
+"""MuJoCo's."""
+
+
+def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: float) -> None:
+    name = joint.get("name", "")
+    compliance = numbers.take("droop", name, "compliance")
+    if compliance is not None and compliance > 0.0:
+        actuator.set("kp", _digits(1.0 / compliance))
+    gain = float(actuator.get("kp", "1"))
+    lag = numbers.take("lag", name, "time")
+    if lag is not None:
+        actuator.set("kv", _digits(gain * lag))
+    delay = numbers.take("dead_time", name, "delay")
+    if delay is not None and delay > 0.0:
+        actuator.set("delay", _digits(delay))
+        actuator.set("nsample", str(int(delay / step) + 2))
+    half_width = numbers.take("dead_zone", name, "half_width")
+    if half_width is not None and joint.get("frictionloss") is None:
+        joint.set("frictionloss", _digits(gain * half_width))
+    limits = [numbers.take("range_limit", name, end) for end in ("lower", "upper")]
+    given = [end for end in limits if end is not None]
+    if given:
+        lower, upper = (
+            f"{end:.9g}" if end is not None else other for end, other in zip(limits, ("-7", "7"), strict=True)
+        )
+        actuator.set("ctrllimited", "true")
+        actuator.set("ctrlrange", f"{lower} {upper}")
+
+
+def _digits(value: float) -> str:
+    return repr(float(value))

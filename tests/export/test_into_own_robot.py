@@ -1,0 +1,113 @@
+"""A result in a copy of the user's own robot."""
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.cli import main
+from robolaser.errors import RobotError
+from robolaser.export.into import motion_into
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
+from robolaser.simulation import simulate
+
+
+def effect(name: str, where: str, **numbers: float) -> dict[str, Any]:
+    parameters = {key: {"value": value, "std": None, "unit": ""} for key, value in numbers.items()}
+    return {"effect": name, "where": where, "parameters": parameters}
+
+
+FOUND = [
+    effect("viscous_friction", "lift", factor=0.5),
+    effect("rotor_inertia", "lift", inertia=0.02),
+    effect("droop", "lift", compliance=0.05),
+    effect("lag", "lift", time=0.06),
+    effect("dead_time", "lift", delay=0.03),
+    effect("dead_zone", "lift", half_width=0.01),
+    effect("offset", "lift", angle=0.02),
+    effect("clock_shift", "timing", delay=0.002),
+]
+MJCF = """
+<mujoco><!-- mine --><option timestep="0.001" gravity="0 0 0"/>
+<worldbody><body name="arm"><joint name="lift" axis="0 1 0"/>
+<inertial mass="1" pos="0.1 0 0" diaginertia="0.01 0.01 0.01"/></body></worldbody>
+<actuator><position joint="lift" kp="5"/></actuator></mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def written() -> ET.Element:
+    return ET.fromstring(motion_into(MJCF, FOUND, "arm.xml").text)
+
+
+def test_joints_get_friction_and_inertia(written: ET.Element) -> None:
+    (joint,) = written.iter("joint")
+    assert float(joint.get("damping", 0)) == 0.5
+    assert float(joint.get("armature", 0)) == 0.02
+    assert float(joint.get("frictionloss", 0)) == pytest.approx(20.0 * 0.01)
+
+
+def test_servos_get_gains_and_a_delay(written: ET.Element) -> None:
+    (servo,) = written.iter("position")
+    assert float(servo.get("kp", 0)) == pytest.approx(20.0)
+    assert float(servo.get("kv", 0)) == pytest.approx(1.2)
+    assert float(servo.get("delay", 0)) == 0.03
+
+
+def test_mujoco_moves_the_copy_late_and_slowly() -> None:
+    def after(text: str, seconds: float) -> float:
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        data.ctrl[:] = 0.5
+        while data.time < seconds:
+            mujoco.mj_step(model, data)
+        return float(data.qpos[0])
+
+    copy = motion_into(MJCF, FOUND, "arm.xml").text
+    assert after(copy, 0.025) == 0.0
+    assert after(MJCF, 0.025) > 0.0
+    assert after(copy, 2.0) == pytest.approx(0.5, abs=0.011)  # the dead zone
+
+
+def test_what_a_file_has_no_place_for_is_said() -> None:
+    copy = motion_into(MJCF, FOUND, "arm.xml")
+    assert set(copy.lacks) == {("offset", "lift"), ("clock_shift", "timing")}
+    assert len(copy.contains) == len(FOUND) - 2
+
+
+def test_a_urdf_takes_friction() -> None:
+    robot = find_robot("ur5")
+    copy = motion_into(robot.urdf, [effect("viscous_friction", "elbow_joint", factor=3.0)], "ur5.urdf")
+    (joint,) = [one for one in ET.fromstring(copy.text).findall("joint") if one.get("name") == "elbow_joint"]
+    dynamics = joint.find("dynamics")
+    assert dynamics is not None
+    assert float(dynamics.get("damping", 0)) == 3.0
+
+
+def test_another_robot_is_refused() -> None:
+    with pytest.raises(RobotError, match="none of the joints"):
+        motion_into(find_robot("ur5").urdf, FOUND, "ur5.urdf")
+
+
+def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arm = find_robot("ur5")
+    data = simulate(arm, kind="point", poses=30, effects={"joint_offset:elbow_joint": 0.01}, seed=1).dataset
+    robolaser.diagnose(data, seed=0).save(tmp_path / "why")
+    mine = tmp_path / "mine.urdf"
+    mine.write_text(arm.urdf.replace("<robot", "<!-- mine --><robot", 1), encoding="utf-8")
+    asked = ["export", str(tmp_path / "why"), "--into", str(mine), "--output", str(tmp_path / "new.urdf")]
+    assert main([*asked, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["contains"] == [["joint_offset", "elbow_joint"]]
+    new = Robot.from_urdf((tmp_path / "new.urdf").read_text(encoding="utf-8"), flange=arm.flange)
+    q = np.zeros((1, 1, 6))
+    turned = q + 0.01 * np.eye(6)[2]
+    assert np.allclose(new.forward(q), arm.forward(turned), atol=2e-4)
+    assert main(asked) == 1  # the copy is there already
+    assert "--force" in capsys.readouterr().err
