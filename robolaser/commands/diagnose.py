@@ -63,7 +63,7 @@ def diagnose(
                 " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
             )
         write_results(output, texts)
-    terminal.show(texts["diagnosis.json"] or "", lambda: print_diagnosis(found, output))
+    terminal.show(texts["diagnosis.json"] or "", lambda: print_diagnosis(found, output, files=result["files"]))
 
 
 def _diagnose_motion(

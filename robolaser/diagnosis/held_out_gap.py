@@ -31,6 +31,7 @@ class HeldOut:
     def __init__(self, start: Fit, seed: int, calibration: Calibration | None = None) -> None:
         self._folds = assign_folds(start.model, seed)
         self._known: dict[int, tuple[Fit, Array, Array]] = {}
+        self._of_folds: dict[int, Array] = {}
         self._calibration = calibration
 
     @property
@@ -42,20 +43,19 @@ class HeldOut:
         """Of each row, (m, j) [m]."""
         if id(fit) not in self._known:
             calibrated = self._calibrated(fit)
-            rows = (
-                calibrated
-                if calibrated is not None
-                else fit.at.plain
-                if self._folds is None
-                else held_out(
-                    fit.problem,
-                    fit.x,
-                    self._folds,
-                    enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2),
-                ).errors
-            )
+            if calibrated is not None or self._folds is None:
+                rows = fit.at.plain if calibrated is None else calibrated
+            else:
+                found = held_out(fit.problem, fit.x, self._folds, enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2))
+                rows, self._of_folds[id(fit)] = found.errors, found.x
             self._known[id(fit)] = fit, fit.in_metres(rows), rows
         return self._known[id(fit)][1]
+
+    def by_folds(self, fit: Fit) -> tuple[Ints, Array] | None:
+        """The fold of each row, (m,), and the parameters of the fit without each fold, (f, d), where one was made."""
+        self.errors(fit)
+        x = self._of_folds.get(id(fit))
+        return None if x is None or self._folds is None else (self._folds.of_row, x)
 
     def _calibrated(self, fit: Fit) -> Array | None:
         """The calibration's errors, where they are a fit's, (m, k)."""

@@ -150,6 +150,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
         observed=data.dataset,
+        by_folds=held_out.by_folds(final),
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
         noise=noise_sources(noise),

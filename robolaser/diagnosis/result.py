@@ -227,6 +227,7 @@ class Diagnosis:
         std: One standard deviation of each; NaN for what is held.
         calibrated_x: The sensor's parameters without effects in the model, in the same order.
         observed: Averaged rows without gross errors.
+        by_folds: The fold of each of these rows, (m,), and the parameters fitted without each fold, (f, d).
         before_m: Held-out errors of those rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
         noise: Sources of noise, by name.
@@ -261,6 +262,7 @@ class Diagnosis:
     std: Array
     calibrated_x: Array
     observed: Dataset
+    by_folds: tuple[Ints, Array] | None
     before_m: Array
     after_m: Array
     noise: Mapping[str, NoiseSource]

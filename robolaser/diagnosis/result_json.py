@@ -1,6 +1,5 @@
 """A diagnosis as diagnosis.json."""
 
-import json
 from typing import Any
 
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
@@ -9,11 +8,6 @@ from robolaser.diagnosis.result import CauseClass, CauseKind, DetectionLimit, Di
 from robolaser.model.effects.effect import CandidateEffect
 
 FORMAT = "robolaser-diagnosis/1"
-
-
-def diagnosis_text(diagnosis: Diagnosis) -> str:
-    """The text of diagnosis.json."""
-    return json.dumps(diagnosis_json(diagnosis), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:

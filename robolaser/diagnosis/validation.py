@@ -54,7 +54,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
 
     data = AveragedData.of(other).subsampled(seed)
-    near = _Transfer.of(data, found_in, effects, held | numbers)
+    near = Transfer.of(data, found_in, effects, held | numbers)
     gross = outliers_of(near.problem, robust_fit(near.problem, near.fit().x))
     if gross.any():
         remarks.append(
@@ -62,7 +62,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
         )
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)
-    after = _Transfer.of(data, found_in, effects, held | numbers)
+    after = Transfer.of(data, found_in, effects, held | numbers)
     scatter = {name: source.value for name, source in diagnosis.noise.items() if source.of_poses}
     floor = after.fit().size_of(
         after.noise.at({name: scatter.get(name, size) for name, size in after.noise.sigmas.items()})
@@ -70,8 +70,8 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     errors = after.held_out(seed)
     before = errors if not effects and calibrated == held else None
     if before is None:
-        before = _Transfer.of(data, found_in, (), calibrated).held_out(seed)
-    sim = before if nominal == calibrated else _Transfer.of(data, found_in, (), nominal).held_out(seed)
+        before = Transfer.of(data, found_in, (), calibrated).held_out(seed)
+    sim = before if nominal == calibrated else Transfer.of(data, found_in, (), nominal).held_out(seed)
     return Validation(
         dataset=other.name,
         nominal_m=None if diagnosis.gap.nominal_m is None else rms(sim),
@@ -115,7 +115,7 @@ def _carried(
 
 @final
 @dataclass(frozen=True, eq=False)
-class _Transfer:
+class Transfer:
     """A model of other data in which all is held but where things were put.
 
     Attributes:
@@ -135,7 +135,7 @@ class _Transfer:
         found_in: RunSummary,
         effects: tuple[CandidateEffect, ...],
         held: Mapping[str, float],
-    ) -> "_Transfer":
+    ) -> "Transfer":
         """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
         whole = Model(data.raw, effects, continued(found_in, data.raw).course)
         start = {item.name: item.nominal for item in whole.parameters.items} | dict(held)

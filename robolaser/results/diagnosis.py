@@ -1,5 +1,6 @@
 """Diagnoses that were just made or read back."""
 
+import json
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -8,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Final, Self, final
 from robolaser.calibration.result import Calibration
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.diagnosis.result_json import FORMAT, diagnosis_json, diagnosis_text
+from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.export.files import exported
 from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Document
 from robolaser.results import PAGE, Files, FittedResult, printed, read_back
 from robolaser.results.calibration import CALIBRATION_FILES
+from robolaser.results.delivered import files_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +51,7 @@ class DiagnosisResult(FittedResult):
     @classmethod
     def of(cls, made: Diagnosis, seed: int) -> Self:
         """A diagnosis that was just made with this seed."""
-        return cls(diagnosis_json(made), made, seed)
+        return cls(diagnosis_json(made) | {"files": files_json(made, corrected(made, seed))}, made, seed)
 
     @cached_property
     def model(self) -> Calibration | None:
@@ -70,19 +72,21 @@ class DiagnosisResult(FittedResult):
         return {
             **exported(self.model),
             "calibration.json": corrected_json(self.model),
-            PAGE: of_diagnosis.page(self.diagnosis, command=command),
-            "diagnosis.json": diagnosis_text(self.diagnosis),
+            PAGE: of_diagnosis.page(self.diagnosis, command=command, files=self["files"]),
+            "diagnosis.json": json.dumps(self.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
         }
 
     def _document(self, *, brief: bool) -> Document | None:
-        return None if self.diagnosis is None else of_diagnosis.document(self.diagnosis, brief=brief)
+        return (
+            None if self.diagnosis is None else of_diagnosis.document(self.diagnosis, brief=brief, files=self["files"])
+        )
 
     def __str__(self) -> str:
         """The summary that the command prints."""
         made = self.diagnosis
         if made is None:
             return f"{self.dataset}: {self.sentence}\n{self.to_frame().to_string()}\n"
-        return printed(lambda out: of_diagnosis.print_diagnosis(made, console=out))
+        return printed(lambda out: of_diagnosis.print_diagnosis(made, console=out, files=self["files"]))
 
 
 def load_diagnosis(path: str | Path) -> DiagnosisResult:

@@ -1,7 +1,8 @@
 """The report of a diagnosis: a page, and twenty lines on the terminal."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -14,7 +15,19 @@ from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.gap_charts import front, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
-from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
+from robolaser.report.document import (
+    Block,
+    Cell,
+    Column,
+    Document,
+    Figure,
+    Figures,
+    Notes,
+    Section,
+    Table,
+    Text,
+    charts,
+)
 from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
@@ -35,13 +48,16 @@ MOST_SITES, MOST_ADVICE = 2, 3
 """Lines of each on the terminal."""
 
 
-def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) -> Document:
+def document(
+    diagnosis: Diagnosis, *, command: str = "", brief: bool = False, files: Sequence[Mapping[str, Any]] = ()
+) -> Document:
     """The report.
 
     Args:
         diagnosis: The result.
         command: What to type to repeat it.
         brief: Leave out what only a page shows.
+        files: As `files` of diagnosis.json.
     """
     lead, _, sense = diagnosis.sentence.partition(". ")
     dataset = diagnosis.dataset
@@ -61,6 +77,7 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
             Section("What was found", [table for table in found if table.rows]),
             Section("Where", _printed_sites(diagnosis) if brief else []),
             Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)] if to_do(diagnosis) else []),
+            Section("Files of the corrected arm", [_files(files)] if files else []),
             Section("What is not certain", [table for table in doubts if table.rows]),
             *([Section("Noise", _remarks(diagnosis))] if brief else _evidence(diagnosis)),
         ],
@@ -71,14 +88,40 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False) ->
     )
 
 
-def page(diagnosis: Diagnosis, *, command: str = "") -> str:
+def page(diagnosis: Diagnosis, *, command: str = "", files: Sequence[Mapping[str, Any]] = ()) -> str:
     """The page as HTML.
 
     Args:
         diagnosis: The result.
         command: What to type to repeat it.
+        files: As `files` of diagnosis.json.
     """
-    return render(document(diagnosis, command=command))
+    return render(document(diagnosis, command=command, files=files))
+
+
+def _files(files: Sequence[Mapping[str, Any]]) -> Table:
+    """What each file delivers on new poses, read by the program that it is for."""
+
+    def named(pairs: Sequence[Sequence[str]]) -> str:
+        return ", ".join(f"{effect.replace('_', ' ')} at {where}" for effect, where in pairs) or "nothing"
+
+    rows: list[tuple[Cell | str, ...]] = [
+        (
+            one["file"],
+            "not known" if one["held_out_mm"] is None else millimetres(one["held_out_mm"] / 1e3),
+            named(one["contains"]),
+            named(one["lacks"]),
+        )
+        for one in files
+    ]
+    columns = [
+        Column("File", "name", brief="file"),
+        Column("Error on new poses", brief="error on new poses"),
+        Column("Contains"),
+        Column("Lacks", brief="lacks"),
+    ]
+    note = "Each was written without some poses, read back, and held against these; base and tool were fitted anew."
+    return Table(columns, rows, note=note, printed=3)
 
 
 def _used(diagnosis: Diagnosis) -> str:
@@ -194,16 +237,23 @@ def poses(diagnosis: Diagnosis) -> Chart:
     return pose_errors(diagnosis.observed, errors, reading=reading, noise_m=diagnosis.gap.noise_floor_m)
 
 
-def print_diagnosis(diagnosis: Diagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
+def print_diagnosis(
+    diagnosis: Diagnosis,
+    folder: Path | None = None,
+    *,
+    console: Console | None = None,
+    files: Sequence[Mapping[str, Any]] = (),
+) -> None:
     """Print verdict, gap, effects, sites and what to do; plain text unless on a terminal.
 
     Args:
         diagnosis: The result.
         folder: Where it was written.
         console: Where to print; standard output by default.
+        files: As `files` of diagnosis.json.
     """
     out = plain_unless_terminal(console)
-    print_document(document(diagnosis, brief=True), out)
+    print_document(document(diagnosis, brief=True, files=files), out)
     if untested := _untested(diagnosis):
         print_line(f"Not testable: {', '.join(untested)}", out, "dim")
     if folder is not None:

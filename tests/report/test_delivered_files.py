@@ -1,0 +1,76 @@
+"""Each file of a diagnosis says what it delivers, and delivers that."""
+
+import json
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.data.dataset import Noise, Poses
+from robolaser.results.diagnosis import DiagnosisResult
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
+from robolaser.simulation import Simulated, simulate
+
+EFFECTS = {"joint_offset:elbow_joint": 2e-3, "joint_compliance:shoulder_lift_joint": 5e-5}
+
+
+def made(seed: int) -> Simulated:
+    return simulate(find_robot("ur5"), kind="point", poses=50, noise=Noise(point_m=3e-5), effects=EFFECTS, seed=seed)
+
+
+@pytest.fixture(scope="module")
+def why() -> DiagnosisResult:
+    found = robolaser.diagnose(made(1).dataset, seed=0)
+    assert isinstance(found, DiagnosisResult)
+    return found
+
+
+def by_name(why: DiagnosisResult) -> dict[str, dict[str, object]]:
+    return {one["file"]: one for one in why.to_dict()["files"]}
+
+
+def test_a_file_that_holds_all_delivers_what_the_page_promises(why: DiagnosisResult) -> None:
+    assert by_name(why)["corrected.py"]["lacks"] == []
+    assert by_name(why)["corrected.py"]["held_out_mm"] == pytest.approx(why.gap_mm.after, rel=0.1)
+
+
+def test_a_file_that_cannot_hold_a_spring_says_so_and_delivers_less(why: DiagnosisResult) -> None:
+    urdf = by_name(why)["robot_corrected.urdf"]
+    assert urdf["lacks"] == [["joint_compliance", "shoulder_lift_joint"]]
+    assert float(str(urdf["held_out_mm"])) > 3.0 * why.gap_mm.after
+
+
+def test_mujoco_is_asked_where_it_is_installed(why: DiagnosisResult) -> None:
+    pytest.importorskip("mujoco")
+    assert by_name(why)["robot_corrected.xml"]["held_out_mm"] == pytest.approx(why.gap_mm.after, rel=0.2)
+
+
+def test_the_schema_and_the_page_know_them(why: DiagnosisResult, tmp_path: Path) -> None:
+    why.save(tmp_path / "why")
+    written = json.loads((tmp_path / "why" / "diagnosis.json").read_text(encoding="utf-8"))
+    jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("diagnosis.schema.json").read_text()))
+    assert "robot_corrected.urdf" in (tmp_path / "why" / "report.html").read_text(encoding="utf-8")
+    assert "error on new poses" in str(why)
+
+
+def test_the_error_is_that_of_the_file_on_other_poses(why: DiagnosisResult, tmp_path: Path) -> None:
+    """By a user's own means: the URDF's flange poses as measured ones, with base and tool fitted to the points."""
+    other = made(2).dataset
+    why.save(tmp_path / "why")
+    text = (tmp_path / "why" / "robot_corrected.urdf").read_text(encoding="utf-8")
+    assert other.robot is not None
+    assert other.poses.q is not None
+    flange = Robot.from_urdf(text, flange=other.robot.flange).forward(other.poses.q[None])[0]
+    seen = replace(other, robot=None, poses=Poses(other.poses.names, T_base_flange=np.asarray(flange)))
+    found = robolaser.calibrate(seen)
+    assert 1e3 * found["rms_m"] == pytest.approx(by_name(why)["robot_corrected.urdf"]["held_out_mm"], rel=0.25)
+
+
+def test_an_arm_without_errors_needs_no_files() -> None:
+    sound = simulate(find_robot("ur5"), kind="point", poses=30, noise=Noise(point_m=3e-5), seed=1).dataset
+    assert robolaser.diagnose(sound, seed=0)["files"] == []
