@@ -1,112 +1,165 @@
 """What the files of a diagnosis deliver: each is written without a fold's poses, read back, and held against these."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any, Final
+from typing import Any, Final, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.validation import Transfer
 from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.folds import assign_folds
+from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.export.files import is_withheld
 from robolaser.export.mjcf import mjcf
 from robolaser.export.python_module import OF_THE_ARM, corrected_module
 from robolaser.export.urdf import corrected_urdf
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary
+from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 
+Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array | None]
 """Gives the flange poses of the held poses of a data set, by a file's text."""
-PLACING_POSES: Final = 150
+UNSEEN_POSES: Final = 300
+"""On which errors are measured at most: more say no more."""
+PLACING_POSES: Final = 60
 """Beside the unseen ones, to which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
 REST_S: Final = 0.3
 """In which MuJoCo's springs come to rest. A judgement."""
 
 
-def files_json(diagnosis: Diagnosis, calibration: Calibration) -> list[dict[str, Any]]:
-    """The files of the corrected arm: the error of each on unseen poses, base and tool fitted, and its effects.
+@final
+@dataclass(frozen=True, eq=False)
+class Delivered:
+    """A file of the corrected arm, by the model that it delivers most with."""
+
+    file: str
+    text: str
+    held_out_m: float | None
+    contains: tuple[CandidateEffect, ...]
+    lacks: tuple[CandidateEffect, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in diagnosis.json."""
+        return {
+            "file": self.file,
+            "held_out_mm": None if self.held_out_m is None else 1e3 * self.held_out_m,
+            "contains": [[one.effect.name, one.where] for one in self.contains],
+            "lacks": [[one.effect.name, one.where] for one in self.lacks],
+        }
+
+
+def delivered(diagnosis: Diagnosis, calibration: Calibration) -> list[Delivered]:
+    """The files of the corrected arm with their errors on unseen poses, base and tool fitted.
+
+    What a file cannot hold, the rest of the model leans on: where one fitted without it delivers more, the file is of
+    that one.
 
     Args:
         diagnosis: What was found.
         calibration: The corrected model.
-
-    Returns:
-        `file`, `held_out_mm` (null where no reader is installed, or nothing was held out), `contains` and `lacks`.
     """
     arm = calibration.model.dataset.robot
-    own = [one for one in calibration.model.effects if one.effect.stage in OF_THE_ARM]
+    own = tuple(one for one in calibration.model.effects if one.effect.stage in OF_THE_ARM)
     if arm is None or not own or is_withheld(calibration):
         return []
     run = calibration.model.run
     values = calibration.model.parameters.values(calibration.x[None])
-    files: list[tuple[str, Callable[[Calibration], str | None], Reader | None, list[CandidateEffect]]] = [
+    in_urdf = tuple(one for one in own if one.effect.in_urdf)
+    in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
+    files: list[tuple[str, Writer, Reader | None, tuple[CandidateEffect, ...]]] = [
         ("corrected.py", corrected_module, _by_module, own),
-        ("robot_corrected.urdf", corrected_urdf, _by_urdf, [one for one in own if one.effect.in_urdf]),
-        (
-            "robot_corrected.xml",
-            mjcf,
-            _by_mujoco if find_spec("mujoco") else None,
-            [one for one in own if one.effect.in_urdf or one.at(values).parts(run)],
-        ),
+        ("robot_corrected.urdf", corrected_urdf, _by_urdf, in_urdf),
+        ("robot_corrected.xml", mjcf, _by_mujoco if find_spec("mujoco") else None, in_mjcf),
     ]
+    whole = _Fitted(calibration, diagnosis.observed, *(diagnosis.by_folds or (None, None)))
+    alone = {chosen: _without_others(calibration, chosen) for _, _, _, chosen in files if chosen not in (own, ())}
     found = []
     for name, write, read, contained in files:
         if write(calibration) is None:
             continue
-        error = None if read is None else _error(diagnosis, calibration, write, read)
-        found.append({
-            "file": name,
-            "held_out_mm": None if error is None else 1e3 * error,
-            "contains": [[one.effect.name, one.where] for one in contained],
-            "lacks": [[one.effect.name, one.where] for one in own if one not in contained],
-        })  # fmt: skip
+        tried = [whole, *([alone[contained]] if contained in alone else [])]
+        errors = [None if read is None else _error(one, write, read) for one in tried]
+        known = [error for error in errors if error is not None]
+        best = tried[errors.index(min(known))] if known else whole
+        lacks = tuple(one for one in own if one not in contained)
+        text = write(best.calibration) or ""
+        found.append(Delivered(name, text, min(known, default=None), contained, lacks))
     return found
 
 
-def _error(
-    diagnosis: Diagnosis,
-    calibration: Calibration,
-    write: Callable[[Calibration], str | None],
-    read: Reader,
-) -> float | None:
+@final
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A model, and its fits without each fold."""
+
+    calibration: Calibration
+    data: Dataset  # the rows that were fitted
+    fold: Ints | None  # of each of them, (m,)
+    fits: Array | None  # (f, d)
+
+
+def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> _Fitted:
+    """The model with only some of the arm's effects, and those of the sensor, fitted anew."""
+    kept = [one for one in calibration.model.effects if one in chosen or one.effect.stage not in OF_THE_ARM]
+    model = Model(calibration.model.dataset, tuple(kept))
+    known = dict(zip(calibration.model.parameters.names, calibration.x.tolist(), strict=True))
+    start = np.array([known[name] for name in model.parameters.names])
+    fit = fit_by_noise(model, start, seed=calibration.seed)
+    folds = assign_folds(fit.problem.model, calibration.seed)
+    unknown = np.full(len(fit.x), np.nan)
+    anew = replace(calibration, model=model, x=fit.x, std=unknown, on_bound=np.zeros(len(fit.x), dtype=bool))
+    return _Fitted(
+        anew,
+        fit.data.dataset,
+        None if folds is None else folds.of_row,
+        None if folds is None else fit.held_out(folds).x,
+    )
+
+
+def _error(fitted: _Fitted, write: Writer, read: Reader) -> float | None:
     """Root mean square over the rows, each seen by the file that was written without its pose [m]."""
-    if diagnosis.by_folds is None:
+    if fitted.fold is None or fitted.fits is None:
         return None
-    fold, fits = diagnosis.by_folds
-    data = diagnosis.observed
-    errors = []
-    for number, x in enumerate(fits):
-        held = np.zeros(len(data.poses), dtype=bool)
-        held[data.points.pose[fold == number]] = True
-        others = np.flatnonzero(~held)
-        looked_at = held.copy()
-        looked_at[others[:: max(1, len(others) // PLACING_POSES)]] = True
-        flange = read(write(replace(calibration, x=x)) or "", data, looked_at)
+    data, errors = fitted.data, []
+    for number, x in enumerate(fitted.fits):
+        of_fold = np.isin(np.arange(len(data.poses)), data.points.pose[fitted.fold == number])
+        held, looked_at = (np.zeros(len(data.poses), dtype=bool) for _ in range(2))
+        held[_evenly(np.flatnonzero(of_fold), UNSEEN_POSES // len(fitted.fits))] = True
+        looked_at[_evenly(np.flatnonzero(~of_fold), PLACING_POSES)] = True
+        looked_at |= held
+        without = replace(fitted.calibration, x=x)
+        flange = read(write(without) or "", data, looked_at)
         if flange is None:
             return None
         part = data.of_poses(looked_at)
         unseen = held[np.flatnonzero(looked_at)[part.points.pose]]
-        errors.append(_placed_anew(diagnosis, x, part, flange)[unseen])
+        errors.append(_placed_anew(without, part, flange)[unseen])
     return rms(np.concatenate(errors))
 
 
-def _placed_anew(diagnosis: Diagnosis, x: Array, part: Dataset, flange: Array) -> Array:
+def _evenly(numbers: Ints, most: int) -> Ints:
+    return numbers[:: -(-len(numbers) // max(most, 1)) or 1]
+
+
+def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Array:
     """Errors of rows seen from given flange poses, (m, j) [m]; where base, tool and target are is fitted to them."""
-    model = diagnosis.model
+    model = calibration.model
     poses = Poses(part.poses.names, time_s=part.poses.time_s, session=part.poses.session, T_base_flange=flange)
     sensor = tuple(one for one in model.effects if one.effect.stage not in OF_THE_ARM)
     anew = {name for own in model.blocks.put_anew for name in (own, own.partition("@")[0])}
-    values = dict(zip(model.parameters.names, x.tolist(), strict=True))
+    values = dict(zip(model.parameters.names, calibration.x.tolist(), strict=True))
     of_arm = {item.name for one in model.effects if one not in sensor for item in one.parameters.items}
     held = {name: value for name, value in values.items() if name not in anew | of_arm}
     seen = AveragedData.of(replace(part, robot=None, poses=poses))
-    fit = Transfer.of(seen, RunSummary.of(diagnosis.dataset), sensor, held).fit()
+    fit = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held).fit()
     return np.asarray(fit.in_metres(fit.at.plain))
 
 

@@ -15,7 +15,7 @@ from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Document
 from robolaser.results import PAGE, Files, FittedResult, printed, read_back
 from robolaser.results.calibration import CALIBRATION_FILES
-from robolaser.results.delivered import files_json
+from robolaser.results.delivered import Delivered, delivered
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -47,11 +47,15 @@ class DiagnosisResult(FittedResult):
     ) -> None:
         super().__init__(contents, folder)
         self.diagnosis, self._seed = made, seed
+        self._delivered: list[Delivered] = []
 
     @classmethod
     def of(cls, made: Diagnosis, seed: int) -> Self:
         """A diagnosis that was just made with this seed."""
-        return cls(diagnosis_json(made) | {"files": files_json(made, corrected(made, seed))}, made, seed)
+        files = delivered(made, corrected(made, seed))
+        result = cls(diagnosis_json(made) | {"files": [one.to_dict() for one in files]}, made, seed)
+        result._delivered = files
+        return result
 
     @cached_property
     def model(self) -> Calibration | None:
@@ -71,6 +75,7 @@ class DiagnosisResult(FittedResult):
         assert self.model is not None
         return {
             **exported(self.model),
+            **{one.file: one.text for one in self._delivered},
             "calibration.json": corrected_json(self.model),
             PAGE: of_diagnosis.page(self.diagnosis, command=command, files=self["files"]),
             "diagnosis.json": json.dumps(self.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
