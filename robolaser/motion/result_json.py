@@ -193,7 +193,8 @@ def next_motions(found: MotionDiagnosis) -> list[str]:
     for names, words in MOTIONS:
         joints = [where for pair, where in pairs.items() if pair == frozenset(names)]
         if joints:
-            asked.append(f"{words} ({names[0]} or {names[1]} at {', '.join(joints)}).")
+            which = " or ".join(name.replace("_", " ") for name in names)
+            asked.append(f"{words} ({which} at {', '.join(joints)}).")
     return asked
 
 

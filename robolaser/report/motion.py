@@ -6,6 +6,7 @@ import numpy as np
 from rich.console import Console
 
 from robolaser.motion.diagnosis import MotionDiagnosis
+from robolaser.motion.effect import At
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import Finding
@@ -193,7 +194,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
 def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     rows: list[tuple[Cell | str, ...]] = [
         (
-            Cell(str(one.at).replace("_", " ", 1), below=[_rivals(one)] if one.judged.rivals else []),
+            Cell(_at(one.at), below=[_rivals(one)] if one.judged.rivals else []),
             _numbers(one),
             *([Cell(f"{100.0 * one.judged.probability:.3g} %", order=one.judged.probability)] if sure else []),
         )
@@ -203,8 +204,12 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     return Table(columns if sure else columns[:2], rows, title="At each place", printed=0 if sure else 20)
 
 
+def _at(at: At) -> str:
+    return f"{at.effect.name.replace('_', ' ')} at {at.where}"
+
+
 def _rivals(one: Finding) -> str:
-    return "these motions do not tell it from " + " or ".join(str(rival) for rival in one.judged.rivals)
+    return "these motions do not tell it from " + " or ".join(map(_at, one.judged.rivals))
 
 
 def _numbers(one: Finding) -> str:
@@ -229,7 +234,7 @@ def _with_error(value: float, deviation: float, unit: str) -> str:
 def _steps(found: MotionDiagnosis) -> list[str]:
     """Remedies, each once, then motions to record."""
     remedies = [
-        f"{one['effect'].replace('_', ' ')} at {', '.join(one['where'])}: {effect.remedy}"
+        f"{one['effect'].replace('_', ' ').capitalize()} at {', '.join(one['where'])}: {effect.remedy}"
         for one in motion_json(found)["kinds"]
         for effect in [next(f.at.effect for f in found.fit.findings if f.at.effect.name == one["effect"])]
     ]

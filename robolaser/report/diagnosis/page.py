@@ -44,6 +44,8 @@ LEAST_SHARE = 0.1
 """Share of the gap from which on a place is suspected."""
 PRINTED_SHARE = 0.05
 """The same, from which on the terminal names it."""
+UNLIKE = 1.1
+"""Ratio of errors, from which on files are told apart. A judgement."""
 MOST_SITES, MOST_ADVICE = 2, 3
 """Lines of each on the terminal."""
 
@@ -64,6 +66,7 @@ def document(
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
     found = [classes, effects] if classes.printed else [effects, classes]
     doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
+    steps = [*_best_file(files), *to_do(diagnosis)]
     if not diagnosis.findings:
         found, doubts = [], [classes, *doubts]
     return Document(
@@ -76,7 +79,7 @@ def document(
         [
             Section("What was found", [table for table in found if table.rows]),
             Section("Where", _printed_sites(diagnosis) if brief else []),
-            Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)] if to_do(diagnosis) else []),
+            Section("What to do", [Notes(steps, "steps", MOST_ADVICE)] if steps else []),
             Section("Files of the corrected arm", [_files(files)] if files else []),
             Section("What is not certain", [table for table in doubts if table.rows]),
             *([Section("Noise", _remarks(diagnosis))] if brief else _evidence(diagnosis)),
@@ -99,6 +102,14 @@ def page(diagnosis: Diagnosis, *, command: str = "", files: Sequence[Mapping[str
     return render(document(diagnosis, command=command, files=files))
 
 
+def _best_file(files: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Which file to take, where they deliver unlike."""
+    known = sorted((one["held_out_mm"], one["file"]) for one in files if one["held_out_mm"] is not None)
+    if len(known) < 2 or known[-1][0] < UNLIKE * known[0][0]:
+        return []
+    return [f"Use `{known[0][1]}` where you can: it delivers most, {millimetres(known[0][0] / 1e3)} on new poses."]
+
+
 def _files(files: Sequence[Mapping[str, Any]]) -> Table:
     """What each file delivers on new poses, read by the program that it is for."""
 
@@ -115,7 +126,7 @@ def _files(files: Sequence[Mapping[str, Any]]) -> Table:
         for one in files
     ]
     columns = [
-        Column("File", "name", brief="file"),
+        Column("File", "name", 24, "file"),
         Column("Error on new poses", brief="error on new poses"),
         Column("Contains"),
         Column("Lacks", brief="lacks"),
