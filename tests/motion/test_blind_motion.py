@@ -28,7 +28,7 @@ OTHERS = {SOUND: World(), ODD: World(wave={"pan": 0.05})}
 
 @cache
 def found_in(name: str) -> MotionDiagnosis:
-    return diagnose_motion(record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=10.0, seed=3), seed=0)
+    return diagnose_motion(record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=8.0, seed=3), seed=0)
 
 
 def certain(found: MotionDiagnosis) -> set[str]:
