@@ -95,10 +95,11 @@ def mjcf(world: World) -> str:
 
 
 def _gains(model: mujoco.MjModel, world: World) -> tuple[np.ndarray, np.ndarray]:
-    data, inertia = mujoco.MjData(model), np.zeros((len(JOINTS), len(JOINTS)))
+    data, pushed = mujoco.MjData(model), np.zeros((len(JOINTS), len(JOINTS)))
     mujoco.mj_forward(model, data)
-    mujoco.mj_fullM(model, data, inertia)
-    kp = np.diag(inertia) * world.bandwidth**2
+    for joint, row in enumerate(pushed):
+        mujoco.mj_mulM(model, data, row, np.eye(len(JOINTS))[joint])
+    kp = np.diag(pushed) * world.bandwidth**2
     return kp, 2.0 * world.sluggish * kp / world.bandwidth
 
 
