@@ -14,6 +14,7 @@ from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.importers import Imported
+    from robolaser.robot.kinematics import Robot
 
 ROBOT = Group("Robot", sort_key=0)
 TABLES = Group("How files are read", sort_key=1)
@@ -52,6 +53,7 @@ def import_files(
         robolaser import poses.txt points.txt --units mm,deg --column poses.x_m=X --output cell
         robolaser import cell.samples cell.calib --output cell
         robolaser import cell.mcap --robot ur10e --set mount=flange --set tolerance_s=0.02 --output cell
+        robolaser import episodes --robot so101.urdf --flange gripper --sensor motion --units deg --output log
 
     Args:
         sources: Files or folders that belong together, of a kind of `robolaser list importers`; of tables one, or one
@@ -64,7 +66,8 @@ def import_files(
         dh: Whether a table of Denavit-Hartenberg numbers is standard or modified (Craig's).
         xacro: An argument of a xacro file; may be given again.
         path: Whether the arm went straight from each pose to the next in time, or its path is unknown.
-        sensor: One of `robolaser list sensors`: what measured the points.
+        sensor: One of `robolaser list sensors`: what measured the points; motion: a log of a moving arm, from SAGE,
+            LeRobot, CSV, NPZ, MAT or Parquet.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
         units: Units of lengths, angles and times in the files, such as mm,deg,ms.
         separator: What separates cells: a character, tab or space. Default: what the header has.
@@ -90,6 +93,12 @@ def import_files(
     described = DescriptionOptions(DHStatement(dh, stated_units), _pairs("--xacro-arg", xacro))
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_apart(output, (*sources, *urdf))
+    if sensor == "motion":
+        if robot is None:
+            raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
+        arm = find_robot(robot, flange=flange, options=described)
+        _import_motion(sources, arm, output, _pairs("--column", columns), stated_units, dry_run, force, terminal)
+        return
     importer = importer_for(sources, kind)
     options = ImportOptions(
         name=output.resolve().name,
@@ -198,3 +207,36 @@ def _short(cell: str) -> str:
         return f"{float(cell):.{digits}g}" if "." in cell or "e" in cell else cell
     except ValueError:
         return cell
+
+
+def _import_motion(
+    sources: Sequence[Path],
+    arm: "Robot",
+    output: Path,
+    columns: Mapping[str, str],
+    units: Sequence[str],
+    dry_run: bool,  # noqa: FBT001 - passed on as it was typed
+    force: bool,  # noqa: FBT001
+    terminal: Terminal,
+) -> None:
+    """Turn logs of a moving arm into one data set."""
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.importing import import_motion
+    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
+
+    found = import_motion(sources, arm, columns, units, output.resolve().name)
+    log = found.log
+    if not dry_run:
+        with results_in(output, command="import", files=MOTION_FOLDER, inputs=sources, force=force):
+            write_results(output, dict(motion_texts(log)))
+
+    def print_rows() -> None:
+        for column, source in found.read_from.items():
+            say(f"{column}: {source}")
+        done = "" if dry_run else f" Wrote {output}"
+        say(f"{len(log)} rows in {len(log.series)} series of {arm.name}.{done}")
+
+    terminal.show(
+        {"dataset": str(output), "rows": len(log), "series": len(log.series), "columns": dict(found.read_from)},
+        print_rows,
+    )

@@ -1,0 +1,118 @@
+"""Logs that other programs wrote become data sets, each column where it belongs, in radians and seconds."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from moved_arms import JOINTS, urdf
+from scipy.io import savemat
+
+import robolaser
+from robolaser.cli import main
+from robolaser.motion.log import MotionLog
+from robolaser.robot.kinematics import Robot
+
+DATA = Path(os.environ.get("ROBOLASER_DATA", "nowhere"))
+TIME = np.arange(40) / 50.0
+READ = np.column_stack([np.sin(TIME + j) for j in range(4)])
+TOLD = READ + 0.01
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "arm.urdf").write_text(urdf(), encoding="utf-8")
+    return tmp_path
+
+
+def imported(folder: Path, source: str, *more: str) -> MotionLog:
+    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--quiet"]
+    assert main(["import", str(folder / source), *asked, *more, "--output", str(folder / "log")]) == 0
+    log = robolaser.load(folder / "log")
+    assert isinstance(log, MotionLog)
+    return log
+
+
+def test_a_table_with_any_names(folder: Path) -> None:
+    names = ["ms", *(f"goal{j}" for j in range(4)), *(f"is{j}" for j in range(4))]
+    table = np.column_stack([1e3 * TIME, np.degrees(TOLD), np.degrees(READ)])
+    np.savetxt(folder / "log.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+    columns = [f"q_{joint}=is{j}" for j, joint in enumerate(JOINTS)] + [
+        f"command_{joint}=goal{j}" for j, joint in enumerate(JOINTS)
+    ]
+    stated = [word for column in [*columns, "time_s=ms"] for word in ("--column", column)]
+    log = imported(folder, "log.csv", *stated, "--units", "deg,ms")
+    assert np.allclose(log.q, READ)
+    assert np.allclose(log.command, TOLD)
+    assert np.allclose(log.time_s, TIME)
+
+
+@pytest.mark.parametrize("kind", ["npz", "mat"])
+def test_arrays_in_the_robots_order(folder: Path, kind: str) -> None:
+    arrays = {"t": TIME, "position": READ, "target": TOLD}
+    if kind == "npz":
+        np.savez(folder / "log.npz", **arrays)
+    else:
+        savemat(folder / "log.mat", arrays)
+    log = imported(folder, f"log.{kind}", "--column", "q=position", "--column", "command=target", "--units", "rad")
+    assert np.allclose(log.q, READ)
+    assert np.allclose(log.command, TOLD)
+
+
+@pytest.mark.parametrize("wrap", [list, lambda names: {"motors": names}], ids=["version 3", "version 2"])
+def test_a_data_set_of_lerobot(folder: Path, wrap: object) -> None:
+    names = [f"{joint}.pos" for joint in JOINTS]
+    feature = {"names": wrap(names)}  # type: ignore[operator]
+    (folder / "set" / "meta").mkdir(parents=True)
+    (folder / "set" / "data" / "chunk-000").mkdir(parents=True)
+    (folder / "set" / "meta" / "info.json").write_text(
+        json.dumps({"features": {"action": feature, "observation.state": feature}}), encoding="utf-8"
+    )
+    table = {
+        "action": np.degrees(TOLD).tolist(),
+        "observation.state": np.degrees(READ).tolist(),
+        "timestamp": np.concatenate([TIME[:20], TIME[:20]]),
+        "episode_index": np.repeat([0, 1], 20),
+    }
+    pq.write_table(pa.table(table), folder / "set" / "data" / "chunk-000" / "episode_000000.parquet")
+    log = imported(folder, "set", "--units", "deg")
+    assert len(log.series) == 2
+    assert np.allclose(log.q, READ)
+    assert np.allclose(log.command, TOLD)
+
+
+def test_a_unit_that_no_file_says_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    np.savez(folder / "log.npz", t=TIME, position=READ)
+    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--column", "q=position"]
+    assert main(["import", str(folder / "log.npz"), *asked, "--output", str(folder / "log")]) == 2
+    assert "--units deg" in capsys.readouterr().err
+    assert not (folder / "log").exists()
+
+
+def test_a_column_that_is_not_there_is_answered_with_the_nearest(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.savez(folder / "log.npz", t=TIME, position=READ)
+    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--units", "rad"]
+    typed = ["import", str(folder / "log.npz"), *asked, "--column", "q=positon", "--output", str(folder / "log")]
+    assert main(typed) == 1
+    assert "position[0]" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not (DATA / "raw-sage").is_dir(), reason="published logs are not on this machine")
+def test_sages_own_files_are_read_as_they_were_published(tmp_path: Path) -> None:
+    whole = robolaser.load(DATA / "sage-so101-a")
+    arm = ["--robot", str(DATA / "sage-so101-a" / "robot.urdf"), "--flange", "gripper_frame_link"]
+    asked = [str(DATA / "raw-sage"), *arm, "--sensor", "motion", "--output", str(tmp_path / "log"), "--quiet"]
+    assert main(["import", *asked]) == 0
+    log = robolaser.load(tmp_path / "log")
+    rows = whole.rows_of_runs[whole.series.index("triangle_wave")]
+    assert log.series == ("triangle_wave",)
+    assert not log.torque_signed
+    for name in ("q", "command", "tau"):
+        assert np.allclose(getattr(log, name), getattr(whole, name)[rows], atol=1e-6)
+    assert isinstance(log.robot, Robot)
+    assert np.allclose(log.time_s, whole.time_s[rows], atol=1e-5)
