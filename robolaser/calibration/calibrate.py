@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Array, Bools, Progress
 from robolaser.calibration.checks import check_orientations, check_poses, check_target, setup_warning
 from robolaser.calibration.initialization import find_start, no_finite_residuals
-from robolaser.calibration.misread_joints import misread_joints
+from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
@@ -164,7 +164,8 @@ TOO_FEW_POSES = "Too few poses to hold any out: the error on new poses is not kn
 
 def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -> list[str]:
     rms_m = rms(model.in_metres(x, residuals))
-    return [warning for warning in (misread_joints(model, rms_m), setup_warning(model, on_bound, rms_m)) if warning]
+    found = misread(model, rms_m)
+    return [warning for warning in (found and found.sentence, setup_warning(model, on_bound, rms_m)) if warning]
 
 
 def _bound_warnings(model: Model, on_bound: Bools) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_named
 from robolaser.arrays import Array, Progress
 from robolaser.calibration.given_placements import start_of_data
-from robolaser.calibration.misread_joints import misread_joints
+from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import Found, History, search
 from robolaser.data.fingerprint import fingerprint
@@ -65,10 +65,10 @@ def find_start(
     try:
         return _start(model, plan, state=state, resume=resume, tell=progress or (lambda what, share: None))
     except EstimationError as error:
-        sentence = misread_joints(model, np.inf)
-        if sentence is None:
+        found = misread(model, np.inf)
+        if found is None:
             raise
-        raise EstimationError(f"{sentence} As it is: {error}") from None
+        raise EstimationError(f"{found.sentence} As it is: {error}") from None
 
 
 def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: Progress) -> Start:

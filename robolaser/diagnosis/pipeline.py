@@ -100,7 +100,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     progress("fitting the nominal model", 0.0)
     preparation = Preparation.of(dataset, seed)
     calibration = preparation.calibration
-    hindrance = too_few or preparation.misread_joints() or ""
+    misread = None if too_few else preparation.misread()
+    hindrance = too_few or (misread.sentence if misread else "")
     effects = [] if hindrance else library(kinds, dataset)
     data, refits, selected, outliers = _selected(preparation, effects, progress)
     start = refits.start
@@ -158,6 +159,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
+        rows_shifted=misread.shift if misread else 0,
         pose_scatter=scatter,
     )
 

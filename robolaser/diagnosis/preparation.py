@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Bools
 from robolaser.calibration.calibrate import calibrated
 from robolaser.calibration.checks import check_orientations
-from robolaser.calibration.misread_joints import misread_joints
+from robolaser.calibration.misread import Misread, misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset
@@ -61,9 +61,9 @@ class Preparation:
         """All rows, without effects."""
         return self.calibration.model
 
-    def misread_joints(self) -> str | None:
-        """A sentence on joints that seem to be read wrongly: no effect is worth a search then; None if none seem so."""
-        return misread_joints(self._whole, rms(self.calibration.errors_m[~self.weighted.outliers]))
+    def misread(self) -> Misread | None:
+        """What seems to be read wrongly: no effect is worth a search then."""
+        return misread(self._whole, rms(self.calibration.errors_m[~self.weighted.outliers]))
 
     def fit(self, effects: Sequence[CandidateEffect]) -> Fit:
         """The calibration beside the noise that effects do not explain.

@@ -236,6 +236,7 @@ class Diagnosis:
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
         hindrance: Why no effect was looked for, as a sentence; empty where they were.
+        rows_shifted: By how many poses the rows of points.csv seem to be off.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
 
     Examples:
@@ -271,6 +272,7 @@ class Diagnosis:
     seconds: float
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
+    rows_shifted: int = 0
     pose_scatter: ExcessScatter | None = None
 
     @cached_property

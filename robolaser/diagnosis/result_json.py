@@ -8,6 +8,8 @@ from robolaser.diagnosis.result import CauseClass, CauseKind, DetectionLimit, Di
 from robolaser.model.effects.effect import CandidateEffect
 
 FORMAT = "robolaser-diagnosis/1"
+MISREAD = 0.99
+"""Probability of a reading of the data that fits five times better than as they are, and three times than any other."""
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -30,12 +32,14 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"site": site.site, "coordinate": site.coordinate, "share": site.share, "p_value": site.p_value}
             for site in diagnosis.where
         ],
-        "effects": [_finding(found) for found in diagnosis.findings]
+        "effects": ([_mispaired(diagnosis)] if diagnosis.rows_shifted else [])
+        + [_finding(found) for found in diagnosis.findings]
         + ([_pose_scatter(diagnosis.pose_scatter, gap)] if diagnosis.pose_scatter else [])
         + ([_outliers(diagnosis)] if len(diagnosis.outliers) else []),
         "kinds": [_kind(one) for one in diagnosis.kinds]
         + ([_scatter_kind(diagnosis.pose_scatter)] if diagnosis.pose_scatter else []),
-        "classes": [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes],
+        "classes": ([_mispaired_class(diagnosis)] if diagnosis.rows_shifted else [])
+        + [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes],
         "gross_errors": diagnosis.outliers.tolist(),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
         "next_poses": [dict(pose) for pose in diagnosis.next_poses],
@@ -156,6 +160,32 @@ def _pose_scatter(scatter: ExcessScatter, gap: Gap) -> dict[str, Any]:
         "gap_mm_after": after,
         "gap_mm_without": after,
         "indistinguishable_from": [],
+    }
+
+
+def _mispaired(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Rows that belong to other poses as a finding: the data are to be corrected, so it closes no gap."""
+    after = _mm(diagnosis.gap.after_m)
+    return {
+        "effect": "mispaired",
+        "where": "image",
+        "probability": MISREAD,
+        "parameters": {"poses": {"value": float(diagnosis.rows_shifted), "std": None, "unit": ""}},
+        "gap_mm_before": _mm(diagnosis.gap.calibrated_m),
+        "gap_mm_after": after,
+        "gap_mm_without": after,
+        "indistinguishable_from": [],
+    }
+
+
+def _mispaired_class(diagnosis: Diagnosis) -> dict[str, Any]:
+    return {
+        "class": "measuring_system",
+        "probability": MISREAD,
+        "gap_mm_without": _mm(diagnosis.gap.after_m),
+        "gap_mm_with": _mm(diagnosis.gap.after_m),
+        "members": [{"effect": "mispaired", "where": "image", "probability": MISREAD}],
+        "credible_sets": [[["mispaired", "image"]]],
     }
 
 

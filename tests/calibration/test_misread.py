@@ -8,14 +8,16 @@ import pytest
 
 from robolaser import calibrate
 from robolaser.arrays import Array
-from robolaser.calibration.misread_joints import misread_joints
+from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset, Noise, Poses
 from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EstimationError
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.mounting import Mounting
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -34,7 +36,7 @@ SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
 }
 
 
-def misread(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
+def slipped(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
     robot, q = dataset.arm
     change, said = SLIPS[slip]
     return replace(dataset, poses=replace(dataset.poses, q=change(q))), said.format(*robot.joints)
@@ -44,8 +46,11 @@ def misread(dataset: Dataset, slip: str) -> tuple[Dataset, str]:
 @pytest.mark.parametrize(("arm", "kind"), [("scorbot_er7", "stripe"), ("ur5e", "socket")])
 def test_the_slip_is_found_by_what_it_does_to_the_fit(arm: str, kind: str, slip: str) -> None:
     sound = simulate(find_robot(arm), kind=kind, poses=25, effects={"joint_offset:" + find_robot(arm).joints[1]: 0.002})
-    wrong, said = misread(sound.dataset, slip)
-    assert said in (misread_joints(Model(wrong), rms_m=0.1) or "")
+    wrong, said = slipped(sound.dataset, slip)
+    found = misread(Model(wrong), rms_m=0.1)
+    assert found is not None
+    assert said in found.sentence
+    assert found.shift == 0
 
 
 def test_a_wrong_cell_with_joints_read_rightly_is_not_blamed_on_them() -> None:
@@ -53,22 +58,22 @@ def test_a_wrong_cell_with_joints_read_rightly_is_not_blamed_on_them() -> None:
     points = sound.points
     assert points.xyz is not None
     wrong = replace(sound, points=replace(points, xyz=points.xyz[:, [1, 0, 2]]))
-    assert misread_joints(Model(wrong), rms_m=0.1) is None
+    assert misread(Model(wrong), rms_m=0.1) is None
 
 
 def test_millimetres_are_no_sign_of_it_and_nothing_is_tried() -> None:
-    wrong, _ = misread(simulate(find_robot("ur5e"), kind="point", poses=15).dataset, "exchanged")
-    assert misread_joints(Model(wrong), rms_m=0.009) is None
+    wrong, _ = slipped(simulate(find_robot("ur5e"), kind="point", poses=15).dataset, "exchanged")
+    assert misread(Model(wrong), rms_m=0.009) is None
 
 
 def test_a_calibration_warns_of_it_first() -> None:
-    wrong, said = misread(simulate(find_robot("ur5e"), kind="socket", poses=20).dataset, "exchanged")
+    wrong, said = slipped(simulate(find_robot("ur5e"), kind="socket", poses=20).dataset, "exchanged")
     assert said in calibrate(wrong, Plan()).warnings[0]
 
 
 def test_it_is_said_where_no_fit_is_found_at_all() -> None:
     noise = Noise(pixel_px=0.1, joint_rad=1e-5)
-    wrong, said = misread(
+    wrong, said = slipped(
         simulate(find_robot("ur5e"), kind="camera", poses=25, noise=noise, seed=2).dataset, "exchanged"
     )
     with pytest.raises(EstimationError) as refusal:
@@ -78,13 +83,13 @@ def test_it_is_said_where_no_fit_is_found_at_all() -> None:
 
 
 def test_a_diagnosis_says_it_first() -> None:
-    wrong, said = misread(simulate(find_robot("scorbot_er7"), kind="socket", poses=20).dataset, "exchanged")
+    wrong, said = slipped(simulate(find_robot("scorbot_er7"), kind="socket", poses=20).dataset, "exchanged")
     assert examine(wrong, effects=[]).sentence.startswith(said)
 
 
 def test_what_a_camera_then_leaves_is_neither_noise_nor_the_work_of_an_effect() -> None:
     noise = Noise(pixel_px=0.2)
-    wrong, said = misread(
+    wrong, said = slipped(
         simulate(find_robot("scorbot_er7"), kind="camera", poses=20, noise=noise, seed=2).dataset, "exchanged"
     )
     found = examine(wrong)
@@ -104,6 +109,34 @@ def test_readings_within_their_limits_only_once_two_columns_are_exchanged_raise_
 
 
 def test_where_no_reading_fits_none_is_accused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robolaser.calibration.misread_joints._error", lambda dataset: np.inf)
+    monkeypatch.setattr("robolaser.calibration.misread._error", lambda dataset: np.inf)
     dataset = simulate(find_robot("scorbot_er7"), poses=8, seed=1).dataset
-    assert misread_joints(Model(dataset), np.inf) is None
+    assert misread(Model(dataset), np.inf) is None
+
+
+@pytest.mark.parametrize("shift", [1, -1])
+@pytest.mark.parametrize("kind", ["point", "camera"])
+def test_rows_that_are_one_pose_off_are_named(kind: str, shift: int) -> None:
+    data = simulate(find_robot("ur5"), kind=kind, poses=25, noise=Noise(point_m=3e-5, pixel_px=0.1), seed=1).dataset
+    pose = data.points.pose - shift
+    kept = np.flatnonzero((pose >= 0) & (pose < len(data.poses)))
+    wrong = replace(data, points=replace(data.points.take(kept), pose=pose[kept]))
+    found = diagnosis_json(examine(wrong, seed=0))
+    assert "seem to belong to the pose" in found["sentence"]
+    assert (found["effects"][0]["effect"], found["effects"][0]["where"]) == ("mispaired", "image")
+    assert found["effects"][0]["parameters"]["poses"]["value"] == shift
+    assert found["verdict"] == "unexplained"
+    assert found["classes"][0]["class"] == "measuring_system"
+
+
+def test_inverse_flange_poses_are_named() -> None:
+    data = simulate(find_robot("ur5"), kind="camera", poses=20, noise=Noise(pixel_px=0.1), seed=1).dataset
+    T = np.linalg.inv(data.flange())
+    wrong = replace(data, robot=None, poses=Poses(data.poses.names, T_base_flange=T))
+    assert "inverse" in examine(wrong, seed=0).sentence
+
+
+def test_a_camera_at_the_other_end_is_named() -> None:
+    data = simulate(find_robot("ur5"), kind="camera", poses=20, noise=Noise(pixel_px=0.1), seed=1).dataset
+    wrong = replace(data, options=Mounting("base"), parameters={}, placed=False)
+    assert "mounted on the flange" in examine(wrong, seed=0).sentence

@@ -1,9 +1,9 @@
-"""Joint readings that do not mean what their columns say: exchanged, counted the other way round, in degrees."""
+"""Data that do not mean what they say: joints exchanged or in degrees, poses inverted, rows one pose off."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
@@ -14,7 +14,9 @@ from robolaser.errors import RobolaserError
 from robolaser.estimation.multistart import subsampled
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
+from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.mounting import Mounting
 
 FALLS = 5.0
 """Factor by which another reading of the joints must lower the error before it is said. A judgement: exchanged columns
@@ -23,6 +25,7 @@ BEST = 3.0  # factor by which the error of any other hypothesis must be larger: 
 FAR_OUTSIDE = 1.0  # how far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`
 STEPS = 12  # of each descent; an error that has not fallen by then is no sign
 COARSE = 1e-6
+FEWEST_POSES = 6  # of which rows may be one pose off
 DEGREE = np.pi / 180.0
 
 
@@ -41,8 +44,17 @@ class Misreading:
         return meant
 
 
-def misread_joints(model: Model, rms_m: float) -> str | None:
-    """A sentence on joints that seem to be read wrongly; None where the error is no sign of it, or nothing explains it.
+@final
+@dataclass(frozen=True)
+class Misread:
+    """Data that fit far better when they are read otherwise."""
+
+    sentence: str
+    shift: int  # by how many poses the rows of points.csv are off; 0 where something else is wrong
+
+
+def misread(model: Model, rms_m: float) -> Misread | None:
+    """What seems to be read wrongly; None where the error is no sign of it, or nothing explains it.
 
     Each hypothesis is fitted to some rows from its own start values, in a few steps.
 
@@ -50,23 +62,62 @@ def misread_joints(model: Model, rms_m: float) -> str | None:
         model: Data and effects.
         rms_m: Root-mean-square error of the fitted points; infinite where there is no fit.
     """
-    if rms_m < SETUP_RMS_M or model.dataset.robot is None or model.dataset.poses.q is None:
+    if rms_m < SETUP_RMS_M:
         return None
     few = subsampled(model.with_effects(())).dataset
-    readings = list(_readings(few))
+    readings = [*_otherwise(few), *(_of_joints(few) if few.robot is not None and few.poses.q is not None else ())]
     if not readings:
         return None
     as_read = _error(few)
-    errors = np.array([_error(_read_as(few, reading)) for reading in readings])
+    errors = np.array([_error(reading.dataset) for reading in readings])
     order = np.argsort(errors)
     best, second = errors[order[0]], errors[order[1:2]].min(initial=np.inf)
     if not np.isfinite(best) or best * FALLS > as_read or best * BEST > second:
         return None
     instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
-    return (
-        f"{readings[int(order[0])].fault}: read otherwise, fitted points are {_millimetres(best)} off{instead}."
-        " Correct poses.csv, or the file that it was made from."
+    found = readings[int(order[0])]
+    return Misread(
+        f"{found.fault}: read otherwise, fitted points are {_millimetres(best)} off{instead}. Correct {found.where}.",
+        found.shift,
     )
+
+
+@final
+@dataclass(frozen=True)
+class _Hypothesis:
+    """A data set read otherwise."""
+
+    dataset: Dataset
+    fault: str  # what is then wrong: the beginning of a sentence
+    where: str = "poses.csv, or the file that it was made from"
+    shift: int = 0
+
+
+def _otherwise(dataset: Dataset) -> Iterator[_Hypothesis]:
+    """Rows one pose off, flange poses the other way round, the sensor at the other end."""
+    points, count = dataset.points, len(dataset.poses)
+    for shift, which in ((1, "after"), (-1, "before")):
+        pose = points.pose + shift
+        kept = np.flatnonzero((pose >= 0) & (pose < count))
+        if len(kept) and count > FEWEST_POSES:
+            moved = replace(points.take(kept), pose=pose[kept])
+            fault = f"The points, or images, seem to belong to the pose {which} theirs"
+            yield _Hypothesis(replace(dataset, points=moved), fault, "the rows of poses.csv or points.csv", shift)
+    T, options = dataset.poses.T_base_flange, dataset.options
+    end: Literal["flange", "base"] = "flange" if getattr(options, "mount", "flange") == "base" else "base"
+    if T is not None:  # a sensor at the other end sees the same with inverse poses
+        inverted = replace(dataset, poses=replace(dataset.poses, T_base_flange=inverse(T)))
+        mounted = f", or the sensor is mounted on the {end}" if isinstance(options, Mounting) else ""
+        yield _Hypothesis(inverted, f"poses.csv seems to hold T_flange_base, the inverse of T_base_flange{mounted}")
+    elif isinstance(options, Mounting):
+        swapped = replace(dataset, options=replace(options, mount=end), parameters={}, placed=False)
+        fault = f"The sensor seems to be mounted on the {end}"
+        yield _Hypothesis(swapped, fault, "mount under [sensor] in dataset.toml")
+
+
+def _of_joints(dataset: Dataset) -> Iterator[_Hypothesis]:
+    for reading in _readings(dataset):
+        yield _Hypothesis(_read_as(dataset, reading), reading.fault)
 
 
 def _readings(dataset: Dataset) -> Iterator[Misreading]:
