@@ -1,6 +1,6 @@
 """What columns of rows that are linear in numbers are made of: speeds, directions, torques of the rigid arm."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -32,7 +32,7 @@ class Quantities:
     q: Array
     speed: Array
     acceleration: Array
-    rigid: Array  # torques of the URDF's rigid arm [Nm]
+    rigid: Array  # torques of the URDF's rigid arm with the payload that is stated, at the flange's origin [Nm]
     measured: Array  # what the rows hold, NaN where nothing was recorded
     torque_noise: Array  # of `rigid`, from the readings that accelerations are computed from, (j,) [Nm]
     carried: Array  # torque at each joint, as recorded or else of the rigid arm [Nm]
@@ -81,10 +81,14 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
     rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
     recorded = log.tau[number] if log.torque_signed and log.torque_unit == "Nm" else np.full_like(q, np.nan)
-    return Quantities(
+    of = Quantities(
         log, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
         _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
     )  # fmt: skip
+    if not log.payload_kg:
+        return of
+    stated = np.array([log.payload_kg.get(name, 0.0) for name in log.series])[of.run, None] * of.payload()[..., 0]
+    return replace(of, rigid=rigid + stated, carried=np.where(np.isfinite(recorded), recorded, rigid + stated))
 
 
 def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:

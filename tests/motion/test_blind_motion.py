@@ -1,7 +1,9 @@
 """Arms that MuJoCo moves under a controller of these tests' own, diagnosed without a word about what is the matter."""
 
+from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 from moved_arms import World, record
 
@@ -63,3 +65,11 @@ def test_the_numbers_are_those_of_the_world() -> None:
     assert mass == pytest.approx(1.5, abs=0.02)
     assert unit == "kg"
     assert deviation < 0.05
+
+
+def test_a_payload_that_is_stated_is_no_gap() -> None:
+    log = record(World(payload_kg=1.5, bandwidth=120.0), series=4, seconds=8.0, seed=3)
+    told = replace(log, command=np.full_like(log.command, np.nan), payload_kg=dict.fromkeys(log.series, 1.5))
+    assert diagnose_motion(told, seed=0).verdict == "no_gap"
+    unsaid = replace(told, payload_kg={})
+    assert [one.at.effect.name for one in diagnose_motion(unsaid, seed=0).fit.findings] == ["payload"]
