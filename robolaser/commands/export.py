@@ -1,5 +1,6 @@
 """robolaser export: a result in a copy of the user's own robot."""
 
+from math import degrees
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ def export(
     *,
     into: Annotated[Path, Parameter(metavar="FILE")],
     output: Annotated[Path, Parameter(metavar="FILE", group=RESULT)],
+    replay: Annotated[Path | None, Parameter(metavar="LOG")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -24,13 +26,14 @@ def export(
     For example:
 
         robolaser export result --into cell.urdf --output cell-corrected.urdf
-        robolaser export why --into so101.xml --output so101-real.xml
+        robolaser export why --into so101.xml --output so101-real.xml --replay other-motions
 
     Args:
         result: Folder of a calibration or a diagnosis: of poses, for the placements of the joints; of a moving arm, for
             friction, delays and gains.
         into: URDF, or of a moving arm MJCF, too.
         output: File for the copy.
+        replay: Drive your MJCF and the copy in MuJoCo by the commands of this log, and compare both with its readings.
         force: Overwrite an earlier file.
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
@@ -56,7 +59,9 @@ def export(
             )
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
     write_text(output, written.text)
-    found = {
+    compared = None if replay is None else _replayed(into, output, replay)
+    found: dict[str, object] = {
+        "replay": compared,
         "file": str(output),
         "contains": [list(pair) for pair in written.contains],
         "lacks": [list(pair) for pair in written.lacks],
@@ -67,6 +72,19 @@ def export(
             say(f"contains {effect} at {where}")
         for effect, where in written.lacks:
             say(f"lacks {effect} at {where}: such a file has no place for it")
+        for joint, error in (compared or {}).items():
+            before, after = (degrees(error[name]) for name in ("before_rad", "after_rad"))
+            say(f"replayed, {joint} is {after:.3g}° from its readings, {before:.3g}° before")
         say(f"Wrote {output}")
 
     terminal.show(found, print_rows)
+
+
+def _replayed(before: Path, after: Path, log: Path) -> dict[str, dict[str, float]]:
+    """Errors of each joint by the user's own file and by the copy [rad]."""
+    from robolaser.motion.reading import load_motion
+    from robolaser.motion.replay import replay
+
+    told = load_motion(log)
+    was, now = replay(before, told), replay(after, told)
+    return {joint: {"before_rad": was[joint], "after_rad": now[joint]} for joint in was}

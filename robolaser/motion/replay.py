@@ -1,0 +1,72 @@
+"""A log replayed in MuJoCo: how far a simulated arm is from where the real one went, by the same commands."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import DataError, RobotError, UsageError
+from robolaser.motion.log import MotionLog
+
+MOST_S = 60.0  # of each run that is replayed
+
+
+def replay(model: Path, log: MotionLog) -> dict[str, float]:
+    """Drive a simulated arm by the commands of a log.
+
+    Args:
+        model: An MJCF file whose position actuators drive joints of the log's names.
+        log: With commands.
+
+    Returns:
+        Root-mean-square difference of each driven joint from its readings [rad].
+
+    Raises:
+        UsageError: MuJoCo is not installed.
+        RobotError: MuJoCo cannot load the file, or no actuator drives a joint of the log.
+        DataError: The log has no commands.
+    """
+    try:
+        import mujoco  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise UsageError("A replay needs MuJoCo: pip install mujoco") from None
+    if not log.has("command").any():
+        raise DataError(
+            "The log has no commands to replay: motion.csv has no column command_<joint>.", file="motion.csv"
+        )
+    try:
+        simulated = mujoco.MjModel.from_xml_path(str(model))
+    except ValueError as fault:
+        raise RobotError(f"MuJoCo cannot load {model.name}: {str(fault).splitlines()[0]}") from None
+    driven = {}
+    for number in range(simulated.nu):
+        name = simulated.joint(int(simulated.actuator(number).trnid[0])).name
+        if name in log.joints and log.has("command")[log.joints.index(name)]:
+            driven[log.joints.index(name)] = (number, int(simulated.joint(name).qposadr[0]))
+    if not driven:
+        raise RobotError(f"{model.name} has no actuator at a joint of the log: {', '.join(log.joints)}.")
+    errors = np.concatenate([_run(mujoco, simulated, log, rows, driven) for rows in log.rows_of_runs])
+    with np.errstate(all="ignore"):
+        sizes = np.sqrt(np.nanmean(errors**2, axis=0))
+    return {log.joints[joint]: float(size) for joint, size in zip(driven, sizes, strict=True)}
+
+
+def _run(mujoco: Any, model: Any, log: MotionLog, rows: slice, driven: dict[int, tuple[int, int]]) -> Array:
+    """Simulated less measured angles of the driven joints in one run, (n, k)."""
+    data = mujoco.MjData(model)
+    first = rows.start
+    for joint, (actuator, address) in driven.items():
+        data.qpos[address], data.ctrl[actuator] = log.q[first, joint], log.command[first, joint]
+    out = []
+    for row in range(first, rows.stop):
+        time = float(log.time_s[row])
+        if time > MOST_S:
+            break
+        while data.time < time:
+            mujoco.mj_step(model, data)
+        out.append([data.qpos[address] - log.q[row, joint] for joint, (_, address) in driven.items()])
+        for joint, (actuator, _) in driven.items():
+            if np.isfinite(log.command[row, joint]):
+                data.ctrl[actuator] = log.command[row, joint]
+    return np.array(out).reshape(-1, len(driven))

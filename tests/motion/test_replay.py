@@ -1,0 +1,47 @@
+"""What was found on a moving arm, written into a model of it, makes MuJoCo move as the arm did on motions not seen."""
+
+import json
+from pathlib import Path
+
+import pytest
+from moved_arms import JOINTS, World, mjcf, record, urdf
+
+from robolaser.cli import main
+from robolaser.motion.log import MotionLog
+from robolaser.motion.writing import motion_texts
+
+pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
+
+
+def written(log: MotionLog, folder: Path) -> Path:
+    folder.mkdir()
+    for name, text in motion_texts(log).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_the_copy_follows_the_real_arm_and_the_original_does_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    world = World(feeds_forward=False, bandwidth=25.0, delay_s=0.03)
+    seen = written(record(world, series=4, seconds=8.0, seed=3), tmp_path / "seen")
+    unseen = written(record(world, series=2, seconds=8.0, seed=9), tmp_path / "unseen")
+    stiff = "".join(f'<position joint="{name}" kp="4000" kv="40"/>' for name in JOINTS)
+    mine = mjcf(World()).replace("<actuator>", f"<actuator>{stiff}").split("<motor")[0] + "</actuator></mujoco>"
+    (tmp_path / "mine.xml").write_text(mine, encoding="utf-8")
+    assert main(["diagnose", str(seen), "--output", str(tmp_path / "why"), "--quiet"]) == 0
+    asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(tmp_path / "real.xml"), "--replay", str(unseen)]
+    assert main(["export", str(tmp_path / "why"), *asked, "--json"]) == 0
+    errors = json.loads(capsys.readouterr().out)["replay"]
+    assert set(errors) == set(JOINTS)
+    assert sum(one["after_rad"] for one in errors.values()) < 0.5 * sum(one["before_rad"] for one in errors.values())
+
+
+def test_a_log_without_a_driven_joint_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    seen = written(record(World(), series=2, seconds=3.0, seed=3), tmp_path / "seen")
+    (tmp_path / "arm.urdf").write_text(urdf(), encoding="utf-8")
+    (tmp_path / "mine.xml").write_text("<mujoco><worldbody/></mujoco>", encoding="utf-8")
+    assert main(["calibrate", str(seen), "--output", str(tmp_path / "numbers"), "--quiet"]) == 0
+    asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(tmp_path / "real.xml"), "--replay", str(seen)]
+    assert main(["export", str(tmp_path / "numbers"), *asked]) == 1
+    assert "no actuator" in capsys.readouterr().err
