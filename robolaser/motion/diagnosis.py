@@ -3,11 +3,12 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import comb
 from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Progress
+from robolaser.arrays import Array, Ints, Progress
 from robolaser.errors import UsageError, near
 from robolaser.motion.effect import MotionEffect
 from robolaser.motion.effects import MOTION_EFFECTS
@@ -26,6 +27,7 @@ class Place:
     site: str
     coordinate: str
     share: float
+    p_value: float  # that noise alone leaves more than its size in so many of the runs
 
 
 @final
@@ -101,10 +103,25 @@ def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
         excess = np.nan_to_num(np.maximum(error**2 - gap.noise_floor**2, 0.0))
         if excess.sum() <= 0.0:
             continue
-        shares = zip(part.joints, excess / excess.sum(), strict=True)
-        places = [Place(name, _words(part.places.get(name, ""), name), float(share)) for name, share in shares]
+        errors = part.after if verdict == "unexplained" else part.before
+        places = [
+            Place(
+                name,
+                _words(part.places.get(name, ""), name),
+                float(share),
+                _chance(errors[:, j], part.run, gap.noise_floor[j]),
+            )
+            for j, (name, share) in enumerate(zip(part.joints, excess / excess.sum(), strict=True))
+        ]
         return sorted((place for place in places if place.share > 0.01), key=lambda place: -place.share)
     return []
+
+
+def _chance(errors: Array, run: Ints, noise: float) -> float:
+    """Of as many runs with more than the noise, where each has more or less of it by chance (a sign test)."""
+    sizes = np.array([np.nanmean(errors[run == number] ** 2) for number in np.unique(run[np.isfinite(errors)])])
+    larger = int((sizes > noise**2).sum())
+    return float(sum(comb(len(sizes), k) for k in range(larger, len(sizes) + 1)) / 2.0 ** len(sizes))
 
 
 def _words(coordinate_name: str, joint: str) -> str:

@@ -27,7 +27,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "gap_mm": gap_mm(found.fit),
         "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
         "where": [
-            {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": 0.0}
+            {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": one.p_value}
             for one in found.places
         ],
         "effects": [_effect(one, found.fit) for one in found.fit.findings],
