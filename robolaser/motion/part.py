@@ -94,9 +94,9 @@ class Part:
 
     def _usual(self, errors: Array) -> Array:
         """Squared errors as most runs have them, (j,): what one run alone does is no ground for doubt."""
-        with np.errstate(all="ignore"):
-            of_runs = [root_mean_squares(errors[self.run == number]) ** 2 for number in np.unique(self.run)]
-            return np.asarray(np.nanmedian(of_runs, axis=0))
+        of_runs = np.array([root_mean_squares(errors[self.run == number]) ** 2 for number in np.unique(self.run)])
+        known = [column[np.isfinite(column)] for column in of_runs.T]
+        return np.array([np.median(column) if len(column) else np.nan for column in known])
 
     @property
     def verdict(self) -> str:

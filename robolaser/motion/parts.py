@@ -204,8 +204,8 @@ def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]
 def _less_constants(log: MotionLog, errors: Array) -> Array:
     out = errors.copy()
     for rows in log.rows_of_runs:
-        with np.errstate(all="ignore"):
-            out[rows] -= np.nanmean(out[rows], axis=0)
+        there = np.isfinite(out[rows])
+        out[rows] -= np.where(there, out[rows], 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
     return out
 
 

@@ -120,8 +120,8 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
 def _jerks(rough: Array, width: int) -> Bools:
     """Rows near which some joint moves faster than a parabola follows, (n,): it sticks and slips."""
     size = np.abs(rough)
-    with np.errstate(all="ignore"):
-        usual = np.nanmedian(size, axis=0) / HALF_NORMAL
+    known = [column[np.isfinite(column)] for column in size.T]
+    usual = np.array([np.median(column) if len(column) else np.inf for column in known]) / HALF_NORMAL
     jerk = (size > JERKS * usual).any(axis=1)
     return np.convolve(jerk, np.ones(width), "same") > 0.5
 
