@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from robolaser.commands.on_motion import on_motion
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError, UsageError
@@ -110,18 +111,18 @@ def _calibrate_motion(
     typed: str,
 ) -> None:
     """Find the numbers of effects on a moving arm."""
-    from robolaser.data.result_folder import results_in, write_results
     from robolaser.motion.calibration import calibrate_motion
-    from robolaser.motion.reading import load_motion
     from robolaser.report.motion import print_calibration
     from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
 
-    log = load_motion(dataset)
-    with results_in(output, command="calibrate", files=MOTION_CALIBRATION_FILES, inputs=[dataset], force=force):
-        for warning in log.warnings:
-            terminal.warn(warning)
-        with terminal.progress() as progress:
-            found = calibrate_motion(log, effects, seed=seed, progress=progress)
-        texts = MotionCalibrationResult(found, seed).files(command=typed)
-        write_results(output, texts)
-    terminal.show(texts["calibration.json"] or "", lambda: print_calibration(found, output))
+    on_motion(
+        lambda log, progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
+        lambda result: print_calibration(result.fit, output),
+        dataset,
+        output,
+        MOTION_CALIBRATION_FILES,
+        command="calibrate",
+        force=force,
+        terminal=terminal,
+        typed=typed,
+    )

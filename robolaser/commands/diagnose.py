@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from robolaser.commands.on_motion import on_motion
 from robolaser.commands.options import RESULT, Force, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 
@@ -77,18 +78,18 @@ def _diagnose_motion(
     typed: str,
 ) -> None:
     """Say why a moving arm does not follow its model."""
-    from robolaser.data.result_folder import results_in, write_results
     from robolaser.motion.diagnosis import diagnose_motion
-    from robolaser.motion.reading import load_motion
     from robolaser.report.motion import print_motion
     from robolaser.results.motion import MOTION_FILES, MotionResult
 
-    log = load_motion(dataset)
-    with results_in(output, command="diagnose", files=MOTION_FILES, inputs=[dataset], force=force):
-        for warning in log.warnings:
-            terminal.warn(warning)
-        with terminal.progress() as progress:
-            found = diagnose_motion(log, without=without, seed=seed, progress=progress)
-        texts = MotionResult(found).files(command=typed)
-        write_results(output, texts)
-    terminal.show(texts["diagnosis.json"] or "", lambda: print_motion(found, output))
+    on_motion(
+        lambda log, progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
+        lambda result: print_motion(result.diagnosis, output),
+        dataset,
+        output,
+        MOTION_FILES,
+        command="diagnose",
+        force=force,
+        terminal=terminal,
+        typed=typed,
+    )

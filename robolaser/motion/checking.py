@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
+from robolaser.motion.comparable import comparable
+from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import candidates_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import quantities
-from robolaser.motion.torques import unusable_torque
 from robolaser.motion.tracking import TrackingRows
 
 
@@ -40,28 +41,22 @@ class MotionCheck:
 
 def check_motion(log: MotionLog) -> MotionCheck:
     """Say which rows a log has and which effects they can show."""
-    tested: dict[str, tuple[str, ...]] = {}
-    missing: dict[str, str] = {}
-    kinds = []
-    if (log.has("command") & log.has("q")).any():
-        kinds.append("tracking")
+    reasons = comparable(log)
+    missing = {one.name: reasons[one.rows] for one in MOTION_EFFECTS if reasons[one.rows]}
+    found: list[At] = []
+    if not reasons["tracking"]:
         rows = TrackingRows(log)
         for joint in rows.joints.tolist():
-            found, absent = rows.candidates(MOTION_EFFECTS, joint)
+            candidates, absent = rows.candidates(MOTION_EFFECTS, joint)
             missing |= absent
-            for one in found:
-                tested[one.effect.name] = tuple(dict.fromkeys((*tested.get(one.effect.name, ()), one.where)))
-    reason = unusable_torque(log) if log.has("tau").any() else "no torques in the data"
-    linear = {"torque": reason, "load": "" if log.has("load").any() else "no encoder behind the gear in the data"}
-    for kind, lack in linear.items():
-        if lack:
-            missing |= {one.name: lack for one in MOTION_EFFECTS if one.rows == kind}
-            continue
-        kinds.append(kind)
-        candidates, absent = candidates_of(quantities(log, kind), MOTION_EFFECTS, kind)
-        missing |= absent
-        for one in candidates:
-            tested[one.effect.name] = tuple(dict.fromkeys((*tested.get(one.effect.name, ()), one.where)))
-    if "tracking" not in kinds:
-        missing |= {one.name: "no commands in the data" for one in MOTION_EFFECTS if one.rows == "tracking"}
-    return MotionCheck(log, tuple(kinds), tested, {name: why for name, why in missing.items() if name not in tested})
+            found += candidates
+    for kind in ("torque", "load"):
+        if not reasons[kind]:
+            candidates, absent = candidates_of(quantities(log, kind), MOTION_EFFECTS, kind)
+            missing |= absent
+            found += candidates
+    tested: dict[str, tuple[str, ...]] = {}
+    for one in found:
+        tested[one.effect.name] = tuple(dict.fromkeys((*tested.get(one.effect.name, ()), one.where)))
+    kinds = tuple(kind for kind, reason in reasons.items() if not reason)
+    return MotionCheck(log, kinds, tested, {name: why for name, why in missing.items() if name not in tested})

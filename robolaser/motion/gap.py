@@ -58,9 +58,8 @@ def white_noise(errors: Array, run: Ints, step: float | None) -> Array:
     """
     same = (run[2:] == run[:-2])[:, None]
     bend = np.where(same, errors[2:] - 2.0 * errors[1:-1] + errors[:-2], np.nan)
-    with np.errstate(all="ignore"):
-        white = root_mean_squares(bend) / np.sqrt(6.0)
-    return np.asarray(np.hypot(white, 0.0) if step is None else np.maximum(white, step / np.sqrt(12.0)))
+    white = root_mean_squares(bend) / np.sqrt(6.0)
+    return np.asarray(white if step is None else np.maximum(white, step / np.sqrt(12.0)))
 
 
 def resolution(readings: Array) -> float | None:
@@ -90,12 +89,8 @@ class AtFlange:
         rows = rows[:: max(1, len(rows) // FLANGE_ROWS)]
         return cls(rows, log.robot.jacobian(np.nan_to_num(log.q[rows])[None])[0, :, :3])
 
-    def millimetres(self, errors: Array) -> float:
-        """Root mean square of the flange's error for errors of the joints, (n, j) [rad]."""
-        return float(np.sqrt((self._moved(errors) ** 2).sum(axis=1).mean()))
-
     def interval(self, errors: Array, run: Ints, rng: np.random.Generator) -> tuple[float, float]:
-        """Of that, 95 %, by resampling runs, or blocks where there are too few."""
+        """Of the flange's root-mean-square error [mm], 95 %, by resampling runs, or blocks where there are too few."""
         squares = (self._moved(errors) ** 2).sum(axis=1)
         of_row = run[self.rows]
         if len(np.unique(of_row)) < FEWEST_RUNS:

@@ -11,11 +11,12 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
+from robolaser.data.importers.units import Units
 from robolaser.errors import DataError, UsageError, near
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 from robolaser.motion.log import QUANTITIES, MotionLog
 from robolaser.robot.kinematics import Robot
 
-UNITS: Final = {"rad": 1.0, "deg": np.pi / 180.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 OTHER_NAMES: Final = {
     "shoulder_pan": "Rotation", "shoulder_lift": "Pitch", "elbow_flex": "Elbow", "wrist_flex": "Wrist_Pitch",
     "wrist_roll": "Wrist_Roll", "gripper": "Jaw",
@@ -63,32 +64,28 @@ def import_motion(
         UsageError: A unit is not known, or not stated where the files do not say it.
         DataError: A file cannot be read, or holds no readings of the robot's joints.
     """
-    unknown = [unit for unit in units if unit not in UNITS]
-    if unknown:
-        raise UsageError(
-            f"Units of a motion are {', '.join(UNITS)}, not {', '.join(unknown)}.{near(unknown[0], UNITS)}"
-        )
+    stated = Units.of(units).stated
+    if LENGTH in stated:
+        raise UsageError(f"--units {stated[LENGTH]}: a log of a moving arm has angles and times, but no lengths.")
     runs = [run for source in sources for run in _runs(source)]
-    stated_angle = next((unit for unit in units if unit in ("rad", "deg")), "")
-    stated_time = next((unit for unit in units if unit not in ("rad", "deg")), "")
     read_from: dict[str, str] = {}
     parts: list[dict[str, Array]] = []
     labels: list[str] = []
     for run in runs:
-        angle = run.angle_unit or stated_angle
+        angle = run.angle_unit or stated.get(ANGLE, "")
         if not angle:
             raise UsageError(
                 f"{run.source} does not say the unit of its angles: state --units rad or --units deg. Per cent of a"
                 " range is no angle: have the recorder use degrees."
             )
         time = _column(run, columns.get("time_s", "time_s")) if "time_s" in columns else _time(run)
-        part = {"time_s": (time - time[0]) * UNITS[stated_time or run.time_unit]}
+        part = {"time_s": (time - time[0]) * FACTORS[TIME][stated.get(TIME, run.time_unit)]}
         for quantity in QUANTITIES:
             values = np.full((len(time), len(robot.joints)), np.nan)
             for j, joint in enumerate(robot.joints):
                 wanted = _wanted(run, quantity, joint, j, columns)
                 if wanted is not None:
-                    scale = 1.0 if quantity == "tau" else UNITS[angle]
+                    scale = 1.0 if quantity == "tau" else FACTORS[ANGLE][angle]
                     values[:, j] = scale * run.columns[wanted]
                     read_from[f"{quantity}_{joint}"] = f"{wanted} of {run.source}"
             part[quantity] = values

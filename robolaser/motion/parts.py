@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.errors import DataError
+from robolaser.motion.comparable import comparable
 from robolaser.motion.effect import At, Kind, MotionEffect
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
@@ -16,7 +17,6 @@ from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Findin
 from robolaser.motion.quantities import quantities
 from robolaser.motion.remains import coordinate
 from robolaser.motion.selection import Judged, Search, side_by_side
-from robolaser.motion.torques import unusable_torque
 from robolaser.motion.tracking import ONE_CLOCK_S, TrackingRows
 
 SEARCHED_ROWS = 24_000
@@ -49,18 +49,16 @@ def parts_of(
     parts: list[Part] = []
     missing: dict[str, str] = {}
     remarks: list[str] = []
-    if (log.has("command") & log.has("q")).any():
+    reasons = comparable(log)
+    if not reasons["tracking"]:
         tell("tracking", 0.1)
         parts.append(_tracking(log, library, missing, searching))
-    if log.has("tau").any():
-        reason = unusable_torque(log)
-        if reason:
-            remarks.append(f"Torque rows are set aside: {reason}.")
-            missing |= {one.name: reason for one in library if one.rows == "torque"}
-        else:
-            tell("torques", 0.6)
-            parts.append(_linear(log, library, "torque", missing, searching))
-    if (log.has("load") & log.has("q")).any():
+    if not reasons["torque"]:
+        tell("torques", 0.6)
+        parts.append(_linear(log, library, "torque", missing, searching))
+    elif log.has("tau").any():
+        remarks.append(f"Torque rows are set aside: {reasons['torque']}.")
+    if not reasons["load"]:
         tell("encoders", 0.8)
         parts.append(_linear(log, library, "load", missing, searching))
     if not parts:
@@ -68,10 +66,7 @@ def parts_of(
             "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm with their signs, nor"
             " a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.", file="motion.csv",
         )  # fmt: skip
-    absent = {"tracking": "no commands in the data", "torque": "no torques in the data",
-              "load": "no encoder behind the gear in the data"}  # fmt: skip
-    there = {part.gap.kind for part in parts}
-    missing = {one.name: absent[one.rows] for one in library if one.rows not in there} | missing
+    missing = {one.name: reasons[one.rows] for one in library if reasons[one.rows]} | missing
     return parts, missing, remarks
 
 

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import Finding
 
-DIAGNOSIS, CALIBRATION = "robolaser-diagnosis/1", "robolaser-calibration/1"
+DIAGNOSIS = "robolaser-diagnosis/1"
 CERTAIN = 0.9
 UNEXPLAINED = 0.99
 """Probability of a cause that the library lacks, where more is left than noise: how sure that is, is not computed."""
@@ -31,8 +32,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
             for one in found.places
         ],
         "effects": [_effect(one, found.fit) for one in found.fit.findings],
-        "kinds": [_together(group, found.fit) | {"effect": name, "where": [one.at.where for one in group]}
-                  for name, group in _groups(found.fit, "name").items()],
+        "kinds": kinds_json(found.fit),
         "classes": _classes(found),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in sorted(found.not_testable.items())],
         "next_poses": [],
@@ -62,9 +62,7 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
             "joints": list(fit.log.joints),
             "gravity": list(fit.log.robot.gravity),
         },
-        "effects": [
-            {key: _effect(one, fit)[key] for key in ("effect", "where", "rows", "parameters")} for one in fit.findings
-        ],
+        "effects": [_numbers(one) for one in fit.findings],
         "gap_mm": gap,
         "rows": [_rows(one, fit.log.joints) for one in fit.gaps],
         "objective_m2": None,
@@ -121,21 +119,34 @@ def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
 
 def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
     gap = gap_mm(fit)
-    return {
-        "effect": one.at.effect.name,
-        "where": one.at.where,
-        "rows": one.kind,
+    return _numbers(one) | {
         "probability": round(one.judged.probability, 4),
-        "parameters": {
-            name: {"value": value, "std": deviation if np.isfinite(deviation) else None, "unit": unit}
-            for name, (value, deviation, unit) in one.numbers.items()
-            if np.isfinite(value)
-        },
         "gap_mm_before": gap["calibrated"],
         "gap_mm_after": gap["after"],
         "gap_mm_without": _without(fit, [one]),
         "indistinguishable_from": [rival.pair for rival in one.judged.rivals],
     }
+
+
+def _numbers(one: Finding) -> dict[str, Any]:
+    return {
+        "effect": one.at.effect.name,
+        "where": one.at.where,
+        "rows": one.kind,
+        "parameters": {
+            name: {"value": value, "std": deviation if np.isfinite(deviation) else None, "unit": unit}
+            for name, (value, deviation, unit) in one.numbers.items()
+            if np.isfinite(value)
+        },
+    }
+
+
+def kinds_json(fit: MotionFit) -> list[dict[str, Any]]:
+    """Effects with all of their places, as JSON files give them."""
+    return [
+        _together(group, fit) | {"effect": name, "where": [one.at.where for one in group]}
+        for name, group in _groups(fit, "name").items()
+    ]
 
 
 def _groups(fit: MotionFit, by: str) -> dict[str, list[Finding]]:
@@ -218,8 +229,9 @@ def sentence(found: MotionDiagnosis) -> str:
     gaps = "; ".join(_shrinks(gap) for gap in found.fit.gaps)
     if found.verdict == "no_gap":
         return f"There is no gap: the arm follows its model. On unseen motions: {gaps}."
-    certain = [name for name, group in _kinds(found.fit) if group >= CERTAIN]
-    likely = [name for name, group in _kinds(found.fit) if group < CERTAIN]
+    kinds = kinds_json(found.fit)
+    certain = [one["effect"] for one in kinds if one["probability"] >= CERTAIN]
+    likely = [one["effect"] for one in kinds if one["probability"] < CERTAIN]
     clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
     if not found.fit.findings:
@@ -230,10 +242,6 @@ def sentence(found: MotionDiagnosis) -> str:
         place = found.places[0]
         rest = f" What is left lies at {place.site}" + (f", by the {place.coordinate}." if place.coordinate else ".")
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
-
-
-def _kinds(fit: MotionFit) -> list[tuple[str, float]]:
-    return [(name, _together(group, fit)["probability"]) for name, group in _groups(fit, "name").items()]
 
 
 def _shrinks(gap: KindGap) -> str:

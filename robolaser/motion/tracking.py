@@ -212,7 +212,7 @@ class TrackingRows:
         """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
         moving = [fit for fit in fits if fit.effects]
         cases = [(fit, [fit.x, *(fit.x + STEP * side for side in np.eye(len(fit.x)))]) for fit in moving]
-        for fit, (residual, _) in zip(moving, self._computed(cases), strict=True):
+        for fit, residual in zip(moving, self._computed(cases), strict=True):
             unseen = (residual[:, 1:] == residual[:, :1]).all(axis=0)
             ideal = [number.ideal / number.usual for one in fit.effects for number in one.effect.numbers]
             fit.x = np.where(unseen, ideal, fit.x)
@@ -262,7 +262,7 @@ class TrackingRows:
         ]
 
     def _improve(self, fits: list[_Fit], rounds: int) -> None:
-        for fit, (residual, _) in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):
+        for fit, residual in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):
             fit.residual = residual[:, 0]
             fit.cost = float(fit.residual @ fit.residual)
         moving = [fit for fit in fits if fit.effects]
@@ -271,11 +271,11 @@ class TrackingRows:
             for fit in moving:
                 aside = [fit.x + STEP * side for side in np.eye(len(fit.x))]
                 cases.append((fit, aside))
-            for fit, (residual, _) in zip(moving, self._computed(cases), strict=True):
+            for fit, residual in zip(moving, self._computed(cases), strict=True):
                 fit.slopes = (residual - fit.residual[:, None]) / STEP
             steps = [(fit, [fit.within(fit.x + step) for step in _steps(fit)]) for fit in moving]
             going = []
-            for (fit, tried), (residual, _) in zip(steps, self._computed(steps), strict=True):
+            for (fit, tried), residual in zip(steps, self._computed(steps), strict=True):
                 costs = (residual**2).sum(axis=0)
                 best = int(costs.argmin())
                 if costs[best] < fit.cost * (1.0 - SETTLED):
@@ -286,12 +286,12 @@ class TrackingRows:
             if not moving:
                 break
 
-    def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[tuple[Array, Array]]:
-        """Residuals at the kept rows for some numbers of each fit, (kept, m); and all that is simulated."""
+    def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[Array]:
+        """Residuals at the kept rows for some numbers of each fit, (kept, m)."""
         joint = np.array([fit.joint for fit, tried in cases for _ in tried], dtype=np.int64)
         numbers = [fit.servo(x) for fit, tried in cases for x in tried]
         if not numbers:
-            return [(np.empty((0, 0)), np.empty(0)) for _ in cases]
+            return [np.empty((0, 0)) for _ in cases]
         out, m, found = self._runs.simulate(joint, numbers), 0, []
         for fit, tried in cases:
             at, s, run = self._kept[fit.joint]
@@ -299,7 +299,7 @@ class TrackingRows:
             if self.log.offset_per_series:
                 for number in np.unique(run):
                     left[run == number] -= left[run == number].mean(axis=0)
-            found.append((left, out[:, :, m : m + len(tried)]))
+            found.append(left)
             m += len(tried)
         return found
 
@@ -318,7 +318,7 @@ class TrackingRows:
         fit = self._found[joint, fitted.names]
         if not fit.effects:
             return ()
-        ((slopes, _),) = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))])])
+        (slopes,) = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))])])
         slopes = (slopes - fit.residual[:, None]) / STEP
         weight = self.independent[joint] / max(fit.cost, 1e-24)
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))

@@ -10,7 +10,7 @@ from robolaser.motion.effect import At
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import Finding
-from robolaser.motion.result_json import gap_mm, motion_json, next_motions, sentence
+from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
 from robolaser.report.chart import Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import (
@@ -137,10 +137,7 @@ def print_calibration(fit: MotionFit, folder: Path | None = None, *, console: Co
         folder: Where it was written.
         console: Where to print; standard output by default.
     """
-    out = plain_unless_terminal(console)
-    print_document(calibration_document(fit), out)
-    if folder is not None:
-        print_page(folder, out)
+    _print(calibration_document(fit), folder, console)
 
 
 def print_motion(found: MotionDiagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
@@ -151,8 +148,12 @@ def print_motion(found: MotionDiagnosis, folder: Path | None = None, *, console:
         folder: Where it was written.
         console: Where to print; standard output by default.
     """
+    _print(document(found), folder, console)
+
+
+def _print(document: Document, folder: Path | None, console: Console | None) -> None:
     out = plain_unless_terminal(console)
-    print_document(document(found), out)
+    print_document(document, out)
     if folder is not None:
         print_page(folder, out)
 
@@ -185,7 +186,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
             ", ".join(kind["where"]),
             Cell(f"{100.0 * kind['probability']:.3g} %", order=kind["probability"]),
         )
-        for kind in motion_json(found)["kinds"]
+        for kind in kinds_json(found.fit)
     ]
     columns = [Column("Effect", "name", 40, "effect"), Column("At", brief="at"), Column("How sure", brief="how sure")]
     return Table(columns, rows, title="Kinds of effects", printed=8)
@@ -235,7 +236,7 @@ def _steps(found: MotionDiagnosis) -> list[str]:
     """Remedies, each once, then motions to record."""
     remedies = [
         f"{one['effect'].replace('_', ' ').capitalize()} at {', '.join(one['where'])}: {effect.remedy}"
-        for one in motion_json(found)["kinds"]
+        for one in kinds_json(found.fit)
         for effect in [next(f.at.effect for f in found.fit.findings if f.at.effect.name == one["effect"])]
     ]
     return [*remedies, *next_motions(found)]

@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.validation import Transfer
 from robolaser.estimation.averaging import AveragedData
@@ -132,8 +133,8 @@ def _error(fitted: _Fitted, write: Writer, read: Reader) -> float | None:
     for number, x in enumerate(fitted.fits):
         of_fold = np.isin(np.arange(len(data.poses)), data.points.pose[fitted.fold == number])
         held, looked_at = (np.zeros(len(data.poses), dtype=bool) for _ in range(2))
-        held[_evenly(np.flatnonzero(of_fold), UNSEEN_POSES // len(fitted.fits))] = True
-        looked_at[_evenly(np.flatnonzero(~of_fold), PLACING_POSES)] = True
+        held[_some(of_fold, UNSEEN_POSES // len(fitted.fits))] = True
+        looked_at[_some(~of_fold, PLACING_POSES)] = True
         looked_at |= held
         without = replace(fitted.calibration, x=x)
         flange = read(write(without) or "", data, looked_at)
@@ -145,8 +146,9 @@ def _error(fitted: _Fitted, write: Writer, read: Reader) -> float | None:
     return rms(np.concatenate(errors))
 
 
-def _evenly(numbers: Ints, most: int) -> Ints:
-    return numbers[:: -(-len(numbers) // max(most, 1)) or 1]
+def _some(chosen: Bools, most: int) -> Ints:
+    numbers = np.flatnonzero(chosen)
+    return numbers[evenly(len(numbers), most)]
 
 
 def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Array:

@@ -1,8 +1,7 @@
 """Diagnoses that were just made or read back."""
 
 import json
-from collections.abc import Mapping
-from functools import cached_property
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, final
 
@@ -33,6 +32,7 @@ class DiagnosisResult(FittedResult):
 
     Attributes:
         diagnosis: With all that a report shows; None if it was read back.
+        model: The corrected model, as a calibration; None likewise.
 
     Examples:
         >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
@@ -43,24 +43,22 @@ class DiagnosisResult(FittedResult):
     command = "diagnose"
 
     def __init__(
-        self, contents: Mapping[str, Any], made: Diagnosis | None = None, seed: int = 0, folder: Path | None = None
+        self,
+        contents: Mapping[str, Any],
+        made: Diagnosis | None = None,
+        model: Calibration | None = None,
+        files: Sequence[Delivered] = (),
+        folder: Path | None = None,
     ) -> None:
         super().__init__(contents, folder)
-        self.diagnosis, self._seed = made, seed
-        self._delivered: list[Delivered] = []
+        self.diagnosis, self.model, self._delivered = made, model, files
 
     @classmethod
     def of(cls, made: Diagnosis, seed: int) -> Self:
         """A diagnosis that was just made with this seed."""
-        files = delivered(made, corrected(made, seed))
-        result = cls(diagnosis_json(made) | {"files": [one.to_dict() for one in files]}, made, seed)
-        result._delivered = files
-        return result
-
-    @cached_property
-    def model(self) -> Calibration | None:
-        """The corrected model, as a calibration; None if the result was read back."""
-        return None if self.diagnosis is None else corrected(self.diagnosis, self._seed)
+        model = corrected(made, seed)
+        files = delivered(made, model)
+        return cls(diagnosis_json(made) | {"files": [one.to_dict() for one in files]}, made, model, files)
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each effect."""

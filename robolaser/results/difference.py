@@ -7,11 +7,13 @@ from typing import Any, Final
 import numpy as np
 
 from robolaser.bounded_reading import read_json
+from robolaser.calibration.result import FORMAT as CALIBRATION
+from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.errors import DataError, UsageError
 from robolaser.results import numbers_of
 
 FORMAT: Final = "robolaser-diff/1"
-FILES: Final = {"robolaser-calibration/1": "calibration.json", "robolaser-diagnosis/1": "diagnosis.json"}
+FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
 
 
