@@ -63,6 +63,7 @@ def calibrate(
     plan: Plan | None = None,
     *,
     effects: Sequence[Named] | str | None = None,
+    weights: str | None = None,
     seed: int | None = None,
     progress: Progress | None = None,
 ) -> CalibrationResult | MotionCalibrationResult:
@@ -72,6 +73,7 @@ def calibrate(
         data: The measurements, with the nominal values; or their folder. Of a log of a moving arm, the effects' alone.
         plan: The options; the defaults when absent.
         effects: Added to the model: a name, `NAME:WHERE` or a class each; those of the plan when absent.
+        weights: "plain" or "noise", see `Plan`; those of the plan when absent.
         seed: That of the search; that of the plan when absent.
         progress: Called with the current step and its finished share.
 
@@ -87,10 +89,10 @@ def calibrate(
     plan = plan or Plan()
     if effects is not None:
         plan = replace(plan, effects=tuple(_listed(effects)))
+    plan = plan if weights is None else replace(plan, weights=weights)
     plan = plan if seed is None else replace(plan, seed=seed)
     if _is_motion(data):
-        named = [one if isinstance(one, str) else one.name for one in plan.effects]
-        fit = calibrate_motion(_motion_log(data), named, seed=plan.seed, progress=progress)
+        fit = calibrate_motion(_motion_log(data), _names(plan.effects), seed=plan.seed, progress=progress)
         return MotionCalibrationResult(fit, plan.seed)
     return CalibrationResult.of(fitting.calibrate(_data_set(data), plan, progress=progress))
 
@@ -126,7 +128,7 @@ def diagnose(
     """
     if _is_motion(data):
         log = _motion_log(data)
-        names = None if effects is None else [one for one in _listed(effects) if isinstance(one, str)]
+        names = None if effects is None else _names(_listed(effects))
         return MotionResult(diagnose_motion(log, names, seed=seed, progress=progress))
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
@@ -271,6 +273,10 @@ def _data_set(data: object) -> Dataset:
 
 def _listed(effects: Sequence[Named] | str) -> Sequence[Named]:
     return [effects] if isinstance(effects, str | type) else effects
+
+
+def _names(effects: Sequence[Named]) -> list[str]:
+    return [one if isinstance(one, str) else one.name for one in effects]
 
 
 def _kinds(effects: Sequence[Named] | str) -> list[type[Effect]]:

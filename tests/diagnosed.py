@@ -84,7 +84,7 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         std=calibration.std,
         calibrated_x=x[: len(model.parameters) - len(model.effect_parameters)],
         observed=model.dataset,
-        by_folds=None,
+        unseen=None,
         before_m=before,
         after_m=after,
         noise=noise,

@@ -126,7 +126,7 @@ def calibrated(
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated)),
         residuals=residuals,
         held_out=None if unseen is None else problem.model.in_metres(x, unseen.errors),
-        held_out_rows=None if unseen is None else unseen.errors,
+        unseen=unseen,
         noise=sigmas,
         history=start.history,
         evaluations=evaluations + (0 if unseen is None else unseen.evaluations),
@@ -140,6 +140,7 @@ def calibrated(
             *_bound_warnings(model, on_bound),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
+        fitted=problem.model,
         weighted=weighted,
     )
 

@@ -3,10 +3,14 @@
 from dataclasses import dataclass
 from typing import final
 
+from robolaser.errors import UsageError, near
 from robolaser.model.effects.effect import Effect
 
 GENERATIONS = 500
 """From the last of these generations on, local refinement of any of its members ends in the same optimum."""
+
+
+WEIGHTS = ("plain", "noise")
 
 
 @final
@@ -24,6 +28,9 @@ class Plan:
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
 
+    Raises:
+        UsageError: There are no weights of that name.
+
     Examples:
         >>> robolaser.Plan(effects=("laser_roll",), loss="huber").weights
         'plain'
@@ -36,3 +43,7 @@ class Plan:
     effects: tuple[str | type[Effect], ...] = ()
     seed: int = 1
     generations: int = GENERATIONS
+
+    def __post_init__(self) -> None:
+        if self.weights not in WEIGHTS:
+            raise UsageError(f"No weights '{self.weights}'.{near(self.weights, WEIGHTS)}")

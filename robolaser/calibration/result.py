@@ -1,6 +1,5 @@
 """The result of a calibration, and calibration.json."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -12,6 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import setup_warning
 from robolaser.calibration.pymoo_search import History
 from robolaser.errors import UsageError, near
+from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
 from robolaser.model.corrected_robot import corrected_robot
@@ -60,9 +60,9 @@ class Calibration:
         seconds: Time taken.
         warnings: What the user should know.
         loss: "square", "huber" or "cauchy".
-        held_out_rows: `held_out` in the sensor's unit, (m', k); None where it was not kept.
-        weighted: The rows that were fitted, with their weights by noise; None where rows weigh alike, and where it was
-            not kept.
+        unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
+        fitted: The model of the rows that were fitted; None where these are all.
+        weighted: Their weights by noise; None where rows weigh alike, and where they were not kept.
 
     Examples:
         >>> robolaser.calibrate(dataset).calibration.value("f")
@@ -85,7 +85,8 @@ class Calibration:
     seconds: float
     warnings: tuple[str, ...]
     loss: str = "square"
-    held_out_rows: Array | None = None
+    unseen: FoldFits | None = None
+    fitted: Model | None = None
     weighted: NoiseWeightedFit | None = None
 
     @cached_property
@@ -106,7 +107,12 @@ class Calibration:
     @property
     def fitted_model(self) -> Model:
         """The model of the rows that were fitted."""
-        return self.model if self.weighted is None else self.weighted.problem.model
+        return self.model if self.fitted is None else self.fitted
+
+    @property
+    def held_out_rows(self) -> Array | None:
+        """`held_out` in the sensor's unit, (m', k); None where it was not kept."""
+        return None if self.unseen is None else self.unseen.errors
 
     @cached_property
     def robot(self) -> Robot | None:
@@ -238,8 +244,3 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "evaluations": calibration.evaluations,
         "seconds": round(calibration.seconds, 3),
     }
-
-
-def json_text(calibration: Calibration) -> str:
-    """What calibration.json holds."""
-    return json.dumps(as_json(calibration), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

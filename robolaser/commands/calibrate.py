@@ -90,14 +90,15 @@ def calibrate(
                 found = find(data, plan, state=output, resume=resume, progress=progress)
             for warning in found.warnings:
                 terminal.warn(warning)
-            texts = CalibrationResult.of(found).files(command=typed)
+            result = CalibrationResult.of(found)
+            texts = result.files(command=typed)
             write_results(output, texts)
         except KeyboardInterrupt:
             kept = (output / CHECKPOINT).exists()
             state = f"The search's state is in {output}: continue with --resume." if kept else "Nothing was written."
             raise Interrupted(f"Stopped. {state}") from None
         (output / CHECKPOINT).unlink(missing_ok=True)
-    terminal.show(texts["calibration.json"] or "", lambda: print_summary(found, output))
+    terminal.show(texts["calibration.json"] or "", lambda: print_summary(found, output, files=result["files"]))
 
 
 def _calibrate_motion(

@@ -1,7 +1,6 @@
 """The corrected model: what a diagnosis found, as a calibration that other programs load, predict and scan with."""
 
-import json
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -49,6 +48,8 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
         unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width)),
         residuals=model.residuals_at(parameters.values(x[None]))[0],
         held_out=diagnosis.after_m,
+        unseen=diagnosis.unseen,
+        fitted=diagnosis.model,
         noise={name: source.value for name, source in diagnosis.noise.items()},
         history=None,
         evaluations=0,
@@ -65,7 +66,6 @@ def given_on_bound(diagnosis: Diagnosis) -> Bools:
     return np.asarray(given & ~fixed & ((x <= parameters.lower) | (x >= parameters.upper)))
 
 
-def corrected_json(calibration: Calibration) -> str:
+def corrected_json(calibration: Calibration) -> dict[str, Any]:
     """What calibration.json holds of a corrected model: nobody counted its candidates."""
-    entries = as_json(calibration) | {"evaluations": None}
-    return json.dumps(entries, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return as_json(calibration) | {"evaluations": None}

@@ -8,7 +8,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
-from robolaser.estimation.folds import assign_folds, held_out
+from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
 from robolaser.model.noise import NoiseModel
 
@@ -31,7 +31,7 @@ class HeldOut:
     def __init__(self, start: Fit, seed: int, calibration: Calibration | None = None) -> None:
         self._folds = assign_folds(start.model, seed)
         self._known: dict[int, tuple[Fit, Array, Array]] = {}
-        self._of_folds: dict[int, Array] = {}
+        self._of_folds: dict[int, FoldFits] = {}
         self._calibration = calibration
 
     @property
@@ -47,15 +47,14 @@ class HeldOut:
                 rows = fit.at.plain if calibrated is None else calibrated
             else:
                 found = held_out(fit.problem, fit.x, self._folds, enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2))
-                rows, self._of_folds[id(fit)] = found.errors, found.x
+                rows, self._of_folds[id(fit)] = found.errors, found
             self._known[id(fit)] = fit, fit.in_metres(rows), rows
         return self._known[id(fit)][1]
 
-    def by_folds(self, fit: Fit) -> tuple[Ints, Array] | None:
-        """The fold of each row, (m,), and the parameters of the fit without each fold, (f, d), where one was made."""
+    def unseen(self, fit: Fit) -> FoldFits | None:
+        """The fits without each fold, where they were made for this fit."""
         self.errors(fit)
-        x = self._of_folds.get(id(fit))
-        return None if x is None or self._folds is None else (self._folds.of_row, x)
+        return self._of_folds.get(id(fit))
 
     def _calibrated(self, fit: Fit) -> Array | None:
         """The calibration's errors, where they are a fit's, (m, k)."""

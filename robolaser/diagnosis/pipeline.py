@@ -151,7 +151,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
         observed=data.dataset,
-        by_folds=held_out.by_folds(final),
+        unseen=held_out.unseen(final),
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
         noise=noise_sources(noise),

@@ -12,6 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
+from robolaser.estimation.folds import FoldFits
 from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -227,7 +228,7 @@ class Diagnosis:
         std: One standard deviation of each; NaN for what is held.
         calibrated_x: The sensor's parameters without effects in the model, in the same order.
         observed: Averaged rows without gross errors.
-        by_folds: The fold of each of these rows, (m,), and the parameters fitted without each fold, (f, d).
+        unseen: Fits of the final model without each fold of these rows; None where none could be held out.
         before_m: Held-out errors of those rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
         noise: Sources of noise, by name.
@@ -263,7 +264,7 @@ class Diagnosis:
     std: Array
     calibrated_x: Array
     observed: Dataset
-    by_folds: tuple[Ints, Array] | None
+    unseen: FoldFits | None
     before_m: Array
     after_m: Array
     noise: Mapping[str, NoiseSource]

@@ -114,6 +114,7 @@ class FoldFits:
     """What fits without each fold say."""
 
     errors: Array  # residuals of each row by the fit without its fold, in the sensor's unit, (m, k)
+    of_row: Ints  # the fold of each row, (m,)
     x: Array  # the parameters of each of these fits, (f, d)
     evaluations: int  # residual vectors evaluated
 
@@ -138,7 +139,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
     errors = _predicted(problem, fits, folds)
     if folds.whole:
         errors = problem.model.blocks.located_apart(errors)
-    return FoldFits(errors, fits, evaluations + folds.count)
+    return FoldFits(errors, folds.of_row, fits, evaluations + folds.count)
 
 
 def _fits(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, int]:

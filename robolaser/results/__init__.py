@@ -178,6 +178,11 @@ def _recorded(value: Any) -> Any:
     return [_recorded(one) for one in value] if is_list else value
 
 
+def json_text(contents: Mapping[str, Any]) -> str:
+    """A JSON file of a result."""
+    return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
 def printed(show: Callable[[Console], None]) -> str:
     """What is shown on a console, as plain text."""
     text = io.StringIO()

@@ -1,17 +1,18 @@
 """Calibrations that were just made or read back."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.calibration.result import FORMAT, Calibration, as_json, json_text
+from robolaser.calibration.result import FORMAT, Calibration, as_json
 from robolaser.export.files import EXPORTED, exported
 from robolaser.report import calibration as of_calibration
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, numbers_of, printed, read_back
+from robolaser.results import PAGE, Files, FittedResult, json_text, numbers_of, printed, read_back
+from robolaser.results.delivered import Delivered, delivered
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,15 +40,20 @@ class CalibrationResult(FittedResult):
     command = "calibrate"
 
     def __init__(
-        self, contents: Mapping[str, Any], made: Calibration | None = None, folder: Path | None = None
+        self,
+        contents: Mapping[str, Any],
+        made: Calibration | None = None,
+        files: Sequence[Delivered] = (),
+        folder: Path | None = None,
     ) -> None:
         super().__init__(contents, folder)
-        self.calibration = made
+        self.calibration, self._delivered = made, files
 
     @classmethod
     def of(cls, made: Calibration) -> Self:
         """A calibration that was just made."""
-        return cls(as_json(made), made)
+        files = delivered(made)
+        return cls(as_json(made) | {"files": [one.to_dict() for one in files]}, made, files)
 
     def __getattr__(self, name: str) -> Any:
         made = self.__dict__.get("calibration")
@@ -73,18 +79,23 @@ class CalibrationResult(FittedResult):
         """calibration.json, the report, and the files for other programs."""
         if self.calibration is None:
             return self._saved(CALIBRATION_FILES)
-        page = of_calibration.page(self.calibration, command=command)
-        return {**exported(self.calibration), PAGE: page, "calibration.json": json_text(self.calibration)}
+        return {
+            **exported(self.calibration),
+            **{one.file: one.text for one in self._delivered},
+            PAGE: of_calibration.page(self.calibration, command=command, files=self["files"]),
+            "calibration.json": json_text(self.to_dict()),
+        }
 
     def _document(self, *, brief: bool) -> Document | None:
-        return None if self.calibration is None else of_calibration.document(self.calibration, brief=brief)
+        made = self.calibration
+        return None if made is None else of_calibration.document(made, brief=brief, files=self["files"])
 
     def __str__(self) -> str:
         """The summary that the command prints."""
         made = self.calibration
         if made is None:
             return f"{self.dataset}: rms {1e3 * self.rms_m:.3g} mm on fitted poses\n{self.to_frame().to_string()}\n"
-        return printed(lambda out: of_calibration.print_summary(made, console=out))
+        return printed(lambda out: of_calibration.print_summary(made, console=out, files=self["files"]))
 
 
 def load_calibration(path: str | Path) -> CalibrationResult:

@@ -1,4 +1,4 @@
-"""What the files of a diagnosis deliver: each is written without a fold's poses, read back, and held against these."""
+"""What the files of a corrected arm deliver: written without a fold's poses, read back, held against these."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -11,11 +11,11 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.subsampling import evenly
-from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.validation import Transfer
 from robolaser.estimation.averaging import AveragedData
-from robolaser.estimation.folds import assign_folds
+from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
+from robolaser.estimation.robust_reweighting import fit
 from robolaser.export.files import is_withheld
 from robolaser.export.mjcf import mjcf
 from robolaser.export.python_module import OF_THE_ARM, corrected_module
@@ -48,7 +48,7 @@ class Delivered:
     lacks: tuple[CandidateEffect, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """As in diagnosis.json."""
+        """As in calibration.json and diagnosis.json."""
         return {
             "file": self.file,
             "held_out_mm": None if self.held_out_m is None else 1e3 * self.held_out_m,
@@ -57,15 +57,14 @@ class Delivered:
         }
 
 
-def delivered(diagnosis: Diagnosis, calibration: Calibration) -> list[Delivered]:
+def delivered(calibration: Calibration) -> list[Delivered]:
     """The files of the corrected arm with their errors on unseen poses, base and tool fitted.
 
     What a file cannot hold, the rest of the model leans on: where one fitted without it delivers more, the file is of
     that one.
 
     Args:
-        diagnosis: What was found.
-        calibration: The corrected model.
+        calibration: The corrected model, with its fits without each fold.
     """
     arm = calibration.model.dataset.robot
     own = tuple(one for one in calibration.model.effects if one.effect.stage in OF_THE_ARM)
@@ -80,69 +79,61 @@ def delivered(diagnosis: Diagnosis, calibration: Calibration) -> list[Delivered]
         ("robot_corrected.urdf", corrected_urdf, _by_urdf, in_urdf),
         ("robot_corrected.xml", mjcf, _by_mujoco if find_spec("mujoco") else None, in_mjcf),
     ]
-    whole = _Fitted(calibration, diagnosis.observed, *(diagnosis.by_folds or (None, None)))
     alone = {chosen: _without_others(calibration, chosen) for _, _, _, chosen in files if chosen not in (own, ())}
     found = []
     for name, write, read, contained in files:
         if write(calibration) is None:
             continue
-        tried = [whole, *([alone[contained]] if contained in alone else [])]
+        tried = [calibration, *([alone[contained]] if contained in alone else [])]
         errors = [None if read is None else _error(one, write, read) for one in tried]
         known = [error for error in errors if error is not None]
-        best = tried[errors.index(min(known))] if known else whole
+        best = tried[errors.index(min(known))] if known else calibration
         lacks = tuple(one for one in own if one not in contained)
-        text = write(best.calibration) or ""
+        text = write(best) or ""
         found.append(Delivered(name, text, min(known, default=None), contained, lacks))
     return found
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    """A model, and its fits without each fold."""
-
-    calibration: Calibration
-    data: Dataset  # the rows that were fitted
-    fold: Ints | None  # of each of them, (m,)
-    fits: Array | None  # (f, d)
-
-
-def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> _Fitted:
+def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect]) -> Calibration:
     """The model with only some of the arm's effects, and those of the sensor, fitted anew."""
     kept = [one for one in calibration.model.effects if one in chosen or one.effect.stage not in OF_THE_ARM]
     model = Model(calibration.model.dataset, tuple(kept))
     known = dict(zip(calibration.model.parameters.names, calibration.x.tolist(), strict=True))
     start = np.array([known[name] for name in model.parameters.names])
-    fit = fit_by_noise(model, start, seed=calibration.seed)
-    folds = assign_folds(fit.problem.model, calibration.seed)
-    unknown = np.full(len(fit.x), np.nan)
-    anew = replace(calibration, model=model, x=fit.x, std=unknown, on_bound=np.zeros(len(fit.x), dtype=bool))
-    return _Fitted(
-        anew,
-        fit.data.dataset,
-        None if folds is None else folds.of_row,
-        None if folds is None else fit.held_out(folds).x,
+    if calibration.weights == "plain":
+        problem, x, _ = fit(model, start, loss=calibration.loss)
+        folds = assign_folds(problem.model, calibration.seed)
+        unseen = None if folds is None else held_out(problem, x, folds)
+    else:
+        weighted = fit_by_noise(model, start, seed=calibration.seed)
+        problem, x = weighted.problem, weighted.x
+        folds = assign_folds(problem.model, calibration.seed)
+        unseen = None if folds is None else weighted.held_out(folds)
+    nothing, unknown = np.zeros(len(x), dtype=bool), np.full(len(x), np.nan)
+    return replace(
+        calibration, model=model, x=x, std=unknown, on_bound=nothing, unseen=unseen, fitted=problem.model, weighted=None
     )
 
 
-def _error(fitted: _Fitted, write: Writer, read: Reader) -> float | None:
+def _error(calibration: Calibration, write: Writer, read: Reader) -> float | None:
     """Root mean square over the rows, each seen by the file that was written without its pose [m]."""
-    if fitted.fold is None or fitted.fits is None:
+    unseen = calibration.unseen
+    if unseen is None:
         return None
-    data, errors = fitted.data, []
-    for number, x in enumerate(fitted.fits):
-        of_fold = np.isin(np.arange(len(data.poses)), data.points.pose[fitted.fold == number])
+    data, errors = calibration.fitted_model.dataset, []
+    for number, x in enumerate(unseen.x):
+        of_fold = np.isin(np.arange(len(data.poses)), data.points.pose[unseen.of_row == number])
         held, looked_at = (np.zeros(len(data.poses), dtype=bool) for _ in range(2))
-        held[_some(of_fold, UNSEEN_POSES // len(fitted.fits))] = True
+        held[_some(of_fold, UNSEEN_POSES // len(unseen.x))] = True
         looked_at[_some(~of_fold, PLACING_POSES)] = True
         looked_at |= held
-        without = replace(fitted.calibration, x=x)
+        without = replace(calibration, x=x)
         flange = read(write(without) or "", data, looked_at)
         if flange is None:
             return None
         part = data.of_poses(looked_at)
-        unseen = held[np.flatnonzero(looked_at)[part.points.pose]]
-        errors.append(_placed_anew(without, part, flange)[unseen])
+        rows = held[np.flatnonzero(looked_at)[part.points.pose]]
+        errors.append(_placed_anew(without, part, flange)[rows])
     return rms(np.concatenate(errors))
 
 

@@ -1,6 +1,5 @@
 """Diagnoses that were just made or read back."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, final
@@ -12,7 +11,7 @@ from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.export.files import exported
 from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, printed, read_back
+from robolaser.results import PAGE, Files, FittedResult, json_text, printed, read_back
 from robolaser.results.calibration import CALIBRATION_FILES
 from robolaser.results.delivered import Delivered, delivered
 
@@ -57,7 +56,7 @@ class DiagnosisResult(FittedResult):
     def of(cls, made: Diagnosis, seed: int) -> Self:
         """A diagnosis that was just made with this seed."""
         model = corrected(made, seed)
-        files = delivered(made, model)
+        files = delivered(model)
         return cls(diagnosis_json(made) | {"files": [one.to_dict() for one in files]}, made, model, files)
 
     def to_frame(self) -> "pd.DataFrame":
@@ -74,9 +73,9 @@ class DiagnosisResult(FittedResult):
         return {
             **exported(self.model),
             **{one.file: one.text for one in self._delivered},
-            "calibration.json": corrected_json(self.model),
+            "calibration.json": json_text(corrected_json(self.model) | {"files": self.to_dict()["files"]}),
             PAGE: of_diagnosis.page(self.diagnosis, command=command, files=self["files"]),
-            "diagnosis.json": json.dumps(self.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n",
+            "diagnosis.json": json_text(self.to_dict()),
         }
 
     def _document(self, *, brief: bool) -> Document | None:

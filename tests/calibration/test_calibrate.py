@@ -97,6 +97,11 @@ def test_a_mistyped_parameter_is_answered_with_the_one_that_was_meant(calibrated
         calibrated.value("theeta")
 
 
+def test_weights_of_no_name_are_refused() -> None:
+    with pytest.raises(UsageError, match="nosie"):
+        Plan(weights="nosie")
+
+
 def test_the_gauge_is_named(calibrated: Calibration) -> None:
     assert {"f", "s_u", "s_v", "k"} in [set(one.parameters) for one in calibrated.unidentifiable]
 

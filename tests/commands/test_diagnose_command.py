@@ -78,7 +78,7 @@ def test_the_schema_refuses_what_is_no_diagnosis(wrong):
 @pytest.mark.parametrize("name", MADE)
 def test_a_corrected_model_is_what_its_schema_says_and_predicts_as_the_diagnosis_does(name):
     diagnosis = MADE[name]()
-    said = json.loads(corrected_json(corrected(diagnosis, 1)))
+    said = corrected_json(corrected(diagnosis, 1))
     jsonschema.validate(said, schema("calibration"))
     own = diagnosis.model.residuals_at(diagnosis.model.parameters.values(diagnosis.x[None]))[0]
     np.testing.assert_allclose(predicted(diagnosis.observed, said), own, rtol=0, atol=1e-12)

@@ -74,3 +74,18 @@ def test_the_error_is_that_of_the_file_on_other_poses(why: DiagnosisResult, tmp_
 def test_an_arm_without_errors_needs_no_files() -> None:
     sound = simulate(find_robot("ur5"), kind="point", poses=30, noise=Noise(point_m=3e-5), seed=1).dataset
     assert robolaser.diagnose(sound, seed=0)["files"] == []
+
+
+@pytest.mark.parametrize("weights", ["plain", "noise"])
+def test_a_calibration_with_effects_of_the_arm_says_likewise_what_its_files_deliver(
+    weights: str, tmp_path: Path
+) -> None:
+    found = robolaser.calibrate(made(1).dataset, effects=list(EFFECTS), weights=weights, seed=0)
+    found.save(tmp_path / "found")
+    written = json.loads((tmp_path / "found" / "calibration.json").read_text(encoding="utf-8"))
+    jsonschema.validate(written, json.loads(files("robolaser.schemas").joinpath("calibration.schema.json").read_text()))
+    delivered = {one["file"]: one for one in written["files"]}
+    assert delivered["corrected.py"]["held_out_mm"] == pytest.approx(1e3 * found.held_out_rms_m, rel=0.1)
+    assert delivered["robot_corrected.urdf"]["lacks"] == [["joint_compliance", "shoulder_lift_joint"]]
+    assert delivered["robot_corrected.urdf"]["held_out_mm"] > 3.0 * delivered["corrected.py"]["held_out_mm"]
+    assert "robot_corrected.urdf" in (tmp_path / "found" / "report.html").read_text(encoding="utf-8")

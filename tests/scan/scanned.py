@@ -1,11 +1,12 @@
 """Recordings and calibrations of made-up cells, on disk."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from robolaser.calibration.result import Calibration, json_text
+from robolaser.calibration.result import Calibration, as_json
 from robolaser.data.dataset import Noise, Points
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
@@ -56,7 +57,7 @@ def calibrated(data, effects=(), numbers=None):
 def written(calibration, folder: Path) -> Path:
     """calibration.json and what is beside it."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "calibration.json").write_text(json_text(calibration), encoding="utf-8")
+    (folder / "calibration.json").write_text(json.dumps(as_json(calibration)), encoding="utf-8")
     if calibration.model.dataset.robot is not None:
         (folder / "robot.urdf").write_text(robot_urdf(calibration), encoding="utf-8")
     return folder

@@ -12,6 +12,7 @@ from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.calibration.search_charts import convergence, parameters
 from robolaser.report.chart import Chart
 from robolaser.report.console import plain_unless_terminal, print_document, print_line, print_page
+from robolaser.report.delivered_files import Delivered, files_section
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain
 from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
 from robolaser.report.error_analysis import ErrorAnalysis
@@ -66,13 +67,14 @@ def _in_unit(rms: float | None, unit: str) -> str:
     return "" if rms is None or unit == "m" else f"; {rms:.3g} {unit}"
 
 
-def document(calibration: Calibration, *, command: str = "", brief: bool = False) -> Document:
+def document(calibration: Calibration, *, command: str = "", brief: bool = False, files: Delivered = ()) -> Document:
     """The report.
 
     Args:
         calibration: The result.
         command: What to type to repeat it.
         brief: Leave out what only a page shows.
+        files: As `files` of calibration.json.
     """
     analysis = ErrorAnalysis(calibration)
     dataset = calibration.model.dataset
@@ -90,6 +92,7 @@ def document(calibration: Calibration, *, command: str = "", brief: bool = False
             Section("Warnings", [Notes(calibration.warnings, "warnings")] if calibration.warnings else []),
             Section("What these data cannot determine", _undetermined(calibration)),
             Section("Parameters", _parameters(calibration)),
+            files_section(files),
             *([] if brief else _evidence(analysis)),
         ],
         command=command,
@@ -145,14 +148,15 @@ def _parameters(calibration: Calibration) -> list[Block]:
     return blocks
 
 
-def page(calibration: Calibration, *, command: str = "") -> str:
+def page(calibration: Calibration, *, command: str = "", files: Delivered = ()) -> str:
     """The page as HTML.
 
     Args:
         calibration: The result.
         command: What to type to repeat it.
+        files: As `files` of calibration.json.
     """
-    return render(document(calibration, command=command))
+    return render(document(calibration, command=command, files=files))
 
 
 def poses(analysis: ErrorAnalysis) -> Chart:
@@ -165,16 +169,19 @@ def poses(analysis: ErrorAnalysis) -> Chart:
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
 
 
-def print_summary(calibration: Calibration, folder: Path | None = None, *, console: Console | None = None) -> None:
+def print_summary(
+    calibration: Calibration, folder: Path | None = None, *, console: Console | None = None, files: Delivered = ()
+) -> None:
     """Print errors, parameters and where the page is; plain text unless on a terminal.
 
     Args:
         calibration: The result.
         folder: Where it was written.
         console: Where to print; standard output by default.
+        files: As `files` of calibration.json.
     """
     out = plain_unless_terminal(console)
-    print_document(document(calibration, brief=True), out)
+    print_document(document(calibration, brief=True, files=files), out)
     together = [", ".join(found.parameters) for found in calibration.unidentifiable if len(found.parameters) > 1]
     alone = [found.parameters[0] for found in calibration.unidentifiable if len(found.parameters) == 1]
     if together:
@@ -183,6 +190,6 @@ def print_summary(calibration: Calibration, folder: Path | None = None, *, conso
         print_line(f"These data hardly determine: {', '.join(alone)}", out, "dim")
     if folder is not None:
         if (folder / "static_transform.sh").exists():
-            *files, last = (name for name in FOR_ROS if (folder / name).exists())
-            print_line(f"For ROS: {', '.join(files)} and {last} in {folder}", out, "dim")
+            *others, last = (name for name in FOR_ROS if (folder / name).exists())
+            print_line(f"For ROS: {', '.join(others)} and {last} in {folder}", out, "dim")
         print_page(folder, out)

@@ -1,8 +1,7 @@
 """The report of a diagnosis: a page, and twenty lines on the terminal."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 
@@ -11,20 +10,18 @@ from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.chart import Chart
 from robolaser.report.console import plain_unless_terminal, print_document, print_line, print_page
+from robolaser.report.delivered_files import Delivered, best_file, files_section
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.gap_charts import front, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import (
     Block,
-    Cell,
-    Column,
     Document,
     Figure,
     Figures,
     Notes,
     Section,
-    Table,
     Text,
     charts,
 )
@@ -44,15 +41,11 @@ LEAST_SHARE = 0.1
 """Share of the gap from which on a place is suspected."""
 PRINTED_SHARE = 0.05
 """The same, from which on the terminal names it."""
-UNLIKE = 1.1
-"""Ratio of errors, from which on files are told apart. A judgement."""
 MOST_SITES, MOST_ADVICE = 2, 3
 """Lines of each on the terminal."""
 
 
-def document(
-    diagnosis: Diagnosis, *, command: str = "", brief: bool = False, files: Sequence[Mapping[str, Any]] = ()
-) -> Document:
+def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, files: Delivered = ()) -> Document:
     """The report.
 
     Args:
@@ -66,7 +59,7 @@ def document(
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
     found = [classes, effects] if classes.printed else [effects, classes]
     doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
-    steps = [*_best_file(files), *to_do(diagnosis)]
+    steps = [*best_file(files), *to_do(diagnosis)]
     if not diagnosis.findings:
         found, doubts = [], [classes, *doubts]
     return Document(
@@ -80,7 +73,7 @@ def document(
             Section("What was found", [table for table in found if table.rows]),
             Section("Where", _printed_sites(diagnosis) if brief else []),
             Section("What to do", [Notes(steps, "steps", MOST_ADVICE)] if steps else []),
-            Section("Files of the corrected arm", [_files(files)] if files else []),
+            files_section(files),
             Section("What is not certain", [table for table in doubts if table.rows]),
             *([Section("Noise", _remarks(diagnosis))] if brief else _evidence(diagnosis)),
         ],
@@ -91,7 +84,7 @@ def document(
     )
 
 
-def page(diagnosis: Diagnosis, *, command: str = "", files: Sequence[Mapping[str, Any]] = ()) -> str:
+def page(diagnosis: Diagnosis, *, command: str = "", files: Delivered = ()) -> str:
     """The page as HTML.
 
     Args:
@@ -100,39 +93,6 @@ def page(diagnosis: Diagnosis, *, command: str = "", files: Sequence[Mapping[str
         files: As `files` of diagnosis.json.
     """
     return render(document(diagnosis, command=command, files=files))
-
-
-def _best_file(files: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Which file to take, where they deliver unlike."""
-    known = sorted((one["held_out_mm"], one["file"]) for one in files if one["held_out_mm"] is not None)
-    if len(known) < 2 or known[-1][0] < UNLIKE * known[0][0]:
-        return []
-    return [f"Use `{known[0][1]}` where you can: it delivers most, {millimetres(known[0][0] / 1e3)} on new poses."]
-
-
-def _files(files: Sequence[Mapping[str, Any]]) -> Table:
-    """What each file delivers on new poses, read by the program that it is for."""
-
-    def named(pairs: Sequence[Sequence[str]]) -> str:
-        return ", ".join(f"{effect.replace('_', ' ')} at {where}" for effect, where in pairs) or "nothing"
-
-    rows: list[tuple[Cell | str, ...]] = [
-        (
-            one["file"],
-            "not known" if one["held_out_mm"] is None else millimetres(one["held_out_mm"] / 1e3),
-            named(one["contains"]),
-            named(one["lacks"]),
-        )
-        for one in files
-    ]
-    columns = [
-        Column("File", "name", 24, "file"),
-        Column("Error on new poses", brief="error on new poses"),
-        Column("Contains"),
-        Column("Lacks", brief="lacks"),
-    ]
-    note = "Each was written without some poses, read back, and held against these; base and tool were fitted anew."
-    return Table(columns, rows, note=note, printed=3)
 
 
 def _used(diagnosis: Diagnosis) -> str:
@@ -253,7 +213,7 @@ def print_diagnosis(
     folder: Path | None = None,
     *,
     console: Console | None = None,
-    files: Sequence[Mapping[str, Any]] = (),
+    files: Delivered = (),
 ) -> None:
     """Print verdict, gap, effects, sites and what to do; plain text unless on a terminal.
 
