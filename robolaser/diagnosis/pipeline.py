@@ -40,6 +40,7 @@ from robolaser.diagnosis.summary_text import imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
+from robolaser.diagnosis.wrong_input import mispaired, with_parameters_free
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -79,7 +80,12 @@ def examine(
         check_same_arm(dataset, other, f"predicted with what is found on {dataset.name}")
     tell = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
-        found = _examine(dataset, _kinds(effects, without), seed or 0, tell, began)
+        kinds = _kinds(effects, without)
+        found = with_parameters_free(
+            _examine(dataset, kinds, seed or 0, tell, began),
+            lambda freed: _examine(freed, kinds, seed or 0, tell, began),
+            seed or 0,
+        )
         if not validate:
             return found
         tell("predicting other data", 0.9)
@@ -159,7 +165,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
-        rows_shifted=misread.shift if misread else 0,
+        wrong_input=mispaired(misread.shift, gap.calibrated_m) if misread and misread.shift else None,
         pose_scatter=scatter,
     )
 

@@ -122,6 +122,32 @@ class CauseClass:
 
 @final
 @dataclass(frozen=True)
+class WrongInput:
+    """What is wrong with the data set rather than with the cell: it is corrected in the files.
+
+    Attributes:
+        name: `mispaired` or `held_parameter`.
+        where: The sensor's part.
+        cause: Its class of causes.
+        probability: That this is wrong.
+        parameters: By name; those that the data set holds, as they would be if they were free.
+        gap_before_m: Held-out gap with the fault.
+        gap_after_m: Once it is corrected.
+        alternatives: Effects that may be at work instead.
+    """
+
+    name: str
+    where: str
+    cause: str
+    probability: float
+    parameters: Mapping[str, Estimate]
+    gap_before_m: float
+    gap_after_m: float
+    alternatives: tuple[CandidateEffect, ...] = ()
+
+
+@final
+@dataclass(frozen=True)
 class Gap:
     """Root-mean-square 3-D error on held-out poses, repeats averaged, gross errors left out [m].
 
@@ -237,7 +263,7 @@ class Diagnosis:
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
         hindrance: Why no effect was looked for, as a sentence; empty where they were.
-        rows_shifted: By how many poses the rows of points.csv seem to be off.
+        wrong_input: What is wrong with the data set; None where nothing is known to be.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
 
     Examples:
@@ -273,7 +299,7 @@ class Diagnosis:
     seconds: float
     validation: tuple[Validation, ...] = ()
     hindrance: str = ""
-    rows_shifted: int = 0
+    wrong_input: WrongInput | None = None
     pose_scatter: ExcessScatter | None = None
 
     @cached_property

@@ -1,15 +1,24 @@
 """A diagnosis as diagnosis.json."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource
-from robolaser.diagnosis.result import CauseClass, CauseKind, DetectionLimit, Diagnosis, Finding, Gap, Validation
+from robolaser.diagnosis.result import (
+    CauseClass,
+    CauseKind,
+    DetectionLimit,
+    Diagnosis,
+    Estimate,
+    Finding,
+    Gap,
+    Validation,
+    WrongInput,
+)
 from robolaser.model.effects.effect import CandidateEffect
 
 FORMAT = "robolaser-diagnosis/1"
-MISREAD = 0.99
-"""Probability of a reading of the data that fits five times better than as they are, and three times than any other."""
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -32,13 +41,13 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"site": site.site, "coordinate": site.coordinate, "share": site.share, "p_value": site.p_value}
             for site in diagnosis.where
         ],
-        "effects": ([_mispaired(diagnosis)] if diagnosis.rows_shifted else [])
+        "effects": ([_wrong_input(diagnosis.wrong_input)] if diagnosis.wrong_input else [])
         + [_finding(found) for found in diagnosis.findings]
         + ([_pose_scatter(diagnosis.pose_scatter, gap)] if diagnosis.pose_scatter else [])
         + ([_outliers(diagnosis)] if len(diagnosis.outliers) else []),
         "kinds": [_kind(one) for one in diagnosis.kinds]
         + ([_scatter_kind(diagnosis.pose_scatter)] if diagnosis.pose_scatter else []),
-        "classes": ([_mispaired_class(diagnosis)] if diagnosis.rows_shifted else [])
+        "classes": ([_class_of_input(diagnosis.wrong_input)] if diagnosis.wrong_input else [])
         + [_class(one, diagnosis.pose_scatter) for one in diagnosis.classes],
         "gross_errors": diagnosis.outliers.tolist(),
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
@@ -107,15 +116,19 @@ def _finding(found: Finding) -> dict[str, Any]:
     return {
         **_named(found.candidate_effect),
         "probability": found.probability,
-        "parameters": {
-            name: {"value": number.value, "std": number.std, "unit": number.unit}
-            | ({"on_bound": number.bound} if number.bound else {})
-            for name, number in found.parameters.items()
-        },
+        "parameters": _numbers(found.parameters),
         "gap_mm_before": _mm(found.gap_before_m),
         "gap_mm_after": _mm(found.gap_after_m),
         "gap_mm_without": _mm(found.gap_without_m),
         "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
+    }
+
+
+def _numbers(parameters: Mapping[str, Estimate]) -> dict[str, Any]:
+    return {
+        name: {"value": number.value, "std": number.std, "unit": number.unit}
+        | ({"on_bound": number.bound} if number.bound else {})
+        for name, number in parameters.items()
     }
 
 
@@ -163,29 +176,27 @@ def _pose_scatter(scatter: ExcessScatter, gap: Gap) -> dict[str, Any]:
     }
 
 
-def _mispaired(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Rows that belong to other poses as a finding: the data are to be corrected, so it closes no gap."""
-    after = _mm(diagnosis.gap.after_m)
+def _wrong_input(found: WrongInput) -> dict[str, Any]:
     return {
-        "effect": "mispaired",
-        "where": "image",
-        "probability": MISREAD,
-        "parameters": {"poses": {"value": float(diagnosis.rows_shifted), "std": None, "unit": ""}},
-        "gap_mm_before": _mm(diagnosis.gap.calibrated_m),
-        "gap_mm_after": after,
-        "gap_mm_without": after,
-        "indistinguishable_from": [],
+        "effect": found.name,
+        "where": found.where,
+        "probability": found.probability,
+        "parameters": _numbers(found.parameters),
+        "gap_mm_before": _mm(found.gap_before_m),
+        "gap_mm_after": _mm(found.gap_after_m),
+        "gap_mm_without": _mm(found.gap_before_m),
+        "indistinguishable_from": [_pair(one) for one in found.alternatives],
     }
 
 
-def _mispaired_class(diagnosis: Diagnosis) -> dict[str, Any]:
+def _class_of_input(found: WrongInput) -> dict[str, Any]:
     return {
-        "class": "measuring_system",
-        "probability": MISREAD,
-        "gap_mm_without": _mm(diagnosis.gap.after_m),
-        "gap_mm_with": _mm(diagnosis.gap.after_m),
-        "members": [{"effect": "mispaired", "where": "image", "probability": MISREAD}],
-        "credible_sets": [[["mispaired", "image"]]],
+        "class": found.cause,
+        "probability": found.probability,
+        "gap_mm_without": _mm(found.gap_before_m),
+        "gap_mm_with": _mm(found.gap_after_m),
+        "members": [{"effect": found.name, "where": found.where, "probability": found.probability}],
+        "credible_sets": [[[found.name, found.where], *map(_pair, found.alternatives)]],
     }
 
 
