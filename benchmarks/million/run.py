@@ -1,6 +1,7 @@
 """Time and memory of `robolaser calibrate` on up to a million stripe points, by stage."""
 
 import argparse
+import json
 import resource
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.initialization import find_start
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.result import json_text
+from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
 from robolaser.data.writing import save
@@ -88,7 +89,7 @@ def stages_of(cell: Path) -> list[float]:
     timed(lambda: held_out(problem, x, folds))
     timed(lambda: information(problem, x, noise_of(model, x).sigmas))
     found = calibrate(dataset, Plan(algorithm="gauss-newton"))
-    timed(lambda: (page(found), json_text(found)))
+    timed(lambda: (page(found), json.dumps(as_json(found))))
     return seconds
 
 
