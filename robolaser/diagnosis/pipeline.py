@@ -23,7 +23,9 @@ from robolaser.diagnosis.findings import (
     not_testable,
 )
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
+from robolaser.diagnosis.held_parameters import with_parameters_free
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.noise_remarks import noise_remarks
 from robolaser.diagnosis.pareto_front import pareto_front
@@ -40,7 +42,7 @@ from robolaser.diagnosis.summary_text import imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
-from robolaser.diagnosis.wrong_input import mispaired, with_parameters_free
+from robolaser.diagnosis.wrong_input import mispaired
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
@@ -81,11 +83,11 @@ def examine(
     tell = progress or (lambda what, share: None)
     with threadpool_limits(limits=1, user_api="blas"):
         kinds = _kinds(effects, without)
-        found = with_parameters_free(
-            _examine(dataset, kinds, seed or 0, tell, began),
-            lambda freed: _examine(freed, kinds, seed or 0, tell, began),
-            seed or 0,
-        )
+
+        def examined(data: Dataset) -> Diagnosis:
+            return _examine(data, kinds, seed or 0, tell, began)
+
+        found = with_gravity_turned(with_parameters_free(examined(dataset), examined, seed or 0), examined)
         if not validate:
             return found
         tell("predicting other data", 0.9)

@@ -1,126 +1,35 @@
-"""Faults of the data set rather than of the cell: rows of other poses, and parameters that are held at wrong values."""
+"""Faults of the data set rather than of the cell: whether they explain a gap, and how a diagnosis tells them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 from scipy.special import expit, ndtr
 
 from robolaser.arrays import Array
-from robolaser.calibration.calibrate import calibrated
-from robolaser.calibration.plan import Plan
-from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.cause_classes import class_of
-from robolaser.diagnosis.cause_words import listed, members
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
-from robolaser.diagnosis.summary_text import NAMED, millimetres
 from robolaser.diagnosis.thresholds import CERTAIN, SIGMA_OF_95_PERCENT
-from robolaser.errors import RobolaserError
-from robolaser.estimation.linearization import TOUCH
-from robolaser.model.blocks.names import LASER, THINGS
-from robolaser.model.forward_model import Model
 
-MISPAIRED, HELD = "mispaired", "held_parameter"
-"""What they are called among the effects."""
 MISREAD = 0.99
 """Probability of a reading of the data that fits five times better than as they are, and three times than any other."""
-HELD_COORDINATE = "parameters that the data set holds"
-PARTS: Final[Mapping[str, str]] = {
-    **dict.fromkeys(LASER, "laser"),
-    **dict.fromkeys(("w", "phi", "psi", "t_x", "t_y", "t_z", "hand_eye"), "hand_eye"),
-    **dict.fromkeys(("target", "socket", "ball"), "target"),
-    "base": "base",
-    "tool": "tool",
-}
-"""The sensor's part that a parameter describes, by the first part of its name; all others are the camera's."""
 
 
 def mispaired(shift: int, gap_m: float) -> WrongInput:
     """Rows that belong to other poses, by `shift` poses; they are to be corrected first, so it closes no gap."""
     poses = {"poses": Estimate(float(shift), None, "")}
-    return WrongInput(MISPAIRED, "image", "measuring_system", MISREAD, poses, gap_m, gap_m)
+    return WrongInput("mispaired", "image", "measuring_system", MISREAD, poses, gap_m, gap_m)
 
 
-def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
-    """The diagnosis with the parameters of one part free that the data set holds, where that explains more.
-
-    Args:
-        found: With these parameters as the data set has them: fixed, or on a bound.
-        examine: Diagnoses another data set in the same way.
-        seed: Assigns poses to folds.
-    """
-    if found.hindrance or not found.model.blocks.given:
-        return found
-    held = _held(found)
-    freed = {part: one for part, names in held.items() if (one := _freed(found, part, names, seed))}
-    suspects = [part for part, one in freed.items() if _is_suspect(found, one)]
-    if not suspects:
-        return found
-    part = min(suspects, key=lambda part: freed[part].held_out_rms_m or np.inf)
-    free = examine(freed[part].model.dataset)
-    probability = _probability(found, free)
-    return _told(found, free, part, held[part], probability) if probability > 0.5 else found
-
-
-def _held(found: Diagnosis) -> dict[str, list[str]]:
-    """Names of fixed parameters, and of those that end on a bound without effects, by the part that they describe."""
-    blocks = found.model.blocks
-    without_effects = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
-    parts: dict[str, list[str]] = {}
-    for name, item in blocks.given.items():
-        near = TOUCH * (item.upper - item.lower)
-        if name not in blocks.fixed and not item.lower + near < without_effects[name] < item.upper - near:
-            parts.setdefault(_part(name, found.dataset), []).append(name)
-    return parts
-
-
-def _part(name: str, dataset: Dataset) -> str:
-    owner, _, own = name.partition(".")
-    if owner not in {*PARTS, *THINGS} and own:
-        part = PARTS.get(own.partition(".")[0], "camera")
-        return f"{owner}.{part}" if part in ("camera", "laser", "target") else part
-    return PARTS.get(owner, "camera")
-
-
-def _cause(part: str) -> str:
-    """The class of causes of a part."""
-    return {"hand_eye": "mount", "tool": "mount"}.get(part, part.rpartition(".")[2])
-
-
-def _freed(found: Diagnosis, part: str, names: Sequence[str], seed: int) -> Calibration | None:
-    """With some parameters left out of the data set, in place of effects of their class; None where none is found."""
-    plain = {name.partition("@")[0] for name in names}
-    given = found.dataset.parameters
-    kept = {name: item for name, item in given.items() if name not in plain}
-    try:
-        others = tuple(one for one in found.model.effects if class_of(one) != _cause(part))
-        model = Model(replace(found.dataset, parameters=kept), others)
-        return calibrated(model, Plan(weights="noise", seed=seed), 0.0)
-    except (RobolaserError, np.linalg.LinAlgError):
-        return None
-
-
-def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
-    """Whether free parameters predict certainly better than what was found, or as well with fewer effects."""
-    if freed.held_out is None:
-        return False
-    after = _squares(freed.fitted_model.dataset, freed.held_out)
-    fall = _fall(_squares(found.observed, found.after_m), after)
-    fewer = len(freed.model.effects) < len(found.model.effects)
-    return fall > (-SIGMA_OF_95_PERCENT if fewer else SIGMA_OF_95_PERCENT)
-
-
-def _squares(observed: Dataset, errors: Array) -> dict[str, float]:
+def squares(observed: Dataset, errors: Array) -> dict[str, float]:
     """Mean squared error of each pose's rows, (m, j) [m²]."""
     poses, number = np.unique(observed.points.pose, return_inverse=True)
     means = np.bincount(number, (errors**2).sum(axis=-1)) / np.bincount(number)
     return {observed.poses.names[pose]: float(mean) for pose, mean in zip(poses, means, strict=True)}
 
 
-def _fall(before: Mapping[str, float], after: Mapping[str, float]) -> float:
+def fall_in_sigmas(before: Mapping[str, float], after: Mapping[str, float]) -> float:
     """By how many of its standard errors the squared error falls, over the poses that both have."""
     falls = np.array([before[name] - after[name] for name in before if name in after])
     if len(falls) < 2:
@@ -128,66 +37,39 @@ def _fall(before: Mapping[str, float], after: Mapping[str, float]) -> float:
     return float(falls.mean() / max(falls.std(ddof=1) / np.sqrt(len(falls)), np.finfo(float).tiny))
 
 
-def _probability(found: Diagnosis, free: Diagnosis) -> float:
-    """That free parameters are the cause, and not what was found with them held: by how well each predicts.
+def probability_of(found: Diagnosis, mended: Diagnosis) -> float:
+    """That the fault is the cause, and not what was found with it: by how well each predicts.
 
     Each predicts every row from other poses: the product of these likelihoods is its evidence.
     """
-    held, freed = _squares(found.observed, found.after_m), _squares(free.observed, free.after_m)
-    rows = len(free.observed.points) / max(1, len(freed))
-    variance = free.gap.after_m**2 / free.after_m.shape[-1]
-    excess = sum(held[name] - freed[name] for name in held if name in freed) * rows / (2.0 * variance)
+    before, after = squares(found.observed, found.after_m), squares(mended.observed, mended.after_m)
+    rows = len(mended.observed.points) / max(1, len(after))
+    variance = mended.gap.after_m**2 / mended.after_m.shape[-1]
+    excess = sum(before[name] - after[name] for name in before if name in after) * rows / (2.0 * variance)
     probability = float(expit(np.clip(excess, -700.0, 700.0)))
-    sure = _fall(held, freed) > SIGMA_OF_95_PERCENT
+    sure = fall_in_sigmas(before, after) > SIGMA_OF_95_PERCENT
     return probability if sure or probability < 0.5 else min(probability, 0.5 * (0.5 + CERTAIN))
 
 
-def _told(found: Diagnosis, free: Diagnosis, part: str, names: Sequence[str], probability: float) -> Diagnosis:
-    """The diagnosis with free parameters, as one of the data set that holds them."""
-    held = {name: found.model.blocks.given[name] for name in names}
-    would_be = {name: _estimate(free, name) for name in names}
-    moved = {name: abs(would_be[name].value - held[name].nominal) / (would_be[name].std or np.inf) for name in names}
-    shown = [name for name in names if moved[name] > SIGMA_OF_95_PERCENT] or [max(names, key=lambda one: moved[one])]
-    wrong = WrongInput(
-        HELD,
-        part,
-        _cause(part),
-        probability,
-        {name: would_be[name] for name in shown},
-        found.gap.calibrated_m,
-        free.gap.calibrated_m,
-        () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
-    )
-    text = _sentence(wrong, {name: held[name].nominal for name in shown})
-    closed = 1.0 - (wrong.gap_after_m / wrong.gap_before_m) ** 2
-    sigmas = _fall(_squares(found.observed, found.before_m), _squares(free.observed, free.before_m))
-    here = Localization(part, HELD_COORDINATE, closed, 0.0, float(2.0 * ndtr(-abs(sigmas))), unknown=False)
-    rest = [replace(one, share=one.share * (1.0 - closed)) for one in free.where]
+def told(found: Diagnosis, mended: Diagnosis, wrong: WrongInput, text: str, coordinate: str) -> Diagnosis:
+    """The diagnosis of the mended data set, as one of the data set as it is.
+
+    Args:
+        found: Of the data set as it is.
+        mended: Without the fault.
+        wrong: The fault.
+        text: It as a sentence.
+        coordinate: What the gap depends on where the fault is.
+    """
+    closed = max(0.0, 1.0 - (wrong.gap_after_m / wrong.gap_before_m) ** 2)
+    sigmas = fall_in_sigmas(squares(found.observed, found.before_m), squares(mended.observed, mended.after_m))
+    here = Localization(wrong.where, coordinate, closed, 0.0, float(2.0 * ndtr(-abs(sigmas))), unknown=False)
+    rest = [replace(one, share=one.share * (1.0 - closed)) for one in mended.where]
     return replace(
-        free,
-        verdict="explained" if free.verdict == "no_gap" else free.verdict,
-        sentence=text if free.verdict == "no_gap" else f"{text} {free.sentence}",
-        gap=replace(free.gap, nominal_m=found.gap.nominal_m, calibrated_m=found.gap.calibrated_m),
+        mended,
+        verdict="explained" if mended.verdict == "no_gap" else mended.verdict,
+        sentence=text if mended.verdict == "no_gap" else f"{text} {mended.sentence}",
+        gap=replace(mended.gap, nominal_m=found.gap.nominal_m, calibrated_m=found.gap.calibrated_m),
         where=tuple(sorted((here, *rest), key=lambda one: -one.share)),
         wrong_input=wrong,
     )
-
-
-def _sentence(wrong: WrongInput, held: Mapping[str, float]) -> str:
-    """What is held, what it would be, and what that does to the error."""
-    numbers = list(wrong.parameters.items())[:NAMED]
-    are = listed([f"{name} at {held[name]:.4g} {number.unit}".rstrip() for name, number in numbers])
-    would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])
-    they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
-    rivals = members(wrong.alternatives)
-    return (
-        f"dataset.toml holds {are}; free, {they} would be {would_be}, and the error on new poses"
-        f" {millimetres(wrong.gap_after_m)} instead of {millimetres(wrong.gap_before_m)}. Correct {them} under"
-        " [parameters]." + (f" These poses do not show whether {rivals} is the cause instead." if rivals else "")
-    )
-
-
-def _estimate(found: Diagnosis, name: str) -> Estimate:
-    i = found.model.parameters.names.index(name)
-    std = float(found.std[i])
-    return Estimate(float(found.x[i]), std if np.isfinite(std) else None, found.model.parameters.items[i].unit)

@@ -44,7 +44,7 @@ class Robot:
         *,
         flange: str,
         joints: Sequence[str] | None = None,
-        gravity: Sequence[float] = DOWN,
+        gravity: Sequence[float] | Array = DOWN,
         source: str = "robot.urdf",
     ) -> Self:
         """Read a robot; joints that are not listed stay at neutral, or follow those that they mimic.
@@ -76,6 +76,10 @@ class Robot:
         """Another process builds Pinocchio's model for itself."""
         read = partial(type(self).from_urdf, flange=self.flange, joints=self.joints, gravity=self.gravity)
         return read, (self.urdf,)
+
+    def under(self, gravity: Sequence[float] | Array) -> Self:
+        """The same arm under another gravity in the base frame, (3,) [m/s²]."""
+        return type(self).from_urdf(self.urdf, flange=self.flange, joints=self.joints, gravity=gravity)
 
     def forward(self, q: Array, placements: Array | None = None) -> Array:
         """Where the flange is. Joint limits are not checked here.

@@ -1,0 +1,140 @@
+"""Parameters that the data set holds, or bounds narrowly, at wrong values."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from robolaser.calibration.calibrate import calibrated
+from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import Calibration
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.cause_classes import class_of
+from robolaser.diagnosis.cause_words import listed, members
+from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
+from robolaser.diagnosis.summary_text import NAMED, millimetres
+from robolaser.diagnosis.thresholds import CERTAIN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
+from robolaser.errors import RobolaserError
+from robolaser.estimation.linearization import TOUCH
+from robolaser.model.blocks.names import LASER, THINGS
+from robolaser.model.forward_model import Model
+
+PARTS: Final[Mapping[str, str]] = {
+    **dict.fromkeys(LASER, "laser"),
+    **dict.fromkeys(("w", "phi", "psi", "t_x", "t_y", "t_z", "hand_eye"), "hand_eye"),
+    **dict.fromkeys(("target", "socket", "ball"), "target"),
+    "base": "base",
+    "tool": "tool",
+}
+"""The sensor's part that a parameter describes, by the first part of its name; all others are the camera's."""
+
+
+def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosis], seed: int) -> Diagnosis:
+    """The diagnosis with the parameters of one part free that the data set holds, where that explains more.
+
+    Args:
+        found: With these parameters as the data set has them: fixed, or on a bound.
+        examine: Diagnoses another data set in the same way.
+        seed: Assigns poses to folds.
+    """
+    if found.hindrance or not found.model.blocks.given:
+        return found
+    held = _held(found)
+    freed = {part: one for part, names in held.items() if (one := _freed(found, part, names, seed))}
+    suspects = [part for part, one in freed.items() if _is_suspect(found, one)]
+    if not suspects:
+        return found
+    part = min(suspects, key=lambda part: freed[part].held_out_rms_m or np.inf)
+    free = examine(freed[part].model.dataset)
+    probability = probability_of(found, free)
+    return _told(found, free, part, held[part], probability) if probability > 0.5 else found
+
+
+def _held(found: Diagnosis) -> dict[str, list[str]]:
+    """Names of fixed parameters, and of those that end on a bound without effects, by the part that they describe."""
+    blocks = found.model.blocks
+    without_effects = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
+    parts: dict[str, list[str]] = {}
+    for name, item in blocks.given.items():
+        near = TOUCH * (item.upper - item.lower)
+        if name not in blocks.fixed and not item.lower + near < without_effects[name] < item.upper - near:
+            parts.setdefault(_part(name, found.dataset), []).append(name)
+    return parts
+
+
+def _part(name: str, dataset: Dataset) -> str:
+    owner, _, own = name.partition(".")
+    if owner not in {*PARTS, *THINGS} and own:
+        part = PARTS.get(own.partition(".")[0], "camera")
+        return f"{owner}.{part}" if part in ("camera", "laser", "target") else part
+    return PARTS.get(owner, "camera")
+
+
+def _cause(part: str) -> str:
+    """The class of causes of a part."""
+    return {"hand_eye": "mount", "tool": "mount"}.get(part, part.rpartition(".")[2])
+
+
+def _freed(found: Diagnosis, part: str, names: Sequence[str], seed: int) -> Calibration | None:
+    """With some parameters left out of the data set, in place of effects of their class; None where none is found."""
+    plain = {name.partition("@")[0] for name in names}
+    given = found.dataset.parameters
+    kept = {name: item for name, item in given.items() if name not in plain}
+    try:
+        others = tuple(one for one in found.model.effects if class_of(one) != _cause(part))
+        model = Model(replace(found.dataset, parameters=kept), others)
+        return calibrated(model, Plan(weights="noise", seed=seed), 0.0)
+    except (RobolaserError, np.linalg.LinAlgError):
+        return None
+
+
+def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
+    """Whether free parameters predict certainly better than what was found, or as well with fewer effects."""
+    if freed.held_out is None:
+        return False
+    after = squares(freed.fitted_model.dataset, freed.held_out)
+    fall = fall_in_sigmas(squares(found.observed, found.after_m), after)
+    fewer = len(freed.model.effects) < len(found.model.effects)
+    return fall > (-SIGMA_OF_95_PERCENT if fewer else SIGMA_OF_95_PERCENT)
+
+
+def _told(found: Diagnosis, free: Diagnosis, part: str, names: Sequence[str], probability: float) -> Diagnosis:
+    """The diagnosis with free parameters, as one of the data set that holds them."""
+    held = {name: found.model.blocks.given[name] for name in names}
+    would_be = {name: _estimate(free, name) for name in names}
+    moved = {name: abs(would_be[name].value - held[name].nominal) / (would_be[name].std or np.inf) for name in names}
+    shown = [name for name in names if moved[name] > SIGMA_OF_95_PERCENT] or [max(names, key=lambda one: moved[one])]
+    wrong = WrongInput(
+        "held_parameter",
+        part,
+        _cause(part),
+        probability,
+        {name: would_be[name] for name in shown},
+        found.gap.calibrated_m,
+        free.gap.calibrated_m,
+        () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
+    )
+    text = _sentence(wrong, {name: held[name].nominal for name in shown})
+    return told(found, free, wrong, text, "parameters that the data set holds")
+
+
+def _sentence(wrong: WrongInput, held: Mapping[str, float]) -> str:
+    """What is held, what it would be, and what that does to the error."""
+    numbers = list(wrong.parameters.items())[:NAMED]
+    are = listed([f"{name} at {held[name]:.4g} {number.unit}".rstrip() for name, number in numbers])
+    would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])
+    they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
+    rivals = members(wrong.alternatives)
+    return (
+        f"dataset.toml holds {are}; free, {they} would be {would_be}, and the error on new poses"
+        f" {millimetres(wrong.gap_after_m)} instead of {millimetres(wrong.gap_before_m)}. Correct {them} under"
+        " [parameters]." + (f" These poses do not show whether {rivals} is the cause instead." if rivals else "")
+    )
+
+
+def _estimate(found: Diagnosis, name: str) -> Estimate:
+    i = found.model.parameters.names.index(name)
+    std = float(found.std[i])
+    return Estimate(float(found.x[i]), std if np.isfinite(std) else None, found.model.parameters.items[i].unit)
