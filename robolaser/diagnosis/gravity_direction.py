@@ -24,8 +24,9 @@ ROUNDS = 30  # of compliances by direction and direction by compliances
 NEAR_AXIS = np.cos(np.radians(2.0))
 """Within two degrees of an axis of the base, gravity is taken to be along it: bases are mounted so."""
 LEFT = 0.5
-"""Share of the squared residuals under the stated gravity that may be left under another one. A judgement: tilts of
-five and twenty degrees left 24 and 4 % of a soft UR5e's, seven other causes 94 % and more, four real arms 66 % and more."""
+"""Share of the squared residuals under the stated gravity that may be left under another one. A judgement: tilts
+of five and twenty degrees left 24 and 4 % of a soft UR5e's, seven other causes 94 % and more, four real arms 66 % and
+more."""
 
 
 def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis]) -> Diagnosis:
