@@ -1,4 +1,4 @@
-"""robolaser: calibrate robot-mounted sensors, and say why the robot does not do what the model says.
+"""robolaser: calibrate robot-mounted sensors, and find out why the robot deviates from its model.
 
     dataset = robolaser.load("measured")               a folder with dataset.toml, poses.csv and points.csv
     robolaser.check(dataset)                           what it allows

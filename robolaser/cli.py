@@ -49,7 +49,7 @@ use = Group.create_ordered("Use the result")
 methods = Group.create_ordered("Compare and test methods")
 app = App(
     "robolaser",
-    help="Calibrate robot-mounted laser scanners, and say why the robot does not do what the model says.",
+    help="Calibrate sensors on robots, and find out why the robot deviates from its model.",
     help_epilogue="Exit status 0: done. 1: the data, the robot or a file was at fault. 2: wrong usage.",
     help_format="plaintext",
     version_format="plaintext",

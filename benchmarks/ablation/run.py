@@ -1,6 +1,6 @@
-"""The 2004 paper taken apart: three comparisons, and the page of the docs that shows what they say.
+"""The 2004 paper taken apart: three comparisons, the tables of README.md, and the chart of a page of the docs.
 
-Runs are kept in build/ablation and not made again; `--page` only writes the page from what is there.
+Runs are kept in build/ablation and not repeated; `--page` only writes the tables and the chart from them.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from robolaser.report.comparison.charts import Lines, solved
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
-PAGE = ROOT / "docs" / "explanation" / "ablation.md"
+PAGE = Path(__file__).with_name("README.md")
 PICTURES = ROOT / "docs" / "pictures"
 ROBOLASER = Path(sys.executable).with_name("robolaser")
 PROBLEMS = ("paper", "reduced:paper")
@@ -81,7 +81,7 @@ def compare(part: str) -> None:
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("parts", nargs="*", default=list(PARTS), help=f"of {', '.join(PARTS)}; default: all")
-    options.add_argument("--page", action="store_true", help="only write the page")
+    options.add_argument("--page", action="store_true", help="only write the tables and the chart")
     args = options.parse_args()
     FOLDER.mkdir(parents=True, exist_ok=True)
     for part in () if args.page else args.parts:
@@ -110,7 +110,7 @@ def picture(part: str) -> str:
 
 
 def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
-    """What the tool says of a comparison, as Markdown."""
+    """The command and the results of a comparison, as Markdown."""
     beside = BESIDE[part]
     yield "```text"
     yield " ".join(command(part))
@@ -118,7 +118,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
     (family,) = said["standings"]
     for on in family["by_problem"]:
         yield ""
-        yield f"**`{on['problem']}`.** {_marked(on['order']['answer'], said)}"
+        yield f"**`{on['problem']}`**"
         yield ""
         yield f"| {' | '.join(('', *COLUMNS, f'beats `{beside}` in'))} |"
         yield "|---" * (2 + len(COLUMNS)) + "|"
@@ -136,12 +136,6 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
                 _beats(pairs, name, beside),
             )
             yield f"| {' | '.join(cells)} |"
-
-
-def _marked(answer: str, said: dict[str, Any]) -> str:
-    """Names of solvers as code, the longest first: some begin like others."""
-    names = sorted((one["name"] for one in said["algorithms"]), key=len, reverse=True)
-    return re.sub("|".join(rf"(?<![\w:-]){re.escape(name)}(?![\w:=-])" for name in names), r"`\g<0>`", answer)
 
 
 def _beats(pairs: dict[tuple[str, str], dict[str, Any]], name: str, beside: str) -> str:

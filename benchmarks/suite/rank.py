@@ -1,6 +1,6 @@
-"""Fifteen algorithms on the suite, and the page of the docs that shows what came out.
+"""Fifteen algorithms on the suite: the table of README.md, and that of the instances in the docs.
 
-`--page` only writes the page, from the runs that are in build/suite.
+`--page` only writes the tables, from the runs that are in build/suite.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from robolaser.problems import suite
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "suite"
-PAGE = ROOT / "docs" / "reference" / "suite.md"
+INSTANCES, RANKING = ROOT / "docs" / "reference" / "suite.md", Path(__file__).with_name("README.md")
 SEEDS, BUDGET = 3, 1000
 ALGORITHMS = (
     "screening", "rcga", "ga", "de", "pso", "es", "isres", "g3pcx", "cmaes", "nelder-mead", "pattern-search", "pycma",
@@ -31,24 +31,23 @@ COMMAND = (
 
 
 def main() -> None:
-    """Make the runs that are not there yet, and write the page."""
+    """Make the missing runs, and write the tables."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--page", action="store_true", help="only write the page")
+    options.add_argument("--page", action="store_true", help="only write the tables")
     if not options.parse_args().page:
         FOLDER.mkdir(parents=True, exist_ok=True)
         words = [sys.executable, "-m", *COMMAND.split(), "--resume", "--jobs", "2"]
         subprocess.run(words, cwd=FOLDER, check=True)
-    text = PAGE.read_text()
-    for part, rows in (("ranking", ranking()), ("instances", table())):
+    for part, rows, page in (("ranking", ranking(), RANKING), ("instances", table(), INSTANCES)):
         made = "\n".join(rows)
         text, found = re.subn(
             rf"(<!-- made: {part} -->\n).*?(<!-- end -->)",
             lambda m, made=made: f"{m[1]}{made}\n{m[2]}",
-            text,
+            page.read_text(),
             flags=re.DOTALL,
         )
         assert found, part
-    PAGE.write_text(text)
+        page.write_text(text)
 
 
 def ranking() -> Iterator[str]:
@@ -59,11 +58,9 @@ def ranking() -> Iterator[str]:
     known = {f"suite:{one.id}": one.lowest for one in suite()}
     lower = [name for name in best if best[name] < known[name] * (1 - 1e-6)]
     assert not lower, f"beaten: {lower}"
-    yield "```console"
-    yield f"$ {COMMAND}"
+    yield "```text"
+    yield COMMAND
     yield "```"
-    yield ""
-    yield family["order"]["answer"]
     yield ""
     yield "| | algorithm | mean rank | runs within 1 % of the lowest J | instances where any was |"
     yield "|---|---|---|---|---|"

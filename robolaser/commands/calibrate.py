@@ -28,7 +28,7 @@ def calibrate(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Find the parameters of scanner, base, tool or sockets from measured points.
+    """Estimate the parameters of scanner, base, tool or sockets from measured points.
 
     For example:
 
@@ -40,12 +40,12 @@ def calibrate(
         output: Folder for the result.
         algorithm: Search with one of `robolaser list algorithms`. Default: screening.
         polish: Refine the result of the search by least squares.
-        weights: Minimise J itself (plain), or weight each row by its noise.
+        weights: Minimise J (plain), or weight each row by its noise.
         loss: Loss of a row; huber and cauchy reduce the influence of gross errors.
         effects: Add an effect to the model; may be given again.
-        generations: Number of generations, in a search that has them.
+        generations: Number of generations of a genetic algorithm.
         seed: Seed of the search.
-        resume: Continue a search that was stopped.
+        resume: Continue a stopped search.
         force: Overwrite an earlier result.
     """
     from robolaser.motion.reading import is_motion

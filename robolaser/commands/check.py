@@ -14,14 +14,14 @@ WIDTH = 110
 
 
 def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
-    """Say what a data set allows and what is missing for the rest, before anything is fitted.
+    """List what can be estimated from a data set, and which data are missing for the rest, without a fit.
 
     For example:
 
         robolaser check measured
 
     Args:
-        dataset: Folder with dataset.toml, poses.csv and, once there are points, points.csv; or motion.csv.
+        dataset: Folder with dataset.toml, poses.csv and points.csv, if there are points; or motion.csv.
     """
     from robolaser.motion.reading import is_motion
 

@@ -1,4 +1,4 @@
-"""robolaser diagnose: why the robot does not do what the model says."""
+"""robolaser diagnose: why the robot deviates from its model."""
 
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +22,7 @@ def diagnose(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Say why the robot does not do what the model says: where, through which effects, and by how much.
+    """Find out why the robot deviates from its model: where, through which effects, and by how much.
 
     For example:
 
@@ -33,7 +33,7 @@ def diagnose(
     Args:
         dataset: Folder with dataset.toml, poses.csv and points.csv; or motion.csv, of a moving arm.
         output: Folder for the result.
-        without: Leave this effect of `robolaser list effects` out; may be given again.
+        without: Remove this effect of `robolaser list effects` from the library; may be given again.
         validate: Test the result on other data of the same arm; may be given again.
         seed: Seed of the random draws.
         force: Overwrite an earlier result.

@@ -21,7 +21,7 @@ def export(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Write a result's numbers into a copy of your own URDF or MJCF; all else in it stays.
+    """Write a result into a copy of your own URDF or MJCF; everything else in it is unchanged.
 
     For example:
 
@@ -29,9 +29,8 @@ def export(
         robolaser export why --into so101.xml --output so101-real.xml --replay other-motions
 
     Args:
-        result: Folder of a calibration or a diagnosis: of poses, for the placements of the joints; of a moving arm, for
-            friction, delays and gains.
-        into: URDF, or of a moving arm MJCF, too.
+        result: Folder of a calibration or a diagnosis.
+        into: Your URDF; for a moving arm also MJCF.
         output: File for the copy.
         replay: Drive your MJCF and the copy in MuJoCo by the commands of this log, and compare both with its readings.
         force: Overwrite an earlier file.

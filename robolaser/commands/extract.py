@@ -34,7 +34,7 @@ def extract(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Find board and laser stripe, or a camera's target, in a recording's images and write points.csv.
+    """Detect board and laser stripe, or a camera's target, in a recording's images, and write points.csv.
 
     A stripe scanner's board also gives corners.csv. A new data set has two
     sensors, stripe and camera, which are fitted together.
@@ -50,9 +50,9 @@ def extract(
         recording: Folder with dataset.toml, poses.csv and images.
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
         step: Distance between points along the stripe, in lines of pixels.
-        centre: How the stripe's centre is found: Gaussian fit, or Steger's ridge.
-        channel: Colour in which the laser is looked for; red-excess is 2R-G-B. Default: where the stripe is longest.
-        exposures: The images of a pose are an exposure series, and no repeats.
+        centre: Detector of the stripe's centre: Gaussian fit, or Steger's ridge.
+        channel: Colour in which the laser is detected; red-excess is 2R-G-B. Default: where the stripe is longest.
+        exposures: The images of a pose are an exposure series, not repeats.
         force: Overwrite earlier points.
     """
     from robolaser.data.loading import load

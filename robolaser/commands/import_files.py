@@ -45,7 +45,7 @@ def import_files(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Turn your files into a data set; how each column is read is shown before anything is written.
+    """Convert your files to a data set; shows how each column is read before anything is written.
 
     For example:
 
@@ -56,27 +56,25 @@ def import_files(
         robolaser import episodes --robot so101.urdf --flange gripper --sensor motion --units deg --output log
 
     Args:
-        sources: Files or folders that belong together, of a kind of `robolaser list importers`; of tables one, or one
-            of poses and then one of points.
+        sources: Files or folders of a kind of `robolaser list importers`; one table, or one of poses and one of points.
         output: Folder for the data set.
         kind: One of `robolaser list importers`. Default: the one that recognises the files.
-        robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg numbers as CSV
-            or TOML. Left out: the files hold flange poses.
+        robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg parameters.
+            Default: none, the files contain flange poses.
         flange: Frame of the robot's file that carries the sensor.
-        dh: Whether a table of Denavit-Hartenberg numbers is standard or modified (Craig's).
+        dh: Whether a table of Denavit-Hartenberg parameters is standard or modified (Craig's).
         xacro: An argument of a xacro file; may be given again.
-        path: Whether the arm went straight from each pose to the next in time, or its path is unknown.
-        sensor: One of `robolaser list sensors`: what measured the points; motion: a log of a moving arm, from SAGE,
-            LeRobot, CSV, NPZ, MAT or Parquet.
+        path: Whether the arm moved straight from each pose to the next in time, or on an unknown path.
+        sensor: Sensor that measured the points, of `robolaser list sensors`; motion for the log of a moving arm.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
         units: Units of lengths, angles and times in the files, such as mm,deg,ms.
-        separator: What separates cells: a character, tab or space. Default: what the header has.
+        separator: Separator of cells: a character, tab or space. Default: that of the header.
         decimal: Decimal point.
-        header_row: Row that names the columns; 0 if none does, and they are called 1, 2, 3.
-        euler: Sequence of axes of Euler angles: ZYX about axes as they turn, zyx about axes that stay.
-        point: Name of the measured point, where no column names it.
-        further: An option of the importer's own, see `robolaser list importers`; may be given again.
-        extract: Find the board in the images at once, as `robolaser extract` does.
+        header_row: Row with the column names; 0: none, the columns are called 1, 2, 3.
+        euler: Sequence of axes of Euler angles: ZYX about rotating axes, zyx about fixed axes.
+        point: Name of the measured point, if no column names it.
+        further: An option of the importer, see `robolaser list importers`; may be given again.
+        extract: Also detect the board in the images, as `robolaser extract` does.
         dry_run: Show how the files are read, and write nothing.
         force: Overwrite an earlier data set.
     """

@@ -39,7 +39,7 @@ def plan(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Say which effects the poses of a plan could tell apart, before anything is measured.
+    """Show which effects could be detected and distinguished at planned poses.
 
     For example:
 
@@ -47,18 +47,18 @@ def plan(
         robolaser plan recording --output planned
 
     Args:
-        poses: A poses.csv with joint angles, or a data set. Points of a data set are taken as what the poses see.
+        poses: A poses.csv with joint angles, or a data set. The points of a data set are used as measured.
         robot: A robot of `robolaser list robots`, or a URDF file, for a poses.csv.
         flange: Frame of a URDF file that carries the sensor.
-        sensor: Kind of sensor that will measure, for a poses.csv: one of `robolaser list sensors`.
-        mount: What will carry a camera.
+        sensor: Kind of sensor, for a poses.csv: one of `robolaser list sensors`.
+        mount: Carrier of the camera.
         points: Number of points in each pose.
         pixel_px: Of a pixel coordinate.
         target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
         point_m: Of a coordinate that a tracker or a profile sensor measures.
         angle_rad: Of a tracked body's rotation, about each axis.
-        seed: Seed of what is drawn of the sensor.
+        seed: Seed of the random sensor.
         output: Folder for the result and its page. Default: they are not written.
         force: Overwrite an earlier result.
     """

@@ -75,7 +75,7 @@ def record(
         move: Let the arm move.
         resume: Continue a recording that was interrupted.
         force: Overwrite an earlier recording.
-        confirm_position: With --resume, the arm stands where its controller says, though it stood elsewhere before.
+        confirm_position: With --resume, trust the controller's position although it differs from the recorded one.
     """
     from robolaser.cell.arms import arm_class
     from robolaser.cell.recording_writer import RecordingWriter

@@ -68,7 +68,7 @@ def scan(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Turn a recording into a point cloud with a calibrated scanner.
+    """Convert a recording to a point cloud with a calibrated scanner.
 
     For example:
 
@@ -77,7 +77,7 @@ def scan(
         robolaser scan result front back --output part.las --region 0.3:0.6,:,0.005: --voxel 0.0005
 
     Args:
-        calibration: calibration.json or its folder; without its robot.urdf, the recording's arm is taken.
+        calibration: calibration.json or its folder; without its robot.urdf, the recording's arm is used.
         recording: Folder with dataset.toml, poses.csv and stripes.npy, points.csv or images.
         more: Further recordings with the same scanner and base: all become one cloud.
         output: The cloud: binary .ply or .pcd, .las or .e57.

@@ -36,7 +36,7 @@ def simulate(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Make a data set as a real cell would give it, with noise and effects of your choice.
+    """Simulate a data set with noise and effects of your choice.
 
     For example:
 
@@ -47,21 +47,18 @@ def simulate(
         robot: A robot of `robolaser list robots`, or a URDF file.
         flange: Frame of a URDF file that carries the sensor.
         output: Folder for the data set.
-        sensor: Kind of sensor; stripe+camera is a scanner whose images show a board; motion is the arm's own commands,
-            encoders and torques along time.
-        mount: What carries a camera or a profile sensor; its board, or the balls, are at the other end.
+        sensor: Kind of sensor; stripe+camera is a scanner whose images show a board; motion is a log of the arm itself.
+        mount: Carrier of a camera or a profile sensor; the board or the balls are at the other end.
         poses: Number of poses, in each session.
-        points: Number of points in each pose. Default: 12 for a stripe, 35 corners, 3 reflectors, sockets or balls, 1
-            body.
+        points: Points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, sockets or balls, 1 body.
         repeats: Number of shots in each pose.
-        sessions: Number of sessions; base, target or sockets stand elsewhere in each. Series of a motion, 6 by
-            default.
+        sessions: Number of sessions with other positions of base, target or sockets; series of a motion, 6 by default.
         pixel_px: Of a pixel coordinate.
         target_m: Of a target point's coordinate.
         joint_rad: Of a joint angle.
         point_m: Of a coordinate that a tracker or a profile sensor measures.
         angle_rad: Of a tracked body's rotation, about each axis.
-        unplaced: Do not state where the target is.
+        unplaced: Do not state the pose of the target.
         effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
         paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
         seed: Seed of poses and noise.

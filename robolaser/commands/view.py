@@ -35,10 +35,10 @@ def view(
         robolaser view poses.csv --cell cell
 
     Args:
-        dataset: Data set or recording; with --cell, also a poses.csv of where the arm is to go.
+        dataset: Data set or recording; with --cell, also a poses.csv of planned poses.
         calibration: calibration.json or its folder.
         cloud: A cloud of `robolaser scan`.
-        cell: Show the boxes of this cell, and in red what would be hit at each pose.
+        cell: Show the boxes of this cell, and collisions in red.
         port: Port to serve at. Default: 8080 or the next free one.
         browser: Open the page in the browser.
     """

@@ -197,7 +197,7 @@ def _of_class(name: str, group: Sequence[Finding]) -> float:
 
 
 def next_motions(found: MotionDiagnosis) -> list[str]:
-    """Motions that would tell apart what these do not."""
+    """Motions that would distinguish what these do not."""
     asked = []
     pairs = {frozenset((one.at.effect.name, rival.effect.name)): one.at.where
              for one in found.fit.findings for rival in one.judged.rivals}  # fmt: skip
@@ -210,13 +210,13 @@ def next_motions(found: MotionDiagnosis) -> list[str]:
 
 
 MOTIONS = (
-    (("dead_time", "lag"), "Command steps: a dead time shifts the answer, a lag bends it"),
+    (("dead_time", "lag"), "Command steps: a dead time shifts the response, a lag smooths it"),
     (
         ("dead_zone", "play"),
-        "Read an encoder behind the gear, or a camera: what the servo's encoder sees is in its loop",
+        "Record an encoder behind the gear, or a camera: the servo's own encoder is inside its loop",
     ),
-    (("droop", "offset"), "Stand in postures with the joint's load on either side"),
-    (("clock_shift", "dead_time"), "Move the arm by hand while it records: readings then follow no command"),
+    (("droop", "offset"), "Hold configurations with the joint's load on either side"),
+    (("clock_shift", "dead_time"), "Move the arm by hand during the recording: readings then follow no command"),
     (("coulomb_friction", "viscous_friction"), "Move the joint at several constant speeds"),
     (("coulomb_friction", "load_friction"), "Repeat one motion with another payload"),
     (("coulomb_friction", "stribeck_friction"), "Move the joint very slowly, too"),

@@ -52,7 +52,8 @@ def _weighs(quantities: Quantities, joint: int) -> str:
 
 DYNAMICS = (
     MotionEffect(
-        name="payload", title="the arm carries more, or less, than the model", clause="the payload is another one",
+        name="payload", title="the arm carries more, or less, than the model",
+        clause="the payload differs from the model's",
         cause="dynamics", rows="torque", site=TOOL,
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
         remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
@@ -60,14 +61,14 @@ DYNAMICS = (
         rivals=("link_inertia",),
     ),
     MotionEffect(
-        name="rotor_inertia", title="inertia of the motor behind its gear", clause="the motor's inertia acts",
+        name="rotor_inertia", title="inertia of the motor behind its gear", clause="the motor's inertia is missing",
         cause="dynamics", rows="torque", numbers=(Number("inertia", "kg m²", 0.5, 0.0),),
         remedy="Give the simulated joint this armature.", reference="Siciliano et al. 2009, Robotics, ch. 7.3.4",
         columns=_rotor, needs=_moves, rivals=("link_inertia",),
     ),
     MotionEffect(
-        name="torque_constant", title="torques are measured by a wrong factor",
-        clause="torques are measured by a wrong factor", cause="dynamics", rows="torque",
+        name="torque_constant", title="measured torques have a wrong factor",
+        clause="measured torques have a wrong factor", cause="dynamics", rows="torque",
         numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
         remedy="Check the motor's torque constant and the gear's ratio.",
         reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains", columns=_constant, needs=_weighs,
@@ -79,7 +80,7 @@ DYNAMICS = (
         numbers=tuple(Number(name, unit, 0.5) for name, unit in (
             *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),
         )),
-        remedy="Give the URDF's link these changes.", reference=GAUTIER, columns=_link, sizes=_sizes, rarity=4.0,
+        remedy="Apply these changes to the URDF's link.", reference=GAUTIER, columns=_link, sizes=_sizes, rarity=4.0,
         rivals=("payload", "rotor_inertia", "torque_constant"),
     ),
 )  # fmt: skip

@@ -59,7 +59,8 @@ FRICTION = (
         reference=ARMSTRONG, columns=_viscous, needs=_moves, rivals=("coulomb_friction",),
     ),
     MotionEffect(
-        name="coulomb_friction", title="dry friction against the direction of motion", clause="dry friction acts",
+        name="coulomb_friction", title="dry friction against the direction of motion",
+        clause="the joint has dry friction",
         cause="friction", rows="torque", numbers=(Number("torque", "Nm", 1.0, 0.0),), remedy=REMEDY,
         reference=ARMSTRONG, columns=_coulomb, needs=_moves, rivals=("viscous_friction", "load_friction"),
     ),

@@ -63,7 +63,7 @@ TRACKING = (
     MotionEffect(
         name="offset",
         title="constant error of the joint's position",
-        clause="the joint stands beside its command by a constant",
+        clause="the joint has a constant offset from its command",
         cause="servo",
         rows="tracking",
         numbers=(Number("angle", "rad", 0.005, -0.7, 0.7, servo="angle", least=2e-3),),
@@ -73,8 +73,8 @@ TRACKING = (
     ),
     MotionEffect(
         name="scale",
-        title="the joint moves by another factor than commanded",
-        clause="the joint moves by another factor than commanded",
+        title="the joint moves by a wrong factor of its command",
+        clause="the joint moves by a wrong factor of its command",
         cause="servo",
         rows="tracking",
         numbers=(Number("factor", "", 0.01, -0.5, 0.5, servo="scale", least=0.002),),
@@ -114,7 +114,7 @@ TRACKING = (
         cause="servo",
         rows="tracking",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="dead"),),
-        remedy="Reduce the dead band in the servo's settings or raise its P gain; friction in the gears acts alike.",
+        remedy="Reduce the dead band in the servo's settings or raise its P gain; gear friction looks the same.",
         reference=SURVEY,
         rivals=("play",),
     ),
@@ -125,7 +125,7 @@ TRACKING = (
         cause="transmission",
         rows="tracking",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="lost"),),
-        remedy="Take the play out of the gear, or come to each pose from one side.",
+        remedy="Adjust or preload the gear, or approach each pose from one side.",
         reference="Nordin, Gutman 2002, Automatica 38: controlling mechanical systems with backlash",
         rivals=("dead_zone",),
         rarity=4.0,  # the loop closes on the encoder that is read: what is behind it shows only where it does not

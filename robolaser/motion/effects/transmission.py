@@ -60,7 +60,7 @@ TRANSMISSION = (
     ),
     MotionEffect(
         name="lost_motion", title="lost motion in the gear", clause="the gear has lost motion", cause="transmission",
-        rows="load", numbers=(Number("angle", "rad", 3e-4),), remedy="Take the play out of the gear.",
+        rows="load", numbers=(Number("angle", "rad", 3e-4),), remedy="Adjust or preload the gear.",
         reference="VDI/VDE 2608; lost motion of reduction gears, 0.3-1 mrad", columns=_lost, rivals=("clock_shift",),
     ),
     MotionEffect(
@@ -71,7 +71,7 @@ TRANSMISSION = (
         reference=TUTTLE, columns=_ripple, needs=_turns,
     ),
     MotionEffect(
-        name="gear_ratio", title="the gear's ratio is another one", clause="the gear's ratio is another one",
+        name="gear_ratio", title="the gear ratio is not as stated", clause="the gear ratio is not as stated",
         cause="transmission", rows="load", numbers=(Number("factor", "", 1e-3),),
         remedy="Correct the ratio in the controller.", reference="Data sheet of the gear", columns=_ratio,
     ),
