@@ -23,12 +23,11 @@ from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import RobolaserError
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.kinds import FAULTS, IN_IMAGES
+from robolaser.trials.kinds import IN_IMAGES
 from robolaser.trials.making import make
 from robolaser.trials.outcome import Outcome, outcome
-from robolaser.trials.physics.faults import PHYSICAL
 from robolaser.trials.score import compile_score, share
-from robolaser.trials.synthetic.fault_models import MODELLED, UNMODELLED
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, PHYSICAL, UNMODELLED
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
 """Arm, and whether a tracker sees it."""
@@ -69,7 +68,7 @@ def trial(first: int, rounds: int, kinds: Sequence[str], file: Path) -> None:
 
 def is_tracked(kind: str) -> bool:
     """Whether there are such worlds with a tracker."""
-    fault = FAULTS.get(kind)
+    fault = FAULT_MODELS.get(kind)
     return kind not in IN_IMAGES and (fault is None or (fault.is_tracked() and fault.location != "hand_eye"))
 
 

@@ -13,12 +13,11 @@ from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import SyntheticCell, Target
+from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
 from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
-from robolaser.trials.synthetic.scatter import PoseScatter
-from robolaser.trials.synthetic.tracker import TrackerCell
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {
@@ -55,7 +54,7 @@ class Ranges:
 class BlankTrial:
     """A cell, and the data set that its readings go into."""
 
-    cell: SyntheticCell | TrackerCell  # where everything truly is
+    cell: ScannerCell | TrackerCell  # where everything truly is
     blank: Dataset  # the data set without points
     noise: Noise  # what chance adds to the readings, stated or not
     repeats: int  # images at each pose
@@ -95,7 +94,7 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
     qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
     time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
-    cell = SyntheticCell(
+    cell = ScannerCell(
         run=SyntheticRun(arm, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
@@ -161,7 +160,7 @@ def _sees(arm: ScrewArm, q: Array, view: View, level: float) -> Bools:
     return np.asarray(seen)
 
 
-def in_sight(cell: SyntheticCell, image_px: tuple[int, int]) -> SyntheticCell:
+def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
     """The same cell, points that the camera would not show left out."""
     seen = cell.seen(())
     with np.errstate(invalid="ignore"):

@@ -7,11 +7,11 @@ import numpy as np
 from robolaser.trials.building import BlankTrial
 from robolaser.trials.kinds import Kind
 from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models.camera import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
+from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
 from robolaser.trials.synthetic.fault_models.joints import ShiftedZero
-from robolaser.trials.synthetic.fault_models.lens import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.fault_models.links import LinkError
-from robolaser.trials.synthetic.scatter import PoseScatter
 
 IMAGE_PX = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range

@@ -7,13 +7,9 @@ from typing import final
 import numpy as np
 
 from robolaser.errors import UsageError, near
-from robolaser.trials.physics.faults import PHYSICAL
-from robolaser.trials.physics.specification import mujoco
-from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, PHYSICAL, UNMODELLED
+from robolaser.trials.synthetic.mujoco_arm import mujoco
 
-FAULTS: dict[str, type[FaultModel]] = {**FAULT_MODELS, **PHYSICAL}
-"""All faults: those in formulas by the effect's name, those that MuJoCo moves by their form's."""
 BESIDE_UNKNOWN = 0.4  # of the worlds with an unknown cause have an effect of the library too
 
 
@@ -49,7 +45,7 @@ KINDS: dict[str, Kind] = {
     "growing_noise": Kind((0, 1), growing=True, share=0.03),
     "small_errors": Kind((1, 1), background=True, share=0.05),
     "tracker": Kind(tracked=True, share=0.05),
-    "physics": Kind((0, 1), tuple(PHYSICAL)),
+    "physics": Kind((0, 1), PHYSICAL),
 }
 """By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so unasked for it has no
 share."""
@@ -67,8 +63,8 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
         DependencyMissing: MuJoCo moves some of them, and is not installed.
     """
     for name in (names := tuple(names)):
-        if name not in KINDS and name not in FAULTS:
-            raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULTS))}")
+        if name not in KINDS and name not in FAULT_MODELS:
+            raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULT_MODELS))}")
     if {"physics", *PHYSICAL} & {*names}:
         mujoco()
     return names

@@ -14,13 +14,12 @@ from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import BlankTrial, Ranges, build
 from robolaser.trials.detectability import DETECTABLE, Detectability
 from robolaser.trials.imperfections import with_imperfections
-from robolaser.trials.kinds import FAULTS, Kind, drawn
+from robolaser.trials.kinds import Kind, drawn
 from robolaser.trials.reading import read
 from robolaser.trials.resampling import ReferenceCell, build_like
 from robolaser.trials.sizing import detectability_of, noise_floor_m, sized_fault
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import DRAWN, OUTLIERS
-from robolaser.trials.synthetic.fault_models.joint_coupling import CrossTalk, LedAlong
+from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS
 from robolaser.trials.synthetic.fault_models.links import LinkGrowth
 from robolaser.trials.tracking import build_tracked
 
@@ -121,7 +120,7 @@ def _blank_trial(source: Robot | ReferenceCell, asked: Kind, ranges: Ranges, rng
 
 def _locations(built: BlankTrial, fault_name: str) -> tuple[str, ...]:
     """Where a fault can sit in a cell: a fault that the library knows only where the library can name it."""
-    fault_model = FAULTS[fault_name]
+    fault_model = FAULT_MODELS[fault_name]
     locations = fault_model.locations(built.cell.run)
     if built.blank.kind == "point" and not fault_model.is_tracked():
         return ()
@@ -175,7 +174,7 @@ def _described(
         "misfit": round(detectability.misfit, 1),
         "rivals": detectability.rivals(fault.effect, fault.where) if known else [],
         "also_right": [list(pair) for pair in fault.also_right],
-        "sites": _sites(fault, built),
+        "sites": list(fault.sites(built.cell.run)),
         "classes": [effect.cause or effect.name] if effect else list(fault.classes),
         "values": _values(fault, effect, detectability, built, poses) if effect and known else {},
         "units": effect.units() if effect and known else {},
@@ -198,16 +197,6 @@ def _values(
     values = seen.nearest(CandidateEffect(effect, fault.where), fault.values(built.cell.run))
     same = [small for small in built.background if (small.effect, small.where) == (fault.effect, fault.where)]
     return {name: value + sum(s.values(built.cell.run).get(name, 0.0) for s in same) for name, value in values.items()}
-
-
-def _sites(fault: FaultModel, built: BlankTrial) -> list[str]:
-    """Where a diagnosis may rightly say that it lies."""
-    joints = built.cell.run.arm.joints
-    if fault.effect == "hose":
-        return list(joints[-3:])
-    if fault.effect == "base_compliance":
-        return [fault.where, joints[0]]  # a base that tilts turns the first joint's axis
-    return [fault.where, *([fault.other] if isinstance(fault, CrossTalk | LedAlong) else [])]
 
 
 def _recorded(

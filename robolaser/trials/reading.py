@@ -8,8 +8,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.trials.building import BlankTrial
+from robolaser.trials.synthetic.cell import TrackerCell
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.tracker import TrackerCell
 
 
 def exact(built: BlankTrial, faults: Sequence[FaultModel]) -> Dataset:

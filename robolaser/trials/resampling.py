@@ -18,7 +18,7 @@ from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
 from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import SyntheticCell, Target
+from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
 
@@ -102,7 +102,7 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
         payload_kg=float(rng.uniform(*PAYLOAD_KG)),
     )
     at = points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1]
-    cell = SyntheticCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
+    cell = ScannerCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
     noise = Noise(
         pixel_px=dataset.noise.pixel_px or pixel_from_repeats(dataset) or rounded(rng.uniform(*ranges.pixel_px)),
         target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),

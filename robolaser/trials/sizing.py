@@ -6,10 +6,9 @@ import numpy as np
 
 from robolaser.trials.building import BlankTrial
 from robolaser.trials.detectability import DETECTABLE, Detectability
-from robolaser.trials.kinds import FAULTS
 from robolaser.trials.reading import exact
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import OUTLIERS
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS
 
 UNDETECTABLE = 0.08  # of the effects may stay below what can be seen
 TRIES = 6
@@ -24,12 +23,12 @@ def sized_fault(
 
     Args:
         built: The cell.
-        name: One of `FAULTS`.
+        name: One of `FAULT_MODELS`.
         places: Where it may sit.
         rng: Where chance comes from.
         least_misfit: Squared whitened misfit that it should leave.
     """
-    fault_model, run = FAULTS[name], built.cell.run
+    fault_model, run = FAULT_MODELS[name], built.cell.run
     least, most = fault_model.sizes
     faint = least_misfit <= DETECTABLE and rng.random() < UNDETECTABLE
     for _ in range(TRIES):

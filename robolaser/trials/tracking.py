@@ -12,8 +12,8 @@ from robolaser.robot.postures import random_configurations
 from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
 from robolaser.trials.resampling import ReferenceCell
 from robolaser.trials.synthetic.arm import ScrewArm
+from robolaser.trials.synthetic.cell import TrackerCell
 from robolaser.trials.synthetic.run import SyntheticRun
-from robolaser.trials.synthetic.tracker import TrackerCell
 
 REFLECTORS = ("A", "B", "C")
 BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less

@@ -1,4 +1,4 @@
-"""A true cell: an arm, a scanner and a stepped target, and what the scanner reads there with given faults."""
+"""True cells: an arm with a scanner over a stepped target or before a tracker, and what they read with given faults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.geometry.rigid_motion import apply
 from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import Lens, ScannerOptics
@@ -40,8 +41,8 @@ class Readings:
 
 @final
 @dataclass(frozen=True)
-class SyntheticCell:
-    """Where everything truly is, save the faults."""
+class ScannerCell:
+    """A scanner on an arm over a target: where everything truly is, save the faults."""
 
     run: SyntheticRun  # of the arm
     eye: ScannerOptics  # the scanner
@@ -69,7 +70,7 @@ class SyntheticCell:
             return sum((fault.zoom(depth) for fault in faults), start=np.zeros_like(depth))
 
         def inside(point: Array) -> Array:
-            return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
+            return self.target.inside(apply(T, point))
 
         def height(along: Array) -> Array:
             return sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
@@ -101,3 +102,31 @@ class SyntheticCell:
         level = self.level - (t - self.target.middle) @ self.target.axes[2]
         sheet = truth["b"] * np.cos(truth["theta"]) * one
         return np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]
+
+
+@final
+@dataclass(frozen=True)
+class TrackerCell:
+    """A tracker that sees all reflectors of a flange in each pose: where everything truly is, save the faults."""
+
+    run: SyntheticRun  # of the arm
+    T_world_base: Array  # (4, 4)
+    reflectors: Mapping[str, Array]  # in the flange's frame, by name, (3,) [m]
+
+    @property
+    def pose(self) -> Ints:
+        """Number of each point's pose, (m,)."""
+        return np.repeat(np.arange(len(self.run.q)), len(self.reflectors))
+
+    @property
+    def truth(self) -> Mapping[str, float]:
+        """No ordinary parameter of the sensor: all of them follow from the points."""
+        return {}
+
+    def seen(self, faults: Sequence[FaultModel]) -> Readings:
+        """Go the chain forwards, from the joints to the points in the tracker's frame."""
+        T = self.T_world_base @ flange_poses(self.run, faults)
+        points = apply(T[:, None], np.array(list(self.reflectors.values()))).reshape(-1, 3)
+        for fault in faults:
+            points = fault.measured(points)
+        return Readings(np.empty((len(points), 0)), points)

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.trials.forward_differences import forward_differences
 from robolaser.trials.synthetic.light import Light
 
 STEP_M = 1e-6  # of the differences that Newton's method rests on
@@ -92,9 +91,7 @@ class ScannerOptics:
 
         def newton_step(point: Array) -> Array:
             here = off(point)
-            slopes = forward_differences(
-                lambda shifts: np.stack([off(point + shift) for shift in shifts]), np.full(3, STEP_M), here
-            )
+            slopes = np.stack([(off(point + shift) - here) / STEP_M for shift in STEP_M * np.eye(3)], axis=-1)
             return np.asarray(np.linalg.solve(slopes, here[..., None])[..., 0])
 
         point = start
