@@ -1,10 +1,9 @@
-"""robolaser challenge: blind data sets whose effects are sealed, and the score of a diagnosis on them."""
+"""robolaser challenge: blind data sets whose truth is kept apart, and the score of a diagnosis on them."""
 
 import json
 import re
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -26,7 +25,7 @@ N = TypeVar("N", int, float)
 
 challenge = App(
     "challenge",
-    help="Make blind data sets whose faults are sealed, and score the diagnoses of them.",
+    help="Make blind data sets with hidden faults, and score the diagnoses of them.",
     group_commands="Commands",
 )
 
@@ -46,7 +45,7 @@ def new(
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
     tracked: Annotated[bool, Parameter(negative="")] = False,
     seed: Seed | None = None,
-    key: Annotated[Path | None, Parameter(metavar="FILE", group=RESULT)] = None,
+    truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -68,7 +67,7 @@ def new(
         kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, mostly single faults.
         tracked: Measure all arms with a tracker, whatever the kind of world.
         seed: Seed of the trial. Default: a new, secret one each time.
-        key: File for the key that opens the seals; keep it. Default: FOLDER.key, beside the folder.
+        truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier trial.
     """
     import secrets
@@ -76,43 +75,34 @@ def new(
     from robolaser.data.importers.robots import find_robot
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
+    from robolaser.trials import trial
     from robolaser.trials.building import Ranges
-    from robolaser.trials.sealed_truth import key_beside
-    from robolaser.trials.trial import new as make
+    from robolaser.trials.sealed_truth import truth_beside
 
     usual = Ranges()
-    ranges = Ranges(
-        poses=_range("--poses", poses, usual.poses, int),
-        points=_range("--points", points, usual.points, int),
-        pixel_px=_range("--pixel-noise", pixel_noise, usual.pixel_px, float),
+    plan = trial.TrialPlan(
+        count=count,
+        seed=secrets.randbits(48) if seed is None else seed,
+        kinds=kinds.split(",") if kinds else (),
+        ranges=Ranges(
+            poses=_range("--poses", poses, usual.poses, int),
+            points=_range("--points", points, usual.points, int),
+            pixel_px=_range("--pixel-noise", pixel_noise, usual.pixel_px, float),
+        ),
+        tracked=tracked,
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
-    secret = key or key_beside(folder)
-    if secret.resolve().is_relative_to(folder.resolve()):
-        raise UsageError(f"--key {secret} lies in {folder} and would be given away with it. Keep it elsewhere.")
-    keeping = partial(results_in, secret.parent, command=NEW, files=[secret.name], force=force)
-    with keeping():
-        pass  # it may be written there; until it is, the folder is anybody's
+    truth = truth or truth_beside(folder)
+    if truth.resolve().is_relative_to(folder.resolve()):
+        raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
     with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
-        names = make(
-            folder,
-            sources,
-            count=count,
-            seed=secrets.randbits(48) if seed is None else seed,
-            kinds=dict.fromkeys(kinds.split(","), 1.0) if kinds else None,
-            ranges=ranges,
-            tracked=tracked,
-            key=secret,
-            claim=claim,
-            keeping=keeping,
-            tell=tell,
-        )
+        names = trial.new(folder, truth, sources, plan, claim=claim, tell=tell)
 
     def print_names() -> None:
-        say(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
+        say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
         say(f"robolaser challenge score {folder}")
-        say(f"Keep {secret} to yourself: it opens the seals.")
+        say(f"Keep {truth} to yourself: it holds the truth.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
 
@@ -126,11 +116,11 @@ def score(
     seed: Seed = 1,
     jobs: Count | None = None,
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
-    key: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Open the seals and score the diagnoses.
+    """Score the diagnoses of a trial against the truth.
 
     For example:
 
@@ -142,24 +132,27 @@ def score(
         seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time. Default: 1.
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
-        key: The key of the trial. Default: FOLDER.key, beside the folder.
+        truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier score.
     """
     from robolaser.benchmark.executors import engine_of
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.trials.sealed_truth import key_beside
-    from robolaser.trials.trial import score as score_trial
+    from robolaser.trials import trial
+    from robolaser.trials.sealed_truth import truth_beside, unseal
 
     if scheduler and jobs:
         raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
-        secret = key or key_beside(folder)
+        truths = unseal(folder, truth or truth_beside(folder))
+        diagnoses = trial.diagnosis_files(folder, truths, file.parent)
+        claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = None
         if scheduler or (jobs or 1) > 1:
             executor = stack.enter_context(engine_of(jobs, scheduler)).executor
         tell = stack.enter_context(terminal.progress())
-        scored = score_trial(folder, file.parent, seed=seed, executor=executor, key=secret, claim=claim, tell=tell)
+        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
+        scored = trial.score(folder, truths, diagnoses)
         text = json.dumps(scored, indent=1) + "\n"
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
