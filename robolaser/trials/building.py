@@ -13,11 +13,10 @@ from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import ScannerCell, Target, TrackerCell
-from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
+from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.world import World, rounded
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {
@@ -49,22 +48,7 @@ class Ranges:
     repeats: int = 2  # images at each pose
 
 
-@final
-@dataclass(frozen=True)
-class BlankTrial:
-    """A cell, and the data set that its readings go into."""
-
-    cell: ScannerCell | TrackerCell  # where everything truly is
-    blank: Dataset  # the data set without points
-    noise: Noise  # what chance adds to the readings, stated or not
-    repeats: int  # images at each pose
-    scatter: PoseScatter | None = None  # how well the arm repeats; None: exactly
-    image_px: float = 0.0  # by how much an image is off as a whole, one standard deviation [px]
-    growth: float = 0.0  # power of the range with which the noise of a pixel, or of a tracker's point, grows
-    background: tuple[FaultModel, ...] = ()  # what is off a little, whatever else is wrong
-
-
-def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> BlankTrial:
+def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
     """A cell of chance around any arm.
 
     Args:
@@ -92,8 +76,8 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     camera = arm.forward(q) @ eye.mount
     depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
-    qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
-    time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
+    qd = velocities(q, rng, moving=moving)
+    time = pause_times(n, rng)
     cell = ScannerCell(
         run=SyntheticRun(arm, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
@@ -113,12 +97,17 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         image_px=IMAGE_PX,
         noise=noise,
     )
-    return BlankTrial(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
+    return World(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
 
 
-def rounded(value: float) -> float:
-    """Three digits, as people state noise."""
-    return float(f"{value:.3g}")
+def velocities(q: Array, rng: np.random.Generator, *, moving: bool) -> Array:
+    """At the exposures of poses, (n, j) -> (n, j) [rad/s or m/s]."""
+    return rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
+
+
+def pause_times(n: int, rng: np.random.Generator) -> Array:
+    """Of the visits of n poses, (n,) [s]."""
+    return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
 
 
 def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dict[str, float]:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.trials.building import BlankTrial
 from robolaser.trials.kinds import Kind
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models.camera import HigherRadialDistortion, LensDecentring
@@ -12,6 +11,7 @@ from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
 from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
 from robolaser.trials.synthetic.fault_models.joints import ShiftedZero
 from robolaser.trials.synthetic.fault_models.links import LinkError
+from robolaser.trials.world import World
 
 IMAGE_PX = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range
@@ -19,24 +19,24 @@ OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a p
 K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
 
 
-def with_imperfections(built: BlankTrial, asked: Kind, rng: np.random.Generator) -> BlankTrial:
+def with_imperfections(world: World, asked: Kind, rng: np.random.Generator) -> World:
     """The same cell with what its kind has beside its faults."""
-    run, noise = built.cell.run, built.noise
+    run, noise = world.cell.run, world.noise
     if asked.scatters:
         size = float(np.exp(rng.uniform(*np.log(PoseScatter.sizes))))
-        built = replace(built, scatter=PoseScatter.sample("arm", size, run, rng))
+        world = replace(world, scatter=PoseScatter.sample("arm", size, run, rng))
     if asked.shared:
-        built = replace(built, image_px=float((noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
+        world = replace(world, image_px=float((noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
     if asked.growing:
-        built = replace(built, growth=float(rng.uniform(*GROWTH)))
+        world = replace(world, growth=float(rng.uniform(*GROWTH)))
     if asked.background:
-        built = replace(built, background=_small_errors(built, rng))
-    return built
+        world = replace(world, background=_small_errors(world, rng))
+    return world
 
 
-def _small_errors(built: BlankTrial, rng: np.random.Generator) -> tuple[FaultModel, ...]:
+def _small_errors(world: World, rng: np.random.Generator) -> tuple[FaultModel, ...]:
     """What calibration leaves of an arm and a lens."""
-    run = built.cell.run
+    run = world.cell.run
     small: list[FaultModel] = []
     for joint in run.arm.joints:
         small.append(ShiftedZero(joint, float(OFFSET_RAD * rng.normal())))
@@ -45,7 +45,7 @@ def _small_errors(built: BlankTrial, rng: np.random.Generator) -> tuple[FaultMod
         GearWindup.sample(joint, float(WINDUP_RAD * rng.uniform(0.1, 1.0)), run, rng)
         for joint in GearWindup.locations(run)
     ]
-    if built.noise.pixel_px is not None:
+    if world.noise.pixel_px is not None:
         small.append(HigherRadialDistortion.sample("camera", float(K2 * rng.uniform(0.1, 1.0)), run, rng))
         small.append(LensDecentring.sample("camera", float(DECENTRING * rng.uniform(0.1, 1.0)), run, rng))
     return tuple(small)

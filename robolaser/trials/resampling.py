@@ -16,11 +16,12 @@ from robolaser.model.noise import pixel_from_repeats
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, in_sight
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.world import World, rounded
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target
@@ -70,7 +71,7 @@ def _unsuitable(name: str, lacking: str) -> TrialError:
     )
 
 
-def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> BlankTrial:
+def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> World:
     """A cell of chance around a user's own scanner, poses and target.
 
     Args:
@@ -108,7 +109,7 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
         target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
     )
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
-    return BlankTrial(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
+    return World(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:

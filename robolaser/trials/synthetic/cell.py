@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply
 from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
@@ -32,15 +33,6 @@ class Target:
 
 @final
 @dataclass(frozen=True)
-class Readings:
-    """What a run gives without chance (m)."""
-
-    pixel: Array  # (m, 2) [px]; NaN where the light does not meet the target
-    xyz: Array  # target points as the target's drawing has them, (m, 3) in the base frame [m]
-
-
-@final
-@dataclass(frozen=True)
 class ScannerCell:
     """A scanner on an arm over a target: where everything truly is, save the faults."""
 
@@ -56,8 +48,16 @@ class ScannerCell:
         """The sensor's ordinary parameters."""
         return self.eye.truth
 
-    def seen(self, faults: Sequence[FaultModel]) -> Readings:
-        """Go the chain forwards, from the joints to the pixels."""
+    def ranges(self, points: Points) -> Array:
+        """How far points are from a camera without faults, (m,) [m]."""
+        T_base_camera = self.run.arm.forward(self.run.q) @ self.eye.mount
+        return np.asarray(np.linalg.norm(points["xyz"] - T_base_camera[points.pose, :3, 3], axis=1))
+
+    def seen(self, faults: Sequence[FaultModel]) -> Points:
+        """Go the chain forwards, from the joints to the pixels (NaN where the light does not meet the target).
+
+        Target points are as the target's drawing has them, in the base frame; names are their numbers in the pose.
+        """
         run, n = self.run, len(self.run.q)
         mount, light, terms = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
         for fault in faults:
@@ -88,7 +88,9 @@ class ScannerCell:
         along = inside(point)[:, :2]
         for fault in faults:
             along = fault.printed(along, run)
-        return Readings(pixel, self.target.outside(np.column_stack([along, self.level])))
+        number = np.arange(len(self.pose)) - np.searchsorted(self.pose, self.pose)
+        xyz = self.target.outside(np.column_stack([along, self.level]))
+        return Points(self.pose, tuple(map(str, number.tolist())), pixel=pixel, xyz=xyz)
 
     def _guess(self, normals: Array, R: Array, t: Array) -> Array:
         """Where a pinhole camera's column, a flat sheet and a flat step meet: three planes."""
@@ -114,19 +116,19 @@ class TrackerCell:
     reflectors: Mapping[str, Array]  # in the flange's frame, by name, (3,) [m]
 
     @property
-    def pose(self) -> Ints:
-        """Number of each point's pose, (m,)."""
-        return np.repeat(np.arange(len(self.run.q)), len(self.reflectors))
-
-    @property
     def truth(self) -> Mapping[str, float]:
         """No ordinary parameter of the sensor: all of them follow from the points."""
         return {}
 
-    def seen(self, faults: Sequence[FaultModel]) -> Readings:
+    def ranges(self, points: Points) -> Array:
+        """How far points are from the tracker, (m,) [m]."""
+        return np.asarray(np.linalg.norm(points["xyz"], axis=1))
+
+    def seen(self, faults: Sequence[FaultModel]) -> Points:
         """Go the chain forwards, from the joints to the points in the tracker's frame."""
         T = self.T_world_base @ flange_poses(self.run, faults)
-        points = apply(T[:, None], np.array(list(self.reflectors.values()))).reshape(-1, 3)
+        xyz = apply(T[:, None], np.array(list(self.reflectors.values()))).reshape(-1, 3)
         for fault in faults:
-            points = fault.measured(points)
-        return Readings(np.empty((len(points), 0)), points)
+            xyz = fault.measured(xyz)
+        pose = np.repeat(np.arange(len(T)), len(self.reflectors))
+        return Points(pose, tuple(self.reflectors) * len(T), xyz=xyz)
