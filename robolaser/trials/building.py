@@ -1,5 +1,6 @@
 """Random synthetic cells: an arm over a stepped target, a scanner off its drawing, and a run of configurations."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -60,11 +61,12 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     Raises:
         RobotError: The arm cannot look at a target often enough.
     """
-    drawing = scanner(facing_outward(robot))
     quat = facing_outward(robot)
-    eye = ScannerOptics(_off_drawing(drawing, rng), quat, "xyz", "u")
+    drawing = scanner(quat)
+    truth = built_near({name: item.nominal for name, item in drawing.items()}, WORKSHOP, drawing, rng)
+    eye = ScannerOptics(truth, quat, "xyz", "u")
     n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
-    view = View(eye.mount, eye.truth, "u", IMAGE_PX)
+    view = View(eye.mount, truth, "u", IMAGE_PX)
     arm = ScrewArm(robot)
     q, level = _postures(arm, view, n, rng)
     count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
@@ -110,10 +112,13 @@ def pause_times(n: int, rng: np.random.Generator) -> Array:
     return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
 
 
-def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dict[str, float]:
+def built_near(
+    values: Mapping[str, float], most: Mapping[str, float], drawing: Mapping[str, Parameter], rng: np.random.Generator
+) -> dict[str, float]:
+    """The parameters of a scanner that differ at most by so much from others, and are within bounds."""
     truth = {}
     for name, item in drawing.items():
-        value = item.nominal + WORKSHOP[name] * rng.uniform(-1.0, 1.0)
+        value = values[name] + most[name] * rng.uniform(-1.0, 1.0)
         truth[name] = float(np.clip(abs(value) if name == "k" else value, item.lower, item.upper))
     return truth
 

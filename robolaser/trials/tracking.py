@@ -5,11 +5,11 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Noise, Poses
-from robolaser.data.path_velocities import known_velocities
+from robolaser.geometry.rigid_motion import pose
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
-from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, Ranges, pause_times, velocities
+from robolaser.trials.building import PAYLOAD_KG, Ranges, pause_times, velocities
 from robolaser.trials.resampling import ReferenceCell
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.cell import TrackerCell
@@ -30,10 +30,7 @@ def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.
         moving: Whether the arm moves at the measurements, where that is left to chance.
     """
     if isinstance(source, ReferenceCell):
-        (robot, q), poses = source.dataset.arm, source.dataset.poses
-        time: Array = PAUSE_S[0] * np.arange(float(len(q))) if poses.time_s is None else poses.time_s
-        known = known_velocities(source.dataset)
-        qd = np.zeros(q.shape) if known is None else known
+        robot, q, qd, time = source.visits
     else:
         robot, n = source, int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
         q = random_configurations(robot, n, rng)
@@ -69,10 +66,8 @@ def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
 
 def _stand(rng: np.random.Generator) -> Array:
     """T_world_base."""
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)]).as_matrix()
-    T[:3, 3] = np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3)
-    return T
+    turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
+    return pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
 
 
 def _reflector(number: int, rng: np.random.Generator) -> Array:

@@ -59,14 +59,11 @@ class MujocoArm:
 
     def __init__(self, robot: Robot, springs: Sequence[Spring] = (), load_kg: float = 0.0) -> None:
         self._engine, self._springs = mujoco(), springs
-        self._model = _specification(self._engine, robot, springs, load_kg).compile()
+        spec, bodies, joints, soft = _specification(self._engine, robot, springs, load_kg)
+        self._model = spec.compile()
         self._data = self._engine.MjData(self._model)
-        names = [_joint(spring.before) if spring.axis is None else _hinge(i) for i, spring in enumerate(springs)]
-        self._columns, self._soft = (
-            np.array([self._model.joint(name).qposadr[0] for name in some], dtype=np.int64)
-            for some in (map(_joint, robot.joints), names)
-        )
-        self._bodies = [self._model.body(name).id for name in (_body(robot.flange), BRACKET)]
+        self._columns, self._soft = (self._model.jnt_qposadr[[one.id for one in some]] for some in (joints, soft))
+        self._bodies = [body.id for body in bodies]
 
     def weights(self, q: Array) -> Array:
         """What each spring must bear in a rigid arm, (n, j) -> (n, s) [Nm or N]."""
@@ -130,43 +127,40 @@ def mujoco() -> Any:
     return engine
 
 
-def _specification(engine: Any, robot: Robot, springs: Sequence[Spring], load_kg: float) -> Any:
+def _specification(
+    engine: Any, robot: Robot, springs: Sequence[Spring], load_kg: float
+) -> tuple[Any, list[Any], list[Any], list[Any]]:
     """MuJoCo's own model (MjSpec): a body a link, a foot below the root, and a bracket on the flange.
 
     A joint's first link has the mass of all that the joint moves up to the next joints.
+
+    Returns:
+        The model, the bodies of flange and bracket, the robot's joints, and the joints that springs hold.
     """
     arm, spec = robot.by_pinocchio, engine.MjSpec()
     spec.compiler.degree = False
     spec.option.gravity = np.array(robot.gravity)
-    bodies = {FOOT: spec.worldbody.add_body(name=FOOT, **LIGHTEST)}
+    bodies = {FOOT: spec.worldbody.add_body(**LIGHTEST)}
     links: dict[str, Any] = {}
     for link in arm.links:
         x, y, z, w = Rotation.from_matrix(link.T_parent_link[:3, :3]).as_quat()
-        placed = {"name": _body(link.name), "pos": link.T_parent_link[:3, 3], "quat": [w, x, y, z]}
+        placed = {"pos": link.T_parent_link[:3, 3], "quat": [w, x, y, z]}
         links[link.name] = body = links.get(link.parent, bodies[FOOT]).add_body(**placed, **LIGHTEST)
         if link.joint is not None:
             body.mass, body.ipos = max(float(arm.masses[link.joint]), body.mass), arm.centres[link.joint]
             bodies[arm.moving[link.joint]] = body
-    bodies[BRACKET] = links[robot.flange].add_body(name=BRACKET, **LIGHTEST)
+    bodies[BRACKET] = links[robot.flange].add_body(**LIGHTEST)
     if load_kg:
         bodies[BRACKET].add_body(pos=SCANNER_AT, **{**LIGHTEST, "mass": load_kg})
     turning, sliding = engine.mjtJoint.mjJNT_HINGE, engine.mjtJoint.mjJNT_SLIDE
-    for i, spring in enumerate(springs):
-        if spring.axis is not None:
-            at = {"axis": spring.axis, "pos": spring.at, "armature": ARMATURE}
-            bodies[spring.before].add_joint(name=_hinge(i), type=turning, **at)
-    for name, axis, slides in zip(robot.joints, robot.axes, robot.prismatic, strict=True):
-        bodies[name].add_joint(name=_joint(name), type=sliding if slides else turning, axis=axis, armature=ARMATURE)
-    return spec
-
-
-def _body(link: str) -> str:
-    return f"link {link}"
-
-
-def _joint(name: str) -> str:
-    return f"joint {name}"
-
-
-def _hinge(number: int) -> str:
-    return f"hinge {number}"
+    hinges = {
+        i: bodies[spring.before].add_joint(type=turning, axis=spring.axis, pos=spring.at, armature=ARMATURE)
+        for i, spring in enumerate(springs)
+        if spring.axis is not None
+    }
+    joints = {
+        name: bodies[name].add_joint(type=sliding if slides else turning, axis=axis, armature=ARMATURE)
+        for name, axis, slides in zip(robot.joints, robot.axes, robot.prismatic, strict=True)
+    }
+    soft = [hinges.get(i) or joints[spring.before] for i, spring in enumerate(springs)]
+    return spec, [links[robot.flange], bodies[BRACKET]], list(joints.values()), soft

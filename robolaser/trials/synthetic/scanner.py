@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import pose
 from robolaser.trials.synthetic.light import Light
 
 STEP_M = 1e-6  # of the differences that Newton's method rests on
@@ -39,11 +40,8 @@ class ScannerOptics:
     def mount(self) -> Array:
         """T_flange_camera, (4, 4)."""
         turns = [self.truth[name] for name in ("w", "phi", "psi")]
-        T = np.eye(4)
-        turn = Rotation.from_euler(self.angles.upper(), turns)
-        T[:3, :3] = (Rotation.from_quat(self.bracket_quat) * turn).as_matrix()
-        T[:3, 3] = [self.truth[f"t_{axis}"] for axis in "xyz"]
-        return T
+        turn = Rotation.from_quat(self.bracket_quat) * Rotation.from_euler(self.angles.upper(), turns)
+        return pose(turn.as_matrix(), np.array([self.truth[f"t_{axis}"] for axis in "xyz"]))
 
     def light(self, poses: int) -> Light:
         """A flat sheet that never changes."""
