@@ -147,9 +147,7 @@ def score(
         truths = unseal(folder, truth or truth_beside(folder))
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
-        executor = None
-        if scheduler or (jobs or 1) > 1:
-            executor = stack.enter_context(engine_of(jobs, scheduler)).executor
+        executor = stack.enter_context(engine_of(jobs or 1, scheduler)).executor
         tell = stack.enter_context(terminal.progress())
         trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
         scored = trial.score(folder, truths, diagnoses)

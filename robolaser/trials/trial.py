@@ -108,7 +108,7 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
 
 
 def diagnose_missing(
-    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor | None, tell: Progress
+    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress
 ) -> None:
     """Diagnose the data sets of a trial that have no diagnosis yet.
 
@@ -116,18 +116,13 @@ def diagnose_missing(
         folder: Of the trial.
         files: Where each diagnosis is, or is to be, by data set.
         seed: Of all diagnoses.
-        executor: Where they are made; None: in this process, one after another.
+        executor: Where they are made.
         tell: Progress.
 
     Raises:
-        TrialError: One cannot be made in another process.
+        TrialError: One cannot be made.
     """
     missing = [name for name, path in files.items() if not path.exists()]
-    if executor is None:
-        for i, name in enumerate(missing):
-            tell("diagnosing", i / len(missing))
-            write_results(files[name].parent, {files[name].name: _diagnosed(load(folder / name), seed)})
-        return
     futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
     for i, future in enumerate(as_completed(futures)):
         tell("diagnosing", i / len(missing))
