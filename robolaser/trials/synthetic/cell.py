@@ -64,7 +64,6 @@ class ScannerCell:
             mount = fault.mount(mount, run)
             light, terms = fault.light(light, run), fault.lens(terms)
         T = (flange_poses(run, faults) @ mount)[self.pose]
-        R, t = T[:, :3, :3], T[:, :3, 3]
 
         def zoom(depth: Array) -> Array:
             return sum((fault.zoom(depth) for fault in faults), start=np.zeros_like(depth))
@@ -79,9 +78,10 @@ class ScannerCell:
             place = inside(point)
             return place[:, 2] - self.level - height(place[:, :2])
 
-        lit = light.of_rows(self.pose)
-        point, pixel = self.eye.meet(self.at, lit, Lens(terms, zoom), above, self._guess(lit.normals, R, t))
-        normal = self.target.axes[2] @ R
+        normal = self.target.axes[2] @ T[:, :3, :3]
+        depth = (self.level - inside(np.zeros((len(T), 3)))[:, 2]) / normal[:, 2]
+        ahead = depth[:, None] * np.array([0.0, 0.0, 1.0])  # where the camera looks at the step
+        point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), Lens(terms, zoom), above, ahead)
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0
         pixel[:, across] += sum(fault.stripe(tilt) for fault in faults)
@@ -91,19 +91,6 @@ class ScannerCell:
         number = np.arange(len(self.pose)) - np.searchsorted(self.pose, self.pose)
         xyz = self.target.outside(np.column_stack([along, self.level]))
         return Points(self.pose, tuple(map(str, number.tolist())), pixel=pixel, xyz=xyz)
-
-    def _guess(self, normals: Array, R: Array, t: Array) -> Array:
-        """Where a pinhole camera's column, a flat sheet and a flat step meet: three planes."""
-        truth, u = self.eye.truth, self.eye.stripe_axis == "u"
-        pitch, centre = ("s_u", "u_0") if u else ("s_v", "v_0")
-        slope = (self.at - truth[centre]) * truth[pitch] / truth["f"]
-        zero, one = np.zeros_like(slope), np.ones_like(slope)
-        column = np.stack([zero, one, slope if u else -slope], axis=-1)
-        facing = self.target.axes[2] @ R
-        planes = np.stack([column, normals, facing], axis=1)
-        level = self.level - (t - self.target.middle) @ self.target.axes[2]
-        sheet = truth["b"] * np.cos(truth["theta"]) * one
-        return np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]
 
 
 @final
