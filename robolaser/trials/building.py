@@ -156,8 +156,8 @@ def _sees(arm: ScrewArm, q: Array, view: View, level: float) -> Bools:
 
 def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
     """The same cell, points that the camera would not show left out."""
-    seen = cell.seen(())
+    pixel = cell.seen(())["pixel"]
     with np.errstate(invalid="ignore"):
-        good = (np.abs(seen.pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
+        good = (np.abs(pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
     good &= np.bincount(cell.pose[good], minlength=len(cell.run.q))[cell.pose] >= LEAST_POINTS
     return replace(cell, pose=cell.pose[good], at=cell.at[good], level=cell.level[good])

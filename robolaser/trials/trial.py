@@ -107,9 +107,7 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
     return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
 
-def diagnose_missing(
-    folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress
-) -> None:
+def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress) -> None:
     """Diagnose the data sets of a trial that have no diagnosis yet.
 
     Args:

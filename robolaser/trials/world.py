@@ -56,7 +56,7 @@ class World:
         assert self.blank.image_px is not None  # the data set is a scanner's
         with np.errstate(invalid="ignore"):
             shown = (points["pixel"] >= -0.5) & (points["pixel"] <= np.array(self.blank.image_px) - 0.5)
-        return points.take(shown.all(axis=1))
+        return points.take(np.asarray(shown.all(axis=1)))
 
     def sigmas(self, *, of_row: bool) -> dict[str, float]:
         """Standard deviations of the sources of noise, repeats averaged.
