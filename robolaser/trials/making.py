@@ -13,7 +13,6 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges, build
 from robolaser.trials.detectability import DETECTABLE, Detectability, noise_floor_m, sized_fault
-from robolaser.trials.imperfections import with_imperfections
 from robolaser.trials.kinds import Kind, drawn
 from robolaser.trials.resampling import ReferenceCell, build_like
 from robolaser.trials.synthetic.fault_model import FaultModel
@@ -71,7 +70,9 @@ def make(
     asked = drawn(kind, rng)
     if tracked or (isinstance(source, ReferenceCell) and source.is_tracked):
         asked = replace(asked, tracked=True, outliers=0.0)
-    world = with_imperfections(_without_faults(source, asked, ranges or Ranges(), rng), asked, rng)
+    world = _without_faults(source, asked, ranges or Ranges(), rng)
+    if asked.imperfection is not None:
+        world = asked.imperfection(world, rng)
     least = DETECTABLE
     if world.background:
         least = max(STANDING_OUT, TIMES * Detectability.of(world, *world.background).misfit)

@@ -1,6 +1,5 @@
 """Faults whose consequences MuJoCo computes: what gives way comes to rest under the weight of all that it carries."""
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, final
@@ -22,9 +21,9 @@ HARD = 2e5  # of a gear that has play and little else [Nm/rad]
 class SpringFault(FaultModel):
     """Something that gives way, by `size` [rad] at most over the run."""
 
-    @abstractmethod
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """What gives way [Nm/rad]."""
+        """What gives way [Nm/rad]: the gear of its joint, unless a fault says otherwise."""
+        return [Spring(self.where, stiffness)]
 
     def load_kg(self, run: SyntheticRun) -> float:
         """On the bracket."""
@@ -65,10 +64,6 @@ class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes
 
     servo: Coin  # which of them; at rest they are alike
 
-    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """About the joint's axis."""
-        return [Spring(self.where, stiffness)]
-
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """Its compliance."""
         return {"compliance": 1.0 / self.stiffness(run)}
@@ -80,10 +75,6 @@ class UnstatedPayload(SpringFault, effect="joint_compliance", form="unstated_pay
     """A joint's gear is a spring, and the flange carries far more than anybody stated."""
 
     payload_kg: Annotated[float, uniform(1.0, 3.0)]
-
-    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
-        """About the joint's axis."""
-        return [Spring(self.where, stiffness)]
 
     def load_kg(self, run: SyntheticRun) -> float:
         """The payload."""
