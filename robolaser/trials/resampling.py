@@ -130,29 +130,28 @@ def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
         The target, and the height of each point's step, (m,) [m].
     """
     middle = xyz.mean(axis=0)
-    flat = np.linalg.svd(xyz - middle, full_matrices=False)[2]
-    best: tuple[float, Array, Ints] | None = None
-    for start in (np.eye(3), np.asarray(flat)):
-        axes: Array = start
-        for _ in range(ROUNDS):
-            height = (xyz - middle) @ axes[2]
-            step = _steps(height)
-            within = xyz - np.array([xyz[step == i].mean(axis=0) for i in range(step.max() + 1)])[step]
-            axes = np.asarray(np.linalg.svd(within, full_matrices=False)[2])
-        rest = float(np.square(within @ axes[2]).sum())
-        if best is None or rest < best[0]:
-            best = rest, axes, step
-    assert best is not None  # two starts were tried
-    axes, step = best[1:]
+    level_or_tilted = (np.eye(3), np.linalg.svd(xyz - middle, full_matrices=False)[2])
+    axes, step, _ = min((_steps_facing(xyz - middle, start) for start in level_or_tilted), key=lambda fit: fit[2])
     up = np.sign(axes[2] @ (seen_from - middle))
     turned = axes * np.array([up * np.linalg.det(axes), 1.0, up])[:, None]
-    height = (xyz - middle) @ turned[2]
-    return Target(middle, turned), np.array([height[step == i].mean() for i in range(step.max() + 1)])[step]
+    return Target(middle, turned), _means(step, (xyz - middle) @ turned[2])
 
 
-def _steps(height: Array) -> Ints:
-    """Number of the step of each height, lowest first; steps are apart."""
-    order = np.argsort(height)
-    step = np.empty(len(height), dtype=np.int64)
-    step[order] = np.cumsum(np.diff(height[order], prepend=height[order[0]]) > STEP_M)
-    return step
+def _steps_facing(xyz: Array, axes: Array) -> tuple[Array, Ints, float]:
+    """Axes near others along which points lie on flat steps, the number of each one's step, and what is left.
+
+    Steps are numbered from the lowest one.
+    """
+    for _ in range(ROUNDS):
+        height = xyz @ axes[2]
+        order = np.argsort(height)
+        step = np.empty(len(height), dtype=np.int64)
+        step[order] = np.cumsum(np.diff(height[order], prepend=height[order[0]]) > STEP_M)
+        within = xyz - _means(step, xyz)
+        axes = np.linalg.svd(within, full_matrices=False)[2]
+    return axes, step, float(np.square(within @ axes[2]).sum())
+
+
+def _means(step: Ints, values: Array) -> Array:
+    """The mean of each step at its points, (m, ...)."""
+    return np.array([values[step == i].mean(axis=0) for i in range(step.max() + 1)])[step]
