@@ -73,19 +73,12 @@ def make(
     world = _without_faults(source, asked, ranges or Ranges(), rng)
     if asked.imperfection is not None:
         world = asked.imperfection(world, rng)
-    least = DETECTABLE
-    if world.background:
-        least = max(STANDING_OUT, TIMES * Detectability.of(world, *world.background).misfit)
-    sized: list[tuple[FaultModel, Detectability]] = []
-    for fault in _fault_names(kind, asked, world, rng):
-        taken = {one.where for one, _ in sized} & {*world.cell.run.arm.joints}
-        places = _locations(world, fault)
-        free = tuple(place for place in places if place not in taken) or places
-        sized.append(sized_fault(world, fault, free, rng, least_misfit=least))
+    sized = _sized_faults(world, _fault_names(kind, asked, world, rng), rng)
     faults = [fault for fault, _ in sized]
     stated = asked.misstated or bool(rng.random() < 0.5)
     factor = float(rng.choice(WRONGLY)) if asked.misstated else 1.0
-    poses = _recorded(dataset := world.read(faults, rng), world, faults, rng)
+    dataset = world.read(faults, rng)
+    poses = _recorded(dataset.poses, world, faults, rng)
     true = world.noise
     noise = Noise(
         pixel_px=true.pixel_px * factor if stated and true.pixel_px else None,
@@ -154,9 +147,25 @@ def _fault_names(kind: str, asked: Kind, world: World, rng: np.random.Generator)
     return names + ([OUTLIERS] if rng.random() < asked.outliers else [])
 
 
-def _recorded(dataset: Dataset, world: World, faults: Sequence[FaultModel], rng: np.random.Generator) -> Poses:
+def _sized_faults(
+    world: World, names: Sequence[str], rng: np.random.Generator
+) -> list[tuple[FaultModel, Detectability]]:
+    """Faults of chance, at different joints as long as there are any, and how well each is seen."""
+    least = DETECTABLE
+    if world.background:  # a fault stands out of small errors
+        least = max(STANDING_OUT, TIMES * Detectability.of(world, *world.background).misfit)
+    sized: list[tuple[FaultModel, Detectability]] = []
+    for name in names:
+        taken = {fault.where for fault, _ in sized} & {*world.cell.run.arm.joints}
+        places = _locations(world, name)
+        free = tuple(place for place in places if place not in taken) or places
+        sized.append(sized_fault(world, name, free, rng, least_misfit=least))
+    return sized
+
+
+def _recorded(poses: Poses, world: World, faults: Sequence[FaultModel], rng: np.random.Generator) -> Poses:
     """What the cell's people wrote down of the poses: some no velocities, some a temperature."""
-    poses, run = dataset.poses, world.cell.run
+    run = world.cell.run
     if rng.random() < UNTIMED and not any(fault.effect == "latency" for fault in faults):
         poses = replace(poses, qd=None)
     if rng.random() < MEASURED:
