@@ -1,18 +1,20 @@
-"""Diagnose blind worlds of several robots, and say how often the diagnosis was right, robot by robot.
+"""Make small blind worlds of several arms, kind by kind, diagnose them, and say how often the diagnosis was right.
 
-    python benchmarks/blind/run.py --seeds 100-140
+    python benchmarks/blind/run.py --seed 43000 --rounds 10 --output trial.jsonl
+    python benchmarks/blind/run.py --seed 42000 --rounds 4 --kinds latency,backlash --output trial.jsonl
+    python benchmarks/blind/run.py --seed 44000 --rounds 4 --kinds single --withhold --output removed.jsonl
+    python benchmarks/blind/run.py --report trial.jsonl
 
-One world for each robot and seed, of a kind that the seed decides. Worlds are kept between runs; `--fresh` makes
-them anew, which they need once the effect library has changed (their rivals are drawn from it).
+A round has one world of each kind; arm and sensor change from round to round. The file has a line for each world and is
+written as they end: what is in it is not done again.
 """
 
 import argparse
 import json
 import os
-import sys
-import tempfile
 import time
-import traceback
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,150 +22,142 @@ from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import numpy as np
-
-import robolaser
 from robolaser.commands.challenge import summary
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
+from robolaser.errors import RobolaserError
 from robolaser.robot.by_name import find_robot
-from robolaser.trials.kinds import USUAL
+from robolaser.trials.building import Ranges
+from robolaser.trials.kinds import IN_IMAGES
 from robolaser.trials.making import make
 from robolaser.trials.outcome import Outcome, outcome
-from robolaser.trials.score import compile_score
-from robolaser.trials.synthetic.fault_models import MODELLED
+from robolaser.trials.score import compile_score, share
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, PHYSICAL, UNMODELLED
 
-ROBOTS = ("scorbot_er7", "ur5", "panda", "xarm7")
+CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
+"""Arm, and whether a tracker sees it."""
+RANGES = Ranges(poses=(30, 45), points=(5, 7))
+UNKNOWN = (*UNMODELLED, "play_under_weight")
+CONDITIONS = (
+    "repeatability", "none", "small_errors", "single", "pair", "several", "repeatability", "misstated_noise",
+    "shared_noise", "growing_noise", "outliers",
+)  # fmt: skip
+"""What else may be in a cell, and several effects."""
+KINDS = (*CONDITIONS, *UNKNOWN, *MODELLED, *(form for form in PHYSICAL if form not in UNKNOWN))
+"""Of one round: each effect alone, too, and in MuJoCo where it moves some."""
+KEPT = ("verdict", "effects", "classes", "where", "gap_mm")
 
 
 @dataclass(frozen=True)
 class Task:
     """One world, and what to do with it."""
 
-    robot: str
     seed: int
     kind: str
-    cache: Path
-    fresh: bool
-    only_make: bool
+    robot: str
+    tracked: bool
     withhold: bool
 
-    @property
-    def folder(self) -> Path:
-        """Where the world is kept."""
-        return self.cache / f"{self.robot}-{self.seed}-{self.kind}"
+
+def tasks(first: int, rounds: int, kinds: Sequence[str], *, withhold: bool) -> Iterator[Task]:
+    """The worlds of some rounds."""
+    for i in range(rounds):
+        for j, kind in enumerate(kinds):
+            robot, tracked = CELLS[(i + j) % len(CELLS)]
+            tracked = kind == "tracker_scale" or (tracked and is_tracked(kind))
+            yield Task(first + i * len(kinds) + j, kind, robot, tracked, withhold)
 
 
-def kind_of(robot: str, seed: int, kinds: list[str]) -> str:
-    """A kind by chance."""
-    shares = np.array([USUAL.get(kind, 1.0) for kind in kinds])
-    return str(np.random.default_rng([seed, *robot.encode()]).choice(kinds, p=shares / shares.sum()))
+def is_tracked(kind: str) -> bool:
+    """Whether there are such worlds with a tracker."""
+    fault = FAULT_MODELS.get(kind)
+    return kind not in IN_IMAGES and (fault is None or (fault.is_tracked() and fault.location != "hand_eye"))
 
 
-def world(task: Task) -> dict[str, Any]:
-    """Make a world, unless it is there; its truth."""
-    file = task.folder / "truth.json"
-    if task.fresh or not file.exists():
-        made = make(find_robot(task.robot), task.kind, seed=task.seed, name=task.folder.name)
-        robolaser.save(made.dataset, task.folder, overwrite=True)
-        file.write_text(json.dumps(made.truth))
-    truth: dict[str, Any] = json.loads(file.read_text())
-    return truth
-
-
-def run(task: Task) -> tuple[dict[str, Any], dict[str, Any] | str, float]:
-    truth = world(task)
-    if task.only_make:
-        return truth, "", 0.0
-    began = time.perf_counter()
+def line(task: Task) -> dict[str, Any]:
+    """Make a world and diagnose it."""
+    done: dict[str, Any] = {"seed": task.seed, "robot": task.robot, "tracked": task.tracked, "kind": task.kind}
+    began = time.process_time()
     try:
-        dataset = robolaser.load(task.folder)
-        taken_out = tuple(
-            {item["effect"] for item in truth["each"] if item["effect"] in MODELLED} if task.withhold else ()
+        world = make(find_robot(task.robot), task.kind, seed=task.seed, ranges=RANGES, tracked=task.tracked)
+        made = time.process_time()
+        truth = dict(world.truth)
+        gone = {item["effect"] for item in truth["each"] if task.withhold and item["effect"] in MODELLED}
+        truth["each"] = [{**item, "withheld": item["effect"] in gone} for item in truth["each"]]
+        found = diagnosis_json(examine(world.dataset, seed=1, without=tuple(sorted(gone))))
+        done |= {"truth": truth, "found": {name: found[name] for name in KEPT}}
+        done |= {"making_s": made - began, "cpu_s": time.process_time() - made}
+    except RobolaserError as e:
+        done["error"] = str(e)
+    return done
+
+
+def lines(file: Path) -> list[dict[str, Any]]:
+    """What a file has."""
+    return [json.loads(text) for text in file.read_text().splitlines()] if file.exists() else []
+
+
+def group_of(kept: Mapping[str, Any], seen: Outcome) -> str:
+    """The row of the table that a world counts in."""
+    if kept["kind"] == "repeatability":
+        return "repeatability, with one effect" if seen.truth else "repeatability alone"
+    return f"unknown: {kept['kind']}" if kept["kind"] in UNKNOWN else str(kept["kind"])
+
+
+def report(file: Path) -> None:
+    """Print a row for each kind, and the score."""
+    rows: dict[str, list[Outcome]] = defaultdict(list)
+    for kept in lines(file):
+        if "truth" in kept and (seen := outcome(kept["truth"], kept["found"])).group != "faint":
+            rows[group_of(kept, seen)].append(seen)
+    every = [seen for group in rows.values() for seen in group]
+    rows["unknown, all"] = [seen for name, group in rows.items() if name.startswith("unknown:") for seen in group]
+    columns = "worlds | name | class | verdict | place first | sure and wrong | 95 % intervals"
+    print(f"| kind | {columns} |\n|---|---|---|---|---|---|---|---|")
+    for name, group in sorted(rows.items()):
+        cells = (
+            str(len(group)),
+            _cell([seen.right for seen in group]),
+            _cell([seen.class_right for seen in group if seen.class_right is not None]),
+            _cell([seen.verdict_right for seen in group if seen.verdict_right is not None]),
+            _cell([seen.site for seen in group if seen.site is not None]),
+            _cell([seen.sure_and_wrong for seen in group]),
+            _cell([held for seen in group for _, held in seen.covered]),
         )
-        for item in truth["each"]:
-            item["withheld"] = item["effect"] in taken_out
-        found: dict[str, Any] | str = diagnosis_json(examine(dataset, seed=1, without=taken_out))
-    except Exception:  # a world that breaks the diagnosis is a result too
-        found = traceback.format_exc()
-    return truth, found, time.perf_counter() - began
+        print(f"| {name} | {' | '.join(cells)} |")
+    score = compile_score({str(i): seen for i, seen in enumerate(every)})
+    print("", *summary(score), "", sep="\n")
+    for effect, held in score["coverage_95_by_effect"].items():
+        print(f"intervals of {effect}: {held['right']}/{held['of']}")
+    seconds = [kept["cpu_s"] for kept in lines(file) if "cpu_s" in kept]
+    print(f"\n{len(seconds)} worlds, {sum(seconds) / max(1, len(seconds)):.1f} s of CPU a diagnosis")
+
+
+def _cell(hits: Sequence[bool]) -> str:
+    counted = share(hits)
+    return f"{counted['right']}/{counted['of']}" if counted["of"] else ""
 
 
 def main() -> None:
+    """See above."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", default="100-110", help="A-B, both ends included")
-    parser.add_argument("--robots", default=",".join(ROBOTS))
-    parser.add_argument("--kinds", default=",".join(USUAL))
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "robolaser-blind")
-    parser.add_argument("--fresh", action="store_true", help="make the worlds anew")
+    parser.add_argument("--seed", type=int, default=41000, help="of the first world")
+    parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--kinds", help="of worlds, separated by commas; default: those of the trial")
     parser.add_argument("--withhold", action="store_true", help="take the true effects out of the library first")
-    parser.add_argument("--only-make", action="store_true", help="make worlds, diagnose nothing")
-    parser.add_argument("--output", type=Path, help="a folder for the diagnoses and score.json")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--output", type=Path, default=Path("trial.jsonl"))
+    parser.add_argument("--report", type=Path, help="a file to print the table of")
     args = parser.parse_args()
-    first, _, last = args.seeds.partition("-")
-    kinds = args.kinds.split(",")
-    tasks = [
-        Task(robot, seed, kind_of(robot, seed, kinds), args.cache, args.fresh, args.only_make, args.withhold)
-        for seed in range(int(first), int(last or first) + 1)
-        for robot in args.robots.split(",")
-    ]
-    outcomes: dict[str, dict[str, Outcome]] = {robot: {} for robot in args.robots.split(",")}
-    seconds, broken = [], 0
-    with ProcessPoolExecutor(args.jobs) as pool:
-        futures = {pool.submit(run, task): task for task in tasks}
-        for done, future in enumerate(as_completed(futures), 1):
-            task = futures[future]
-            truth, found, spent = future.result()
-            print(f"{done}/{len(tasks)} {task.folder.name} {spent:.1f} s", file=sys.stderr)
-            if args.only_make:
-                print(f"{task.folder.name:32} {_places(truth['each'])}", flush=True)
-                continue
-            if isinstance(found, str):
-                broken += 1
-                print(f"{task.folder.name:32} BROKE\n{found}", flush=True)
-                continue
-            seconds.append(spent)
-            if args.output:
-                args.output.mkdir(parents=True, exist_ok=True)
-                (args.output / f"{task.folder.name}.json").write_text(json.dumps(found, indent=1))
-            seen = outcome(truth, found)
-            outcomes[task.robot][task.folder.name] = seen
-            if not seen.right:
-                said = ", ".join(
-                    f"{e['effect']}:{e['where']} {e['probability']:.2f}"
-                    + (f" ~{len(e['indistinguishable_from'])}" if e["indistinguishable_from"] else "")
-                    for e in found["effects"]
-                )
-                left = "-" if seen.left is None else f"{seen.left:.2f}"
-                print(
-                    f"{task.folder.name:32} {seen.group:10} {_places(truth['each'])}\n"
-                    f"{'':32} {found['verdict']:10} {said or 'nothing'}; left {left}, {spent:.1f} s",
-                    flush=True,
-                )
-    if args.only_make:
-        return
-    for robot, of_robot in outcomes.items():
-        if of_robot and len(outcomes) > 1:
-            groups = compile_score(of_robot)["groups"].items()
-            print(f"{robot:14}" + "  ".join(f"{group} {part['right']}/{part['of']}" for group, part in groups))
-    scored = compile_score({name: seen for of_robot in outcomes.values() for name, seen in of_robot.items()})
-    if args.output:
-        (args.output / "score.json").write_text(json.dumps(scored, indent=1))
-    print("\n" + "\n".join(summary(scored)))
-    if seconds:
-        print(f"{np.median(seconds):.1f} s a diagnosis, {max(seconds):.1f} s at most; {broken} broke")
-
-
-def _places(each: list[dict[str, Any]]) -> str:
-    return (
-        ", ".join(
-            f"{e['effect']}:{e['where']} {abs(e['size']):.2g} ({e['misfit']:.0f}"
-            + (f", {len(e['rivals'])} rivals)" if e["rivals"] else ")")
-            for e in each
-        )
-        or "nothing"
-    )
+    if not args.report:
+        kinds = args.kinds.split(",") if args.kinds else KINDS
+        known = {kept["seed"] for kept in lines(args.output)}
+        asked = [one for one in tasks(args.seed, args.rounds, kinds, withhold=args.withhold) if one.seed not in known]
+        with ProcessPoolExecutor(args.jobs) as pool:
+            for done in as_completed([pool.submit(line, one) for one in asked]):
+                with args.output.open("a") as out:
+                    out.write(json.dumps(done.result()) + "\n")
+    report(args.report or args.output)
 
 
 if __name__ == "__main__":

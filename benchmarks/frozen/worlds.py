@@ -151,7 +151,7 @@ def make_fresh(folder: Path, seed: int) -> None:
 
 
 def compact(truth: Mapping[str, Any]) -> dict[str, Any]:
-    """Of a sealed truth what decides whether an answer is right, in today's names; older truths state less."""
+    """Of a truth what decides whether an answer is right, in today's names; older truths state less."""
     each = []
     for given in truth.get("each") or [
         {"effect": effect, "where": where} for effect, where in truth.get("effects", [])

@@ -1,10 +1,9 @@
-"""robolaser challenge: blind data sets whose effects are sealed, and the score of a diagnosis on them."""
+"""robolaser challenge: blind data sets whose truth is kept apart, and the score of a diagnosis on them."""
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -26,7 +25,7 @@ N = TypeVar("N", int, float)
 
 challenge = App(
     "challenge",
-    help="Make blind data sets whose faults are sealed, and score the diagnoses of them.",
+    help="Make blind data sets with hidden faults, and score the diagnoses of them.",
     group_commands="Commands",
 )
 
@@ -46,7 +45,7 @@ def new(
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
     tracked: Annotated[bool, Parameter(negative="")] = False,
     seed: Seed | None = None,
-    key: Annotated[Path | None, Parameter(metavar="FILE", group=RESULT)] = None,
+    truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -68,7 +67,7 @@ def new(
         kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, mostly single faults.
         tracked: Measure all arms with a tracker, whatever the kind of world.
         seed: Seed of the trial. Default: a new, secret one each time.
-        key: File for the key that opens the seals; keep it. Default: FOLDER.key, beside the folder.
+        truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier trial.
     """
     import secrets
@@ -76,43 +75,34 @@ def new(
     from robolaser.data.importers.robots import find_robot
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
+    from robolaser.trials import trial
     from robolaser.trials.building import Ranges
-    from robolaser.trials.sealed_truth import key_beside
-    from robolaser.trials.trial import new as make
+    from robolaser.trials.sealed_truth import truth_beside
 
     usual = Ranges()
-    ranges = Ranges(
-        poses=_range("--poses", poses, usual.poses, int),
-        points=_range("--points", points, usual.points, int),
-        pixel_px=_range("--pixel-noise", pixel_noise, usual.pixel_px, float),
+    plan = trial.TrialPlan(
+        count=count,
+        seed=secrets.randbits(48) if seed is None else seed,
+        kinds=kinds.split(",") if kinds else (),
+        ranges=Ranges(
+            poses=_range("--poses", poses, usual.poses, int),
+            points=_range("--points", points, usual.points, int),
+            pixel_px=_range("--pixel-noise", pixel_noise, usual.pixel_px, float),
+        ),
+        tracked=tracked,
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
-    secret = key or key_beside(folder)
-    if secret.resolve().is_relative_to(folder.resolve()):
-        raise UsageError(f"--key {secret} lies in {folder} and would be given away with it. Keep it elsewhere.")
-    keeping = partial(results_in, secret.parent, command=NEW, files=[secret.name], force=force)
-    with keeping():
-        pass  # it may be written there; until it is, the folder is anybody's
+    truth = truth or truth_beside(folder)
+    if truth.resolve().is_relative_to(folder.resolve()):
+        raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
     with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
-        names = make(
-            folder,
-            sources,
-            count=count,
-            seed=secrets.randbits(48) if seed is None else seed,
-            kinds=dict.fromkeys(kinds.split(","), 1.0) if kinds else None,
-            ranges=ranges,
-            tracked=tracked,
-            key=secret,
-            claim=claim,
-            keeping=keeping,
-            tell=tell,
-        )
+        names = trial.new(folder, truth, sources, plan, claim=claim, tell=tell)
 
     def print_names() -> None:
-        say(f"{len(names)} sealed data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
+        say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
         say(f"robolaser challenge score {folder}")
-        say(f"Keep {secret} to yourself: it opens the seals.")
+        say(f"Keep {truth} to yourself: it holds the truth.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
 
@@ -126,11 +116,11 @@ def score(
     seed: Seed = 1,
     jobs: Count | None = None,
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
-    key: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Open the seals and score the diagnoses.
+    """Score the diagnoses of a trial against the truth.
 
     For example:
 
@@ -142,24 +132,25 @@ def score(
         seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time. Default: 1.
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
-        key: The key of the trial. Default: FOLDER.key, beside the folder.
+        truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier score.
     """
     from robolaser.benchmark.executors import engine_of
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.trials.sealed_truth import key_beside
-    from robolaser.trials.trial import score as score_trial
+    from robolaser.trials import trial
+    from robolaser.trials.sealed_truth import truth_beside, unseal
 
     if scheduler and jobs:
         raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
-        secret = key or key_beside(folder)
-        executor = None
-        if scheduler or (jobs or 1) > 1:
-            executor = stack.enter_context(engine_of(jobs, scheduler)).executor
+        truths = unseal(folder, truth or truth_beside(folder))
+        diagnoses = trial.diagnosis_files(folder, truths, file.parent)
+        claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
+        executor = stack.enter_context(engine_of(jobs or 1, scheduler)).executor
         tell = stack.enter_context(terminal.progress())
-        scored = score_trial(folder, file.parent, seed=seed, executor=executor, key=secret, claim=claim, tell=tell)
+        trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
+        scored = trial.score(folder, truths, diagnoses)
         text = json.dumps(scored, indent=1) + "\n"
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
@@ -183,7 +174,7 @@ def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[st
     return low, high
 
 
-TITLES = {
+GROUPS = {
     "one": "one effect, named first and alone",
     "confusable": "one effect, it or its class named",
     "several": "two or three effects, all and no other",
@@ -191,39 +182,6 @@ TITLES = {
     "outliers": "gross errors only, no other effect",
     "unknown": "unknown effect, said so or harmless",
 }
-
-
-def summary(scored: Mapping[str, Any]) -> list[str]:
-    """A score as some twenty lines for a terminal."""
-    from robolaser.trials.synthetic.fault_models import MODELLED
-
-    lines = [f"{'worlds: ' + str(scored['worlds']):40} {'right':>9}  {'share':>6}  {'95 %':>11}  {'asked':>6}"]
-    lines += [_line(title, scored["groups"][group]) for group, title in TITLES.items()]
-    unknown = scored["unknown"]
-    lines += [
-        "",
-        _line("hits: first of those named, one effect", scored["hits"]),
-        _line("false alarms: nothing wrong, yet a gap", scored["false_alarms"]),
-        _line("class of causes, all right", scored["by_class"]),
-        _line("sure of a wrong cause (p >= 0.9)", scored["sure_and_wrong"]),
-        _line("unknown: sure of a wrong cause", unknown["sure_and_wrong"]),
-        _line("unknown: its site first", unknown["site_first"]),
-        _line("95 % intervals that hold the truth", scored["coverage_95"]),
-        f"gap closed, median: {_number(scored['gap_closed'])}; "
-        f"left over the noise floor, median: {_number(scored['left_over_noise'])}",
-    ]
-    lines += ["", *_kinds(scored["kinds"]), "", *_intervals(scored["coverage_95_by_effect"]), *_reliability(scored)]
-    taken = [
-        (times, f"{true} taken for {column}")
-        for true, row in scored["confusion"].items()
-        for column, times in row.items()
-        if column not in (true, "no_gap") and true not in ("none", "outliers")
-        if column != "unexplained" or true in MODELLED
-    ]
-    lines += [f"{times:4d} x {text}" for times, text in sorted(taken, reverse=True)[:MOST_ROWS]]
-    return lines
-
-
 COLUMNS = {
     "by_name": "name",
     "by_class": "class",
@@ -234,52 +192,67 @@ COLUMNS = {
 }
 
 
-def _kinds(kinds: Mapping[str, Any]) -> list[str]:
-    """Shares of each kind of worlds, as a table."""
-    head = f"{'kind':18} {'worlds':>6}" + "".join(f" {title:>11}" for title in COLUMNS.values())
-    rows = []
-    for kind, part in kinds.items():
-        shares = (part[column]["share"] for column in COLUMNS)
-        cells = "".join(f" {'-' if share is None else f'{share:.0%}':>11}" for share in shares)
-        rows.append(f"{kind:18} {part['worlds']:6d}{cells}")
-    return [head, *rows]
-
-
-def _intervals(effects: Mapping[str, Any]) -> list[str]:
-    """How many 95 % intervals of each effect's numbers hold the truth."""
-    rows = [f"{name:28} {part['right']:4d} of {part['of']}" for name, part in effects.items()]
-    return ["95 % intervals that hold the truth", *rows, ""] if rows else []
-
-
-def _reliability(scored: Mapping[str, Any]) -> list[str]:
-    """How often what was stated with some probability was right, names beside classes."""
-    rows = [
-        f"{names['from']:4.2f} to {names['to']:4.2f}{'':8} {_stated(names)} {_stated(classes)}"
+def summary(scored: Mapping[str, Any]) -> list[str]:
+    """A score as some twenty lines for a terminal."""
+    shares = {title: scored["groups"][group] for group, title in GROUPS.items()} | {
+        "hits: first of those named, one effect": scored["hits"],
+        "false alarms: nothing wrong, yet a gap": scored["false_alarms"],
+        "class of causes, all right": scored["by_class"],
+        "sure of a wrong cause (p >= 0.9)": scored["sure_and_wrong"],
+        "unknown: sure of a wrong cause": scored["unknown"]["sure_and_wrong"],
+        "unknown: its site first": scored["unknown"]["site_first"],
+        "95 % intervals that hold the truth": scored["coverage_95"],
+    }
+    closed = scored["gap_closed"]
+    lines = _table([(f"worlds: {scored['worlds']}", "right", "share", "95 %"), *map(_share, shares, shares.values())])
+    lines += ["" if closed is None else f"gap closed, median: {closed:.3f}", ""]
+    kinds = [
+        (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
+        for kind, part in scored["kinds"].items()
+    ]
+    lines += [*_table([("kind", "worlds", *COLUMNS.values()), *kinds]), ""]
+    stated = [
+        (f"{names['from']:4.2f} to {names['to']:4.2f}", *_stated(names), *_stated(classes))
         for names, classes in zip(scored["reliability"], scored["reliability_of_classes"], strict=True)
         if names["of"] or classes["of"]
     ]
-    return (
-        [f"{'stated probability':20} {'names: stated, right':>24} {'classes: stated, right':>24}", *rows]
-        if rows
-        else []
-    )
+    head = ("stated probability", "names: stated", "right", "", "classes: stated", "right", "")
+    return lines + (_table([head, *stated]) if stated else []) + _confusions(scored)
 
 
-def _stated(part: Mapping[str, Any]) -> str:
+def _confusions(scored: Mapping[str, Any]) -> list[str]:
+    """Which effects were most often taken for which."""
+    from robolaser.trials.synthetic.fault_models import MODELLED
+
+    taken = [
+        (times, f"{true} taken for {column}")
+        for true, row in scored["confusion"].items()
+        for column, times in row.items()
+        if column not in (true, "no_gap") and true not in ("none", "outliers")
+        if column != "unexplained" or true in MODELLED
+    ]
+    return [f"{times:4d} x {text}" for times, text in sorted(taken, reverse=True)[:MOST_ROWS]]
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table: the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    justified = [[row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])] for row in rows]
+    return ["  ".join(row).rstrip() for row in justified]
+
+
+def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:
     if not part["of"]:
-        return f"{'-':>24}"
-    of = f"({part['right']}/{part['of']})"
-    return f"{part['stated']:6.3f} {part['share']:6.3f} {of:>10}"
-
-
-def _line(title: str, part: Mapping[str, Any]) -> str:
-    if not part["of"]:
-        return f"{title:40} {'-':>9}"
+        return title, "-", "", ""
     low, high = part["ci95"]
-    asked = f"{part['asked']:6.0%}" if "asked" in part else ""
-    share = f"{part['right']:4d}/{part['of']:<4d}  {part['share']:6.1%}  {low:4.0%}..{high:4.0%}"
-    return f"{title:40} {share}  {asked}".rstrip()
+    return title, f"{part['right']}/{part['of']}", f"{part['share']:.1%}", f"{low:.0%}..{high:.0%}"
 
 
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3f}"
+def _percent(part: Mapping[str, Any]) -> str:
+    return f"{part['share']:.0%}" if part["of"] else "-"
+
+
+def _stated(part: Mapping[str, Any]) -> tuple[str, ...]:
+    if not part["of"]:
+        return "-", "", ""
+    return f"{part['stated']:.3f}", f"{part['share']:.3f}", f"({part['right']}/{part['of']})"

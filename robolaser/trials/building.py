@@ -1,5 +1,6 @@
 """Random synthetic cells: an arm over a stepped target, a scanner off its drawing, and a run of configurations."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -13,12 +14,10 @@ from robolaser.robot.postures import farthest_first, limits
 from robolaser.robot.visibility import TILT, View, configurations_looking_down
 from robolaser.simulation.nominal import facing_outward, scanner
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import SyntheticCell, Target
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
-from robolaser.trials.synthetic.scatter import PoseScatter
-from robolaser.trials.synthetic.tracker import TrackerCell
+from robolaser.trials.world import World, rounded
 
 IMAGE_PX = (640, 480)
 WORKSHOP = {
@@ -50,22 +49,7 @@ class Ranges:
     repeats: int = 2  # images at each pose
 
 
-@final
-@dataclass(frozen=True)
-class BlankTrial:
-    """A cell, and the data set that its readings go into."""
-
-    cell: SyntheticCell | TrackerCell  # where everything truly is
-    blank: Dataset  # the data set without points
-    noise: Noise  # what chance adds to the readings, stated or not
-    repeats: int  # images at each pose
-    scatter: PoseScatter | None = None  # how well the arm repeats; None: exactly
-    image_px: float = 0.0  # by how much an image is off as a whole, one standard deviation [px]
-    growth: float = 0.0  # power of the range with which the noise of a pixel, or of a tracker's point, grows
-    background: tuple[FaultModel, ...] = ()  # what is off a little, whatever else is wrong
-
-
-def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> BlankTrial:
+def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
     """A cell of chance around any arm.
 
     Args:
@@ -77,11 +61,12 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     Raises:
         RobotError: The arm cannot look at a target often enough.
     """
-    drawing = scanner(facing_outward(robot))
     quat = facing_outward(robot)
-    eye = ScannerOptics(_off_drawing(drawing, rng), quat, "xyz", "u")
+    drawing = scanner(quat)
+    truth = built_near({name: item.nominal for name, item in drawing.items()}, WORKSHOP, drawing, rng)
+    eye = ScannerOptics(truth, quat, "xyz", "u")
     n = int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
-    view = View(eye.mount, eye.truth, "u", IMAGE_PX)
+    view = View(eye.mount, truth, "u", IMAGE_PX)
     arm = ScrewArm(robot)
     q, level = _postures(arm, view, n, rng)
     count = int(rng.integers(ranges.points[0], ranges.points[1] + 1))
@@ -93,9 +78,9 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
     camera = arm.forward(q) @ eye.mount
     depth = (level - camera[:, 2, 3]) / camera[:, 2, 2]
     middle = np.append((camera[:, :2, 3] + depth[:, None] * camera[:, :2, 2]).mean(axis=0), level)
-    qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
-    time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
-    cell = SyntheticCell(
+    qd = velocities(q, rng, moving=moving)
+    time = pause_times(n, rng)
+    cell = ScannerCell(
         run=SyntheticRun(arm, q, qd, time, middle, 0.15, float(rng.uniform(*PAYLOAD_KG))),
         eye=eye,
         target=Target(middle, np.eye(3)),
@@ -114,18 +99,26 @@ def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: boo
         image_px=IMAGE_PX,
         noise=noise,
     )
-    return BlankTrial(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
+    return World(in_sight(cell, IMAGE_PX), blank, noise, ranges.repeats)
 
 
-def rounded(value: float) -> float:
-    """Three digits, as people state noise."""
-    return float(f"{value:.3g}")
+def velocities(q: Array, rng: np.random.Generator, *, moving: bool) -> Array:
+    """At the exposures of poses, (n, j) -> (n, j) [rad/s or m/s]."""
+    return rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
 
 
-def _off_drawing(drawing: dict[str, Parameter], rng: np.random.Generator) -> dict[str, float]:
+def pause_times(n: int, rng: np.random.Generator) -> Array:
+    """Of the visits of n poses, (n,) [s]."""
+    return np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
+
+
+def built_near(
+    values: Mapping[str, float], most: Mapping[str, float], drawing: Mapping[str, Parameter], rng: np.random.Generator
+) -> dict[str, float]:
+    """The parameters of a scanner that differ at most by so much from others, and are within bounds."""
     truth = {}
     for name, item in drawing.items():
-        value = item.nominal + WORKSHOP[name] * rng.uniform(-1.0, 1.0)
+        value = values[name] + most[name] * rng.uniform(-1.0, 1.0)
         truth[name] = float(np.clip(abs(value) if name == "k" else value, item.lower, item.upper))
     return truth
 
@@ -161,10 +154,10 @@ def _sees(arm: ScrewArm, q: Array, view: View, level: float) -> Bools:
     return np.asarray(seen)
 
 
-def in_sight(cell: SyntheticCell, image_px: tuple[int, int]) -> SyntheticCell:
+def in_sight(cell: ScannerCell, image_px: tuple[int, int]) -> ScannerCell:
     """The same cell, points that the camera would not show left out."""
-    seen = cell.seen(())
+    pixel = cell.seen(())["pixel"]
     with np.errstate(invalid="ignore"):
-        good = (np.abs(seen.pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
+        good = (np.abs(pixel / (np.array(image_px) - 1.0) - 0.5) < 0.5 - MARGIN / 2).all(axis=1)
     good &= np.bincount(cell.pose[good], minlength=len(cell.run.q))[cell.pose] >= LEAST_POINTS
     return replace(cell, pose=cell.pose[good], at=cell.at[good], level=cell.level[good])

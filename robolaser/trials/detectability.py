@@ -1,7 +1,7 @@
-"""How detectable a fault is in a cell's data, and which effects of the library are its aliases."""
+"""How detectable a fault is in a cell's data, how large one of chance must be, and which effects are its aliases."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -9,21 +9,27 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.estimation.fisher_information import lengths
+from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
-from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.noise.sources import error_sources
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS
+from robolaser.trials.world import World
 
 DETECTABLE = 80.0  # squared whitened misfit: some six standard deviations, after a search over places
 AS_WELL = 14.0  # what a rival may leave: not worth a few parameters' difference in any criterion
 WORTH_A_FIT = 40.0  # times what a rival may leave: what one linear step must promise
 TOL = 1e-5
 AT_LEAST = 2  # a rival may have so many parameters whatever the true effect has
+UNDETECTABLE = 0.08  # of the effects may stay below what can be seen
+TRIES = 6
+OVERSIZED = 1.5e5  # the squared misfit above which an effect is made smaller: nobody needs help with it
+CLEARLY = 2.0  # times detectable, at most, to which a faint effect is grown
 
 
 @final
@@ -36,74 +42,67 @@ class Detectability:
     # standard deviations of the sources of a row's noise, repeats averaged, by name; those left out are zero
     sigmas: Mapping[str, float]
 
-    @cached_property
-    def _model(self) -> Model:
-        return Model(self.dataset)
+    @classmethod
+    def of(cls, world: World, *faults: FaultModel) -> "Detectability":
+        """Of faults, through the noise of their world."""
+        return cls(world.exact(faults), world.cell.truth, world.sigmas(of_row=True))
 
     @cached_property
     def _start(self) -> Array:
-        parameters = self._model.parameters
-        pairs = zip(parameters.names, parameters.nominal, strict=True)
-        return self._model.fix_gauge(np.array([self.truth.get(name, nominal) for name, nominal in pairs]))
+        model = Model(self.dataset)
+        pairs = zip(model.parameters.names, model.parameters.nominal, strict=True)
+        return model.fix_gauge(np.array([self.truth.get(name, nominal) for name, nominal in pairs]))
 
     @cached_property
-    def _noise(self) -> NoiseModel:
-        sources = error_sources(self._model, self._start)
+    def noise(self) -> NoiseModel:
+        """Of the rows."""
+        sources = error_sources(Model(self.dataset), self._start)
         return NoiseModel(sources, {source.name: self.sigmas.get(source.name, 0.0) for source in sources})
 
+    def _fitted(self, starts: Array, *effects: CandidateEffect) -> Linearization:
+        """The best fit from several starts, (c, d)."""
+        problem = Problem.of(Model(self.dataset, effects), self.noise)
+        end = solve(problem, starts, tol=TOL)
+        return Linearization(problem, end.x[end.cost.argmin()])
+
     @cached_property
-    def _fit(self) -> tuple[Array, float]:
-        end = solve(Problem.of(self._model, self._noise), self._start[None], tol=TOL)
-        return end.x[0], float(end.cost[0])
+    def _fit(self) -> Linearization:
+        return self._fitted(self._start[None])
 
     @property
     def misfit(self) -> float:
         """Squared whitened misfit that is left once the ordinary parameters are fitted."""
-        return self._fit[1]
+        return self._fit.cost
 
-    @property
-    def floor_m(self) -> float:
-        """Root-mean-square 3-D error that the noise alone makes."""
-        return float(np.sqrt(np.trace(self._noise.covariances, axis1=1, axis2=2).mean()))
-
-    def left_by(self, candidate_effect: CandidateEffect) -> float:
+    def left_by(self, effect: CandidateEffect) -> float:
         """What is left once one effect of the library is fitted together with the ordinary parameters."""
-        x, cost = self._fit
-        model = Model(self.dataset, (candidate_effect,))
-        problem = Problem.of(model, self._noise)
-        start = np.concatenate([x, candidate_effect.parameters.nominal])
-        ordinary = len(x)
-        J = self._whitened(jacobian_matrix(model, start))[:, ~problem.fixed]
-        r = self._noise.whiten(self._model.residuals(x[None]))[0]
-        step, *_ = np.linalg.lstsq(J / lengths(J), -r, rcond=1e-10)
-        promised = float(np.square(r + J / lengths(J) @ step).sum())
-        if promised > max(WORTH_A_FIT * AS_WELL, 0.3 * cost):
+        fit, start = self._fit, effect.parameters.nominal.copy()
+        columns = fit.project(fit.columns(effect)[0])
+        step, *_ = np.linalg.lstsq(columns, -fit.r, rcond=1e-10)
+        promised = float(np.square(fit.r + columns @ step).sum())
+        if promised > max(WORTH_A_FIT * AS_WELL, 0.3 * fit.cost):
             return promised
-        moved = start.copy()
-        moved[~problem.fixed] += step / lengths(J)
-        moved[:ordinary] = x
-        return min(cost, float(solve(problem, moved[None], tol=TOL).cost[0]))
+        start[: len(step)] = step
+        return min(fit.cost, self._fitted(np.concatenate([fit.x, start])[None], effect).cost)
 
-    def nearest(self, candidate_effect: CandidateEffect, known: Mapping[str, float]) -> dict[str, float]:
+    def nearest(self, effect: CandidateEffect, known: Mapping[str, float]) -> dict[str, float]:
         """The parameters of an effect of the library that come closest to the fault, by their names there.
 
         A fault of the library's own form has its own; of another form these are what an estimate tends to as the noise
         vanishes (White 1982, Maximum likelihood estimation of misspecified models).
 
         Args:
-            candidate_effect: The effect.
+            effect: Of the library.
             known: Parameters that mean the same in the fault; from there they are looked for.
         """
-        effect, names = candidate_effect.effect, [*candidate_effect.effect.units()]
-        inner = [each.name for each in effect.nonlinear_parameters()]
-        grid = effect.grid(self.dataset, candidate_effect.where)
+        names = [*effect.effect.units()]
+        inner = [each.name for each in effect.effect.nonlinear_parameters()]
+        grid = effect.effect.grid(self.dataset, effect.where)
         tried = [
             {**dict(zip(inner, row, strict=True)), **known} for row in grid[: 1 if known.keys() >= {*inner} else None]
         ]
         starts = np.array([[*self._start, *(one.get(name, 0.0) for name in names)] for one in tried])
-        model = Model(self.dataset, (candidate_effect,))
-        end = solve(Problem.of(model, self._noise), starts, tol=TOL)
-        best = end.x[end.cost.argmin()][-len(names) :]
+        best = self._fitted(starts, effect).x[-len(names) :]
         return dict(zip(names, best.tolist(), strict=True))
 
     def rivals(self, effect: str, where: str) -> list[list[str]]:
@@ -118,5 +117,48 @@ class Detectability:
             if (kind.name, place) != (effect, where) and self.left_by(CandidateEffect(kind, place)) <= AS_WELL
         ]
 
-    def _whitened(self, J: Array) -> Array:
-        return self._noise.whiten(np.ascontiguousarray(J.T)).T
+
+def sized_fault(
+    world: World, name: str, places: tuple[str, ...], rng: np.random.Generator, *, least_misfit: float = DETECTABLE
+) -> tuple[FaultModel, Detectability]:
+    """A fault of chance, nearly always large enough to be seen.
+
+    Args:
+        world: The cell.
+        name: One of `FAULT_MODELS`.
+        places: Where it may be.
+        rng: Where chance comes from.
+        least_misfit: Squared whitened misfit that it should leave.
+    """
+    model = FAULT_MODELS[name]
+    least, most = model.sizes
+    faint = least_misfit <= DETECTABLE and rng.random() < UNDETECTABLE
+    for _ in range(TRIES):
+        size = float(np.exp(rng.uniform(np.log(least), np.log(most))))
+        fault = model.sample(str(rng.choice(places)), size, world.cell.run, rng)
+        seen = _seen(world, fault, rng)
+        if name == OUTLIERS or (faint and seen.misfit < DETECTABLE) or least_misfit < seen.misfit < OVERSIZED:
+            break
+        small = seen.misfit < least_misfit
+        goal = least_misfit * rng.uniform(1.1, CLEARLY) if small else OVERSIZED * rng.uniform(0.1, 1.0)
+        fitting = abs(fault.size) * np.sqrt(goal / max(seen.misfit, 1e-3))
+        fault = replace(fault, size=float(np.copysign(min(most, fitting), fault.size)))
+        seen = _seen(world, fault, rng)
+        if seen.misfit > least_misfit:
+            break
+    return fault, seen
+
+
+def noise_floor_m(world: World) -> float:
+    """Root-mean-square 3-D error that all noise makes, repeats averaged."""
+    noise = Detectability(world.exact(()), world.cell.truth, world.sigmas(of_row=False)).noise
+    return float(np.sqrt(np.trace(noise.covariances, axis1=1, axis2=2).mean()))
+
+
+def _seen(world: World, fault: FaultModel, rng: np.random.Generator) -> Detectability:
+    seen = Detectability.of(world, fault)
+    if fault.effect != OUTLIERS:
+        return seen
+    points = seen.dataset.points
+    pixel = fault.shots(points["pixel"], np.arange(len(points)), rng)
+    return replace(seen, dataset=replace(seen.dataset, points=replace(points, pixel=pixel)))

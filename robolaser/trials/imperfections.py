@@ -1,17 +1,16 @@
-"""What is not ideal in a cell beside its faults: an arm that repeats only so well, shifted images, small errors."""
+"""What may not be ideal in a cell beside its faults: an arm's repeatability, shared or growing noise, small errors."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from robolaser.trials.building import BlankTrial
-from robolaser.trials.kinds import Kind
 from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models.camera import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
+from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
 from robolaser.trials.synthetic.fault_models.joints import ShiftedZero
-from robolaser.trials.synthetic.fault_models.lens import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.fault_models.links import LinkError
-from robolaser.trials.synthetic.scatter import PoseScatter
+from robolaser.trials.world import World
 
 IMAGE_PX = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range
@@ -19,33 +18,32 @@ OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a p
 K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
 
 
-def with_imperfections(built: BlankTrial, asked: Kind, rng: np.random.Generator) -> BlankTrial:
-    """The same cell with what its kind has beside its faults."""
-    run, noise = built.cell.run, built.noise
-    if asked.scatters:
-        size = float(np.exp(rng.uniform(*np.log(PoseScatter.sizes))))
-        built = replace(built, scatter=PoseScatter.sample("arm", size, run, rng))
-    if asked.shared:
-        built = replace(built, image_px=float((noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
-    if asked.growing:
-        built = replace(built, growth=float(rng.uniform(*GROWTH)))
-    if asked.background:
-        built = replace(built, background=_small_errors(built, rng))
-    return built
+def scattering(world: World, rng: np.random.Generator) -> World:
+    """An arm that repeats only so well, which nobody stated."""
+    size = float(np.exp(rng.uniform(*np.log(PoseScatter.sizes))))
+    return replace(world, scatter=PoseScatter.sample("arm", size, world.cell.run, rng))
 
 
-def _small_errors(built: BlankTrial, rng: np.random.Generator) -> tuple[FaultModel, ...]:
-    """What calibration leaves of an arm and a lens."""
-    run = built.cell.run
+def shared_noise(world: World, rng: np.random.Generator) -> World:
+    """Images that are off as a whole."""
+    return replace(world, image_px=float((world.noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
+
+
+def growing_noise(world: World, rng: np.random.Generator) -> World:
+    """Noise that grows with the range."""
+    return replace(world, growth=float(rng.uniform(*GROWTH)))
+
+
+def small_errors(world: World, rng: np.random.Generator) -> World:
+    """What calibration leaves of an arm and a lens: everything is off a little, and the faults stand out of it."""
+    run = world.cell.run
     small: list[FaultModel] = []
     for joint in run.arm.joints:
         small.append(ShiftedZero(joint, float(OFFSET_RAD * rng.normal())))
         small.append(LinkError.sample(joint, float(PLACEMENT * rng.uniform(0.2, 1.0)), run, rng))
-    small += [
-        GearWindup.sample(joint, float(WINDUP_RAD * rng.uniform(0.1, 1.0)), run, rng)
-        for joint in GearWindup.locations(run)
-    ]
-    if built.noise.pixel_px is not None:
+    for joint in GearWindup.locations(run):
+        small.append(GearWindup.sample(joint, float(WINDUP_RAD * rng.uniform(0.1, 1.0)), run, rng))
+    if world.noise.pixel_px is not None:
         small.append(HigherRadialDistortion.sample("camera", float(K2 * rng.uniform(0.1, 1.0)), run, rng))
         small.append(LensDecentring.sample("camera", float(DECENTRING * rng.uniform(0.1, 1.0)), run, rng))
-    return tuple(small)
+    return replace(world, background=tuple(small))

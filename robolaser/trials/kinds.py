@@ -1,19 +1,17 @@
 """The kinds of worlds that a blind trial may have."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from robolaser.errors import UsageError, near
-from robolaser.trials.physics.faults import PHYSICAL
-from robolaser.trials.physics.specification import mujoco
-from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, UNMODELLED
+from robolaser.trials.imperfections import growing_noise, scattering, shared_noise, small_errors
+from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, PHYSICAL, UNMODELLED
+from robolaser.trials.synthetic.mujoco_arm import mujoco
+from robolaser.trials.world import World
 
-FAULTS: dict[str, type[FaultModel]] = {**FAULT_MODELS, **PHYSICAL}
-"""All faults: those in formulas by the effect's name, those that MuJoCo moves by their form's."""
 BESIDE_UNKNOWN = 0.4  # of the worlds with an unknown cause have an effect of the library too
 
 
@@ -26,11 +24,8 @@ class Kind:
     among: tuple[str, ...] = DRAWN  # names of the faults that they are drawn from
     beside: float = 0.0  # how likely an effect of the library comes on top
     outliers: float = 0.0  # how likely gross errors come on top
-    scatters: bool = False  # whether the arm repeats only so well, which nobody stated
+    imperfection: Callable[[World, np.random.Generator], World] | None = None  # what is not ideal beside the faults
     misstated: bool = False  # whether the stated noise is wrong
-    shared: bool = False  # whether an image is off as a whole
-    growing: bool = False  # whether the noise grows with the range
-    background: bool = False  # whether everything is off a little, and the faults stand out of it
     tracked: bool = False  # whether a tracker sees the arm, instead of a scanner on it
     share: float = 0.0  # of the worlds, where no kinds are asked for
 
@@ -43,13 +38,13 @@ KINDS: dict[str, Kind] = {
     "several": Kind((3, 4), share=0.04),
     "unknown": Kind((1, 1), UNMODELLED, beside=BESIDE_UNKNOWN, share=0.1),
     "outliers": Kind((1, 1), (OUTLIERS,), share=0.05),
-    "repeatability": Kind((0, 1), scatters=True, share=0.1),
+    "repeatability": Kind((0, 1), imperfection=scattering, share=0.1),
     "misstated_noise": Kind((0, 1), misstated=True, share=0.05),
-    "shared_noise": Kind((0, 1), shared=True, share=0.05),
-    "growing_noise": Kind((0, 1), growing=True, share=0.03),
-    "small_errors": Kind((1, 1), background=True, share=0.05),
+    "shared_noise": Kind((0, 1), imperfection=shared_noise, share=0.05),
+    "growing_noise": Kind((0, 1), imperfection=growing_noise, share=0.03),
+    "small_errors": Kind((1, 1), imperfection=small_errors, share=0.05),
     "tracker": Kind(tracked=True, share=0.05),
-    "physics": Kind((0, 1), tuple(PHYSICAL)),
+    "physics": Kind((0, 1), PHYSICAL),
 }
 """By name. A fault's own name is a kind too: worlds with this fault alone. MuJoCo is an extra, so unasked for it has no
 share."""
@@ -67,8 +62,8 @@ def kinds_of(names: Iterable[str]) -> tuple[str, ...]:
         DependencyMissing: MuJoCo moves some of them, and is not installed.
     """
     for name in (names := tuple(names)):
-        if name not in KINDS and name not in FAULTS:
-            raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULTS))}")
+        if name not in KINDS and name not in FAULT_MODELS:
+            raise UsageError(f"No kind of world '{name}'.{near(name, (*KINDS, *FAULT_MODELS))}")
     if {"physics", *PHYSICAL} & {*names}:
         mujoco()
     return names

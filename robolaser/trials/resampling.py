@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.stats import rankdata
 
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
@@ -16,15 +17,18 @@ from robolaser.model.noise import pixel_from_repeats
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
-from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, BlankTrial, Ranges, in_sight, rounded
+from robolaser.robot.kinematics import Robot
+from robolaser.trials.building import IMAGE_PX, PAYLOAD_KG, WORKSHOP, Ranges, built_near, in_sight
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.cell import SyntheticCell, Target
+from robolaser.trials.synthetic.cell import ScannerCell, Target
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.world import World, rounded
 
 OFF = 0.1  # of what a workshop leaves: the scanner of each world differs by this from the one that was found
 STEP_M = 5e-3  # between heights: less is one step of the target
 ROUNDS = 4
+MINUTE_S = 60.0
 
 
 @final
@@ -40,6 +44,19 @@ class ReferenceCell:
     def is_tracked(self) -> bool:
         """Whether a tracker sees the arm."""
         return self.dataset.kind == Point.format.kind
+
+    @property
+    def visits(self) -> tuple[Robot, Array, Array, Array]:
+        """The arm, its joint angles and velocities, (n, j) each, and the times of the poses, (n,) [s].
+
+        Velocities that are not known are zero, and poses whose order alone is known a minute apart.
+        """
+        (robot, q), poses = self.dataset.arm, self.dataset.poses
+        known = known_velocities(self.dataset)
+        timed = poses.time_s is not None and not self.dataset.time_is_order
+        order = np.arange(len(q)) if poses.time_s is None else poses.time_s
+        time = poses.time_s if timed else MINUTE_S * (rankdata(order, "ordinal") - 1.0)
+        return robot, q, np.zeros(q.shape) if known is None else known, np.asarray(time)
 
 
 def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
@@ -70,7 +87,7 @@ def _unsuitable(name: str, lacking: str) -> TrialError:
     )
 
 
-def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> BlankTrial:
+def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -> World:
     """A cell of chance around a user's own scanner, poses and target.
 
     Args:
@@ -78,37 +95,28 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
         ranges: Its noise takes the place of what the data set neither states nor shows by repeats.
         rng: Where chance comes from.
     """
-    dataset, poses, points = model.dataset, model.dataset.poses, model.dataset.points
-    assert dataset.robot is not None  # `reference_of` saw to it, and to what follows
-    assert poses.q is not None
-    assert points.pixel is not None
-    assert points.xyz is not None
-    eye = ScannerOptics(_near(model, rng), dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
-    number = {
-        pair: row for row, pair in reversed(list(enumerate(zip(points.pose.tolist(), points.names, strict=True))))
+    dataset, points = model.dataset, model.dataset.points
+    most = {
+        name: min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))
+        for name, item in model.drawn.items()
     }
-    rows = np.array(sorted(number.values()))
-    target, level = stepped(points.xyz[rows], dataset.flange()[:, :3, 3].mean(axis=0))
-    along = target.inside(points.xyz[rows])[:, :2]
-    timed = poses.time_s is not None and not dataset.time_is_order
-    velocities = known_velocities(dataset)
-    run = SyntheticRun(
-        arm=ScrewArm(dataset.robot),
-        q=poses.q,
-        qd=np.zeros(poses.q.shape) if velocities is None else velocities,
-        time=np.asarray(poses.time_s if timed else 60.0 * _ranks(poses.time_s, len(poses))),
-        middle=target.middle,
-        radius=float(np.linalg.norm(along, axis=1).max()) / 2,
-        payload_kg=float(rng.uniform(*PAYLOAD_KG)),
-    )
-    at = points.pixel[rows, 0 if dataset.stripe_axis == "u" else 1]
-    cell = SyntheticCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
+    truth = built_near(model.found, most, model.drawn, rng)
+    eye = ScannerOptics(truth, dataset.bracket_quat, dataset.angles, dataset.stripe_axis)
+    rows = np.sort(np.unique(points.place, return_index=True)[1])
+    rows = rows[np.argsort(points.pose[rows], kind="stable")]
+    target, level = stepped(points["xyz"][rows], dataset.flange()[:, :3, 3].mean(axis=0))
+    along = target.inside(points["xyz"][rows])[:, :2]
+    robot, q, qd, time = model.visits
+    radius, payload_kg = float(np.linalg.norm(along, axis=1).max()) / 2, float(rng.uniform(*PAYLOAD_KG))
+    run = SyntheticRun(ScrewArm(robot), q, qd, time, target.middle, radius, payload_kg)
+    at = points["pixel"][rows, 0 if dataset.stripe_axis == "u" else 1]
+    cell = ScannerCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
     noise = Noise(
         pixel_px=dataset.noise.pixel_px or pixel_from_repeats(dataset) or rounded(rng.uniform(*ranges.pixel_px)),
         target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
     )
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())
-    return BlankTrial(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
+    return World(in_sight(cell, dataset.image_px or IMAGE_PX), blank, noise, max(1, len(points) // len(rows)))
 
 
 def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
@@ -122,41 +130,28 @@ def stepped(xyz: Array, seen_from: Array) -> tuple[Target, Array]:
         The target, and the height of each point's step, (m,) [m].
     """
     middle = xyz.mean(axis=0)
-    flat = np.linalg.svd(xyz - middle, full_matrices=False)[2]
-    best: tuple[float, Array, Ints] | None = None
-    for start in (np.eye(3), np.asarray(flat)):
-        axes: Array = start
-        for _ in range(ROUNDS):
-            height = (xyz - middle) @ axes[2]
-            step = _steps(height)
-            within = xyz - np.array([xyz[step == i].mean(axis=0) for i in range(step.max() + 1)])[step]
-            axes = np.asarray(np.linalg.svd(within, full_matrices=False)[2])
-        rest = float(np.square(within @ axes[2]).sum())
-        if best is None or rest < best[0]:
-            best = rest, axes, step
-    assert best is not None  # two starts were tried
-    axes, step = best[1:]
+    level_or_tilted = (np.eye(3), np.linalg.svd(xyz - middle, full_matrices=False)[2])
+    axes, step, _ = min((_steps_facing(xyz - middle, start) for start in level_or_tilted), key=lambda fit: fit[2])
     up = np.sign(axes[2] @ (seen_from - middle))
     turned = axes * np.array([up * np.linalg.det(axes), 1.0, up])[:, None]
-    height = (xyz - middle) @ turned[2]
-    return Target(middle, turned), np.array([height[step == i].mean() for i in range(step.max() + 1)])[step]
+    return Target(middle, turned), _means(step, (xyz - middle) @ turned[2])
 
 
-def _steps(height: Array) -> Ints:
-    """Number of the step of each height, lowest first; steps are apart."""
-    order = np.argsort(height)
-    step = np.empty(len(height), dtype=np.int64)
-    step[order] = np.cumsum(np.diff(height[order], prepend=height[order[0]]) > STEP_M)
-    return step
+def _steps_facing(xyz: Array, axes: Array) -> tuple[Array, Ints, float]:
+    """Axes near others along which points lie on flat steps, the number of each one's step, and what is left.
+
+    Steps are numbered from the lowest one.
+    """
+    for _ in range(ROUNDS):
+        height = xyz @ axes[2]
+        order = np.argsort(height)
+        step = np.empty(len(height), dtype=np.int64)
+        step[order] = np.cumsum(np.diff(height[order], prepend=height[order[0]]) > STEP_M)
+        within = xyz - _means(step, xyz)
+        axes = np.linalg.svd(within, full_matrices=False)[2]
+    return axes, step, float(np.square(within @ axes[2]).sum())
 
 
-def _ranks(order: Array | None, n: int) -> Array:
-    return np.argsort(np.argsort(np.arange(n) if order is None else order)).astype(np.float64)
-
-
-def _near(model: ReferenceCell, rng: np.random.Generator) -> dict[str, float]:
-    truth = {}
-    for name, item in model.drawn.items():
-        most = min(OFF * WORKSHOP.get(name, np.inf), 0.02 * (item.upper - item.lower))
-        truth[name] = float(np.clip(model.found[name] + most * rng.uniform(-1.0, 1.0), item.lower, item.upper))
-    return truth
+def _means(step: Ints, values: Array) -> Array:
+    """The mean of each step at its points, (m, ...)."""
+    return np.array([values[step == i].mean(axis=0) for i in range(step.max() + 1)])[step]

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from robolaser.trials.outcome import FLOOR, Outcome
+from robolaser.trials.outcome import Outcome
 
 FORMAT = "robolaser-score/1"
-TARGETS = {"one": 0.97, "confusable": 0.98, "none": 0.98, "outliers": 0.98, "several": 0.9, "unknown": 0.9}
-"""What one may ask for in each group of worlds."""
+GROUPS = ("one", "confusable", "none", "outliers", "several", "unknown")  # of worlds, by what counts as right
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
 
 
@@ -35,23 +34,20 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
     """
     every = list(outcomes.values())
     unknown = [o for o in every if o.group == "unknown"]
-    asked = [o for o in every if o.group in ("one", "confusable")]
-    groups = {
-        group: {**share([o.right for o in every if o.group == group]), "asked": asked_for}
-        for group, asked_for in TARGETS.items()
-    }
+    single = [o for o in every if o.group in ("one", "confusable")]
+    closed = [o.closed for o in every if o.closed is not None]
     clean = [o for o in every if o.group in ("none", "outliers")]
     by_kind = {kind: [o for o in every if o.kind == kind] for kind in sorted({o.kind for o in every})}
     return {
         "format": FORMAT,
         "worlds": len(every),
-        "groups": groups,
+        "groups": {group: share([o.right for o in every if o.group == group]) for group in GROUPS},
         "kinds": {
             kind: {"worlds": len(alike), "by_name": share([o.right for o in alike]), **_shares(alike)}
             for kind, alike in by_kind.items()
         },
         "faint": share([o.right for o in every if o.group == "faint"]),
-        "hits": share([o.named[:1] == o.truth for o in asked]),
+        "hits": share([o.named[:1] == o.truth for o in single]),
         "false_alarms": share([bool(o.named) or o.verdict != "no_gap" for o in clean]),
         **_shares(every),
         "unknown": {
@@ -59,9 +55,7 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
             "sure_and_wrong": share([o.sure_and_wrong for o in unknown]),
             "site_first": share([bool(o.site) for o in unknown]),
         },
-        "left_over_noise": _middle([o.left for o in every if o.group != "unknown"]),
-        "left_within": {**share([o.left is not None and o.left <= FLOOR for o in every]), "factor": FLOOR},
-        "gap_closed": _middle([o.closed for o in every]),
+        "gap_closed": float(np.median(closed)) if closed else None,
         "coverage_95_by_effect": _coverage_by_effect(every),
         "confusion": _confusion(every),
         "reliability": _reliability([pair for o in every for pair in o.stated]),
@@ -99,11 +93,6 @@ def _coverage_by_effect(outcomes: Sequence[Outcome]) -> dict[str, dict[str, Any]
     """How many 95 % intervals of each effect's numbers hold the truth."""
     pairs = [pair for o in outcomes for pair in o.covered]
     return {name: share([held for effect, held in pairs if effect == name]) for name in sorted(dict(pairs))}
-
-
-def _middle(numbers: Sequence[float | None]) -> float | None:
-    known = [number for number in numbers if number is not None]
-    return float(np.median(known)) if known else None
 
 
 def _confusion(outcomes: Sequence[Outcome]) -> dict[str, dict[str, int]]:

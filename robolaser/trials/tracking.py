@@ -4,24 +4,23 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
-from robolaser.data.path_velocities import known_velocities
+from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.geometry.rigid_motion import pose
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
-from robolaser.trials.building import PAUSE_S, PAYLOAD_KG, SPEED, BlankTrial, Ranges, rounded
+from robolaser.trials.building import PAYLOAD_KG, Ranges, pause_times, velocities
 from robolaser.trials.resampling import ReferenceCell
 from robolaser.trials.synthetic.arm import ScrewArm
+from robolaser.trials.synthetic.cell import TrackerCell
 from robolaser.trials.synthetic.run import SyntheticRun
-from robolaser.trials.synthetic.tracker import TrackerCell
+from robolaser.trials.world import World, rounded
 
 REFLECTORS = ("A", "B", "C")
 BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
 
 
-def build_tracked(
-    source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool
-) -> BlankTrial:
+def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
     """A tracker in front of an arm, or in front of the arm, the poses and the reflectors of a data set.
 
     Args:
@@ -31,15 +30,12 @@ def build_tracked(
         moving: Whether the arm moves at the measurements, where that is left to chance.
     """
     if isinstance(source, ReferenceCell):
-        (robot, q), poses = source.dataset.arm, source.dataset.poses
-        time: Array = PAUSE_S[0] * np.arange(float(len(q))) if poses.time_s is None else poses.time_s
-        known = known_velocities(source.dataset)
-        qd = np.zeros(q.shape) if known is None else known
+        robot, q, qd, time = source.visits
     else:
         robot, n = source, int(rng.integers(ranges.poses[0], ranges.poses[1] + 1))
         q = random_configurations(robot, n, rng)
-        time = np.concatenate([[0.0], np.cumsum(rng.uniform(*PAUSE_S, n - 1))]).round(1)
-        qd = rng.uniform(-SPEED, SPEED, q.shape) if moving else np.zeros(q.shape)
+        time = pause_times(n, rng)
+        qd = velocities(q, rng, moving=moving)
     arm = ScrewArm(robot)
     flange = arm.forward(q)[:, :3, 3]
     radius = float(np.linalg.norm(flange - flange.mean(axis=0), axis=1).max())
@@ -50,16 +46,15 @@ def build_tracked(
         reflectors = {name: _reflector(i, rng) for i, name in enumerate(REFLECTORS)}
         cell, stated = TrackerCell(run, _stand(rng), reflectors), None
     noise = Noise(point_m=stated or rounded(rng.uniform(*ranges.point_m)))
-    points = Points(cell.pose, tuple(cell.reflectors) * len(q), xyz=cell.seen(()).xyz)
     blank = Dataset(
         name="blind",
         robot=robot,
         poses=Poses(tuple(map(str, range(len(q)))), time_s=time, q=q, qd=qd),
-        points=points,
+        points=cell.seen(()),
         kind="point",
         noise=noise,
     )
-    return BlankTrial(cell, blank, noise, 1)
+    return World(cell, blank, noise)
 
 
 def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
@@ -71,10 +66,8 @@ def _found(source: ReferenceCell, run: SyntheticRun) -> TrackerCell:
 
 def _stand(rng: np.random.Generator) -> Array:
     """T_world_base."""
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)]).as_matrix()
-    T[:3, 3] = np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3)
-    return T
+    turn = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.02, 0.02, 2)])
+    return pose(turn.as_matrix(), np.array(BASE_M) + rng.uniform(-0.5, 0.5, 3))
 
 
 def _reflector(number: int, rng: np.random.Generator) -> Array:

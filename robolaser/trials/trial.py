@@ -1,66 +1,64 @@
 """A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
 import hashlib
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.arrays import Progress
 from robolaser.bounded_reading import read_bytes, read_json
 from robolaser.data.dataset import Dataset
+from robolaser.data.loading import load
+from robolaser.data.result_folder import write_results
 from robolaser.data.writing import FOLDER, texts_of
+from robolaser.diagnosis import examine
+from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, TrialError
 from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.diagnosing import diagnose_all
 from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of
 from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score
-from robolaser.trials.sealed_truth import DIAGNOSIS, SEAL, TRUTH, data_hash, seal, unseal
+from robolaser.trials.sealed_truth import SEAL, data_hash, keep_truth
 
-_FORMAT = "robolaser-diagnosis/1"
-_NEEDED = ("verdict", "gap_mm", "where", "effects")
+DIAGNOSIS = "diagnosis/diagnosis.json"
+FORMAT = "robolaser-diagnosis/1"
+NEEDED = ("verdict", "gap_mm", "where", "effects")
 
-"""Is told what is going on, and how far it is."""
+Claim = Callable[[Iterable[str]], None]
+"""Is told the names of all files that will be written to a folder."""
 
 
-def _nothing(what: str, share: float) -> None:
-    return None
+@final
+@dataclass(frozen=True)
+class TrialPlan:
+    """Which data sets a trial has."""
+
+    count: int
+    seed: int  # same seed, same trial
+    kinds: Sequence[str] = ()  # in equal shares; none: those of `USUAL`, in theirs
+    ranges: Ranges = field(default_factory=Ranges)  # what else is left to chance
+    tracked: bool = False  # whether a tracker sees every arm
 
 
 def new(
-    folder: Path,
-    sources: Sequence[Robot | Dataset],
-    *,
-    count: int,
-    seed: int,
-    kinds: Mapping[str, float] | None = None,
-    ranges: Ranges | None = None,
-    tracked: bool = False,
-    key: Path,
-    claim: Callable[[Iterable[str]], None],
-    keeping: Callable[[], AbstractContextManager[object]],
-    tell: Progress = _nothing,
+    folder: Path, truth: Path, sources: Sequence[Robot | Dataset], plan: TrialPlan, *, claim: Claim, tell: Progress
 ) -> list[str]:
-    """Make blind data sets in a folder, and seal the truth about them.
+    """Make blind data sets in a folder, and keep the truth about them in another.
 
     Args:
         folder: Each data set is put into it under a name that says nothing.
+        truth: Of the truth.
         sources: Arms, or data sets to imitate; they take turns.
-        count: How many.
-        seed: Same seed, same trial.
-        kinds: How often each kind of world comes, in any unit. Absent: `USUAL`.
-        ranges: What else is left to chance.
-        tracked: Whether a tracker sees every arm.
-        key: File for the key of the seals.
-        claim: Is told the names of all files that will be written to the folder.
-        keeping: Within which the key is written.
+        plan: Which data sets.
+        claim: Of the folder.
         tell: Progress.
 
     Returns:
@@ -72,28 +70,27 @@ def new(
         DependencyMissing: MuJoCo moves some of the worlds, and is not installed.
         OutputError: The disk or the rights say no.
     """
-    if kinds is None:
-        tracked = tracked or any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
+    kinds = dict.fromkeys(kinds_of(plan.kinds), 1.0)
+    if not kinds:
+        tracked = plan.tracked or any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
         kinds = {kind: share for kind, share in USUAL.items() if not (tracked and kind in IN_IMAGES)}
-    kinds_of(kinds)
-    worlds = [f"world-{i:03d}" for i in range(count)]
-    claim([TRUTH, *(f"{world}/{file}" for world in worlds for file in (*FOLDER, SEAL, DIAGNOSIS))])
-    rng = np.random.default_rng(seed)
-    patterns = [reference_of(source, seed=seed) if isinstance(source, Dataset) else source for source in sources]
-    drawn = deal(kinds, count, rng)
-    children = rng.integers(1 << 40, size=count)
-    files: dict[str, dict[str, str | None]] = {}
-    truths = {}
-    for i, kind in enumerate(drawn):
-        tell("making worlds", i / count)
-        name = worlds[i]
+    names = [f"world-{i:03d}" for i in range(plan.count)]
+    claim([SEAL, *(f"{name}/{file}" for name in names for file in (*FOLDER, DIAGNOSIS))])
+    rng = np.random.default_rng(plan.seed)
+    patterns = [reference_of(source, seed=plan.seed) if isinstance(source, Dataset) else source for source in sources]
+    dealt = deal(kinds, plan.count, rng)
+    seeds = rng.integers(1 << 40, size=plan.count).tolist()
+    truths, files = {}, {}
+    for i, (name, kind, seed) in enumerate(zip(names, dealt, seeds, strict=True)):
+        tell("making worlds", i / plan.count)
         source = patterns[i % len(patterns)]
-        world = make(source, kind, seed=int(children[i]), name=name, ranges=ranges, tracked=tracked)
-        files[name] = texts_of(world.dataset)
-        truths[name] = world.truth
-    with keeping():
-        seal(folder, files, truths, rng, key)
-    return list(truths)
+        world = make(source, kind, seed=seed, name=name, ranges=plan.ranges, tracked=plan.tracked)
+        truths[name], files[name] = world.truth, texts_of(world.dataset)
+    seal = keep_truth(truth, truths, files, rng)
+    written = {f"{name}/{file}": text for name in names for file, text in files[name].items()}
+    diagnoses = {f"{name}/{DIAGNOSIS}": None for name in names}  # of the worlds that were here before
+    write_results(folder, {**written, **diagnoses, SEAL: seal})
+    return names
 
 
 def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> list[str]:
@@ -105,47 +102,54 @@ def deal(kinds: Mapping[str, float], count: int, rng: np.random.Generator) -> li
     return [str(kind) for kind in rng.permutation(np.repeat(list(kinds), whole))]
 
 
-def score(
-    folder: Path,
-    output: Path,
-    *,
-    seed: int,
-    executor: Executor | None = None,
-    key: Path,
-    claim: Callable[[Iterable[str]], None],
-    tell: Progress = _nothing,
-) -> dict[str, Any]:
-    """Open the seals of a trial and score the diagnoses in it.
+def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[str, Path]:
+    """Where the diagnosis of each data set of a trial is, or in `output` is to be."""
+    return {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in names}
 
-    A data set without `diagnosis/diagnosis.json` is diagnosed first, and the result is written to its name in `output`.
+
+def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress) -> None:
+    """Diagnose the data sets of a trial that have no diagnosis yet.
 
     Args:
         folder: Of the trial.
-        output: Where diagnoses are written; the trial's folder may be it.
-        seed: Of the diagnoses that are still to be made.
-        executor: Where they are made; None: in this process, one after another.
-        key: The trial's key.
-        claim: Is told the names of all files that will be written to the output.
+        files: Where each diagnosis is, or is to be, by data set.
+        seed: Of all diagnoses.
+        executor: Where they are made.
         tell: Progress.
+
+    Raises:
+        TrialError: One cannot be made.
+    """
+    missing = [name for name, path in files.items() if not path.exists()]
+    futures = {executor.submit(_diagnosed, load(folder / name), seed): name for name in missing}
+    for i, future in enumerate(as_completed(futures)):
+        tell("diagnosing", i / len(missing))
+        path = files[futures[future]]
+        try:
+            text = future.result()
+        except Exception as error:
+            raise TrialError(f"{futures[future]} could not be diagnosed: {error}") from error
+        write_results(path.parent, {path.name: text})
+
+
+def score(folder: Path, truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) -> dict[str, Any]:
+    """Score the diagnoses of a trial.
+
+    Args:
+        folder: Of the trial.
+        truths: By data set.
+        files: Of the diagnoses, by data set.
 
     Returns:
         What score.json holds.
 
     Raises:
-        TrialError: The truth is not there, or was touched; a file is no diagnosis, or one cannot be made.
+        TrialError: A file is no diagnosis.
     """
-    truths = unseal(folder, key)
-    paths = {name: (folder if (folder / name / DIAGNOSIS).exists() else output) / name / DIAGNOSIS for name in truths}
-    missing = [name for name, path in paths.items() if not path.exists()]
-    claim(f"{name}/{DIAGNOSIS}" for name in missing)
-    worlds = {folder / name: paths[name] for name in missing}
-    for done in diagnose_all(worlds, seed=seed, executor=executor):
-        tell("diagnosing", done / len(missing))
     outcomes, hashes = {}, {}
-    for name, truth in truths.items():
-        path = paths[name]
+    for name, path in files.items():
         try:
-            outcomes[name] = outcome(truth, read_diagnosis(path))
+            outcomes[name] = outcome(truths[name], read_diagnosis(path))
         except (TypeError, KeyError, ValueError, AttributeError) as error:
             raise _no_diagnosis(path, f"{type(error).__name__}: {error}") from None
         hashes[name] = {"data": data_hash(folder / name), "diagnosis": hashlib.sha256(read_bytes(path)).hexdigest()}
@@ -162,16 +166,19 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
         said = read_json(path)
     except DataError as error:
         raise _no_diagnosis(path, str(error).rstrip(".")) from None
-    if not isinstance(said, dict) or said.get("format") != _FORMAT:
+    if not isinstance(said, dict) or said.get("format") != FORMAT:
         raise _no_diagnosis(path, "it does not say that it is one")
-    missing = [key for key in _NEEDED if key not in said]
+    missing = [key for key in NEEDED if key not in said]
     if missing:
         raise _no_diagnosis(path, f"it lacks {', '.join(missing)}")
     return said
 
 
+def _diagnosed(dataset: Dataset, seed: int) -> str:
+    return json.dumps(diagnosis_json(examine(dataset, seed=seed)), indent=1) + "\n"
+
+
 def _no_diagnosis(path: Path, why: str) -> TrialError:
     return TrialError(
-        f"{path} is not a diagnosis in the format robolaser-diagnosis/1: {why}. "
-        "Delete it to have the data set diagnosed again."
+        f"{path} is not a diagnosis in the format {FORMAT}: {why}. Delete it to have the data set diagnosed again."
     )

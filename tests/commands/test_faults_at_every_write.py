@@ -10,25 +10,22 @@ from failing_disk import contents, failing, restore, watched
 
 from robolaser.cli import main
 from robolaser.data.atomic_write import STAGED, finish_writing
-from robolaser.trials.sealed_truth import key_beside, unseal
+from robolaser.trials.sealed_truth import truth_beside, unseal
 
-STATE = (
-    "runs.jsonl",
-    "search.npz",
-    "trial.key",
-)  # of what is stopped, to be gone on with; a key opens both trials
+STATE = ("runs.jsonl", "search.npz")  # of what is stopped, to be gone on with
+TRUTH = "trial.truth"  # of any trial that was begun
 
 
 def result(folder):
-    """What a reader sees: hidden files do not count; of a trial, that its key opens it."""
+    """What a reader sees: hidden files do not count; of a trial, that its truth is there."""
     for home in (folder, folder / "trial"):
         finish_writing(home)
-    if (folder / "trial" / "truth.sealed").exists():
-        unseal(folder / "trial", key_beside(folder / "trial"))
+    if (folder / "trial" / "seal.txt").exists():
+        unseal(folder / "trial", truth_beside(folder / "trial"))
     return {
         name: data
         for name, data in contents(folder).items()
-        if not name.rpartition("/")[2].startswith(".") and name not in STATE
+        if not name.rpartition("/")[2].startswith(".") and name not in STATE and not name.startswith(TRUTH)
     }
 
 

@@ -19,7 +19,6 @@ from robolaser.model.effects import EFFECTS
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.trials.building import Ranges, build
-from robolaser.trials.reading import read
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS
 
 SMALL, LARGE = ("hand_eye_sag", "hand_eye"), ("joint_coupling", "panda_joint4")
@@ -31,7 +30,7 @@ def faulty() -> Dataset:
     """A scanner on an arm with two faults, of the trials' formulas."""
     rng = np.random.default_rng(5)
     built = build(find_robot("panda"), Ranges(poses=(40, 44)), rng, moving=False)
-    return read(built, [FAULT_MODELS[name].sample(where, SIZES_M[name, where], built.cell.run, rng)
+    return built.read([FAULT_MODELS[name].sample(where, SIZES_M[name, where], built.cell.run, rng)
                         for name, where in SIZES_M], rng)  # fmt: skip
 
 

@@ -14,7 +14,6 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import IMAGE_PX, Ranges, build, in_sight
-from robolaser.trials.reading import read
 from robolaser.trials.synthetic.fault_models.light import ProjectorRoll
 
 ROLL = 0.03
@@ -37,7 +36,7 @@ def cell() -> Dataset:
     seen = in_sight(replace(left.cell, eye=replace(eye, truth=moved, stripe_axis="v")), IMAGE_PX)
     right = replace(left, cell=seen, blank=replace(left.blank, stripe_axis="v", parameters=drawn))
     one, other = (
-        read(built, faults, np.random.default_rng(seed))
+        built.read(faults, np.random.default_rng(seed))
         for seed, (built, faults) in enumerate([(left, ()), (right, (ProjectorRoll("laser", ROLL),))])
     )
     both = together(one, {"left": (one, one.points), "right": (other, other.points)})

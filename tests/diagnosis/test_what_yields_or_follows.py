@@ -7,7 +7,6 @@ from robolaser.diagnosis import examine
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 from robolaser.trials.building import Ranges, build
-from robolaser.trials.reading import read
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS
 
 OURS = [
@@ -42,7 +41,7 @@ def test_what_other_formulas_make_it_names_first(effect: str, where: str, size: 
     rng = np.random.default_rng(5)
     built = build(find_robot("panda"), Ranges(poses=(40, 44)), rng, moving=False)
     fault = FAULT_MODELS[effect].sample(where, size, built.cell.run, rng)
-    found = examine(read(built, [fault], rng), seed=0).findings[0]
+    found = examine(built.read([fault], rng), seed=0).findings[0]
     assert (found.candidate_effect.effect.name, found.candidate_effect.where) == (effect, where)
     assert found.probability > 0.9
 

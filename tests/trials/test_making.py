@@ -12,10 +12,9 @@ from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import KINDS
 from robolaser.trials.making import STANDING_OUT, WRONGLY, make
-from robolaser.trials.reading import exact, read
 from robolaser.trials.resampling import reference_of, stepped
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS, UNMODELLED
-from robolaser.trials.synthetic.scatter import PoseScatter
+from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
 from robolaser.trials.trial import deal
 
 SMALL = Ranges(poses=(10, 12), points=(5, 6), pixel_px=(0.1, 0.1))
@@ -74,8 +73,8 @@ def test_noise_that_is_stated_wrongly_is_off_by_the_factor_of_the_truth(worlds):
 
 def test_an_image_that_is_off_is_off_as_a_whole(built):
     rng = np.random.default_rng(3)
-    off = read(replace(built, image_px=5.0, noise=Noise()), (), rng).points
-    shift = off.pixel - exact(built, ()).points.pixel[np.repeat(np.arange(len(off) // 2), 2)]
+    off = replace(built, image_px=5.0, noise=Noise()).read((), rng).points
+    shift = off.pixel - built.exact(()).points.pixel[np.repeat(np.arange(len(off) // 2), 2)]
     images = off.pose * 2 + off.repeat
     within = [np.ptp(shift[images == image], axis=0).max() for image in np.unique(images)]
     assert max(within) < 1e-9
@@ -83,8 +82,8 @@ def test_an_image_that_is_off_is_off_as_a_whole(built):
 
 
 def test_noise_that_grows_is_larger_where_the_target_is_farther_and_as_large_on_average(built):
-    rng, clean = np.random.default_rng(3), exact(built, ()).points
-    noisy = read(replace(built, growth=4.0, repeats=60, noise=Noise(pixel_px=0.1)), (), rng).points
+    rng, clean = np.random.default_rng(3), built.exact(()).points
+    noisy = replace(built, growth=4.0, repeats=60, noise=Noise(pixel_px=0.1)).read((), rng).points
     off = (noisy.pixel - clean.pixel[np.repeat(np.arange(len(clean)), 60)]).reshape(len(clean), -1)
     camera = (built.cell.run.arm.forward(built.cell.run.q) @ built.cell.eye.mount)[clean.pose, :3, 3]
     away = np.linalg.norm(clean.xyz - camera, axis=1)

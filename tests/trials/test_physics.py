@@ -7,13 +7,13 @@ import pytest
 
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
-from robolaser.trials.physics.elements import BRACKET, FOOT, Gear, Load, SpringHinge
-from robolaser.trials.physics.faults import PHYSICAL, PlayUnderWeight
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, PHYSICAL
+from robolaser.trials.synthetic.fault_models.springs import PlayUnderWeight
+from robolaser.trials.synthetic.mujoco_arm import BRACKET, FOOT, MujocoArm, Spring
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
 from robolaser.trials.making import make
-from robolaser.trials.physics.mujoco_arm import MujocoArm
 
 SMALL = Ranges(poses=(10, 11), points=(5, 5))
 STIFF = 2e4
@@ -30,10 +30,10 @@ def q(robot):
     return np.random.default_rng(3).uniform(lower, upper, (4, len(robot.joints)))
 
 
-@pytest.fixture(params=PHYSICAL.values(), ids=PHYSICAL.keys())
+@pytest.fixture(params=PHYSICAL)
 def fault(request, built):
-    run, rng = built.cell.run, np.random.default_rng(2)
-    return request.param.sample(request.param.locations(run)[-1], request.param.sizes[1], run, rng)
+    run, model = built.cell.run, FAULT_MODELS[request.param]
+    return model.sample(model.locations(run)[-1], model.sizes[1], run, np.random.default_rng(2))
 
 
 def test_a_rigid_arm_stands_where_the_package_says(robot, q):
@@ -43,29 +43,26 @@ def test_a_rigid_arm_stands_where_the_package_says(robot, q):
 
 
 def test_two_engines_agree_on_the_weight_of_every_link(robot, q):
-    gears = {joint: Gear(STIFF) for joint in robot.joints}
-    np.testing.assert_allclose(MujocoArm(robot, gears=gears).weights(q), robot.gravity_torques(q), atol=1e-5)
+    gears = [Spring(joint, STIFF) for joint in robot.joints]
+    np.testing.assert_allclose(MujocoArm(robot, gears).weights(q), robot.gravity_torques(q), atol=1e-5)
 
 
 def test_drives_that_hardly_give_way_leave_the_arm_where_it_is(robot, q):
-    flange, _ = MujocoArm(robot, gears={joint: Gear(1e12) for joint in robot.joints}).at_rest(q)
+    flange, _ = MujocoArm(robot, [Spring(joint, 1e12) for joint in robot.joints]).at_rest(q)
     np.testing.assert_allclose(flange, robot.forward(q[None])[0], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("servo", [False, True])
-def test_a_drive_gives_way_by_torque_over_stiffness_to_first_order(robot, q, servo):
+def test_a_drive_gives_way_by_torque_over_stiffness_to_first_order(robot, q):
     joint = robot.chain[1]
     sunk = q.copy()
     sunk[:, joint] -= robot.gravity_torques(q)[:, joint] / STIFF
-    at_rest, _ = MujocoArm(robot, gears={robot.joints[joint]: Gear(STIFF, servo=servo)}).at_rest(q)
+    at_rest, _ = MujocoArm(robot, [Spring(robot.joints[joint], STIFF)]).at_rest(q)
     first_order, rigid = robot.forward(sunk[None])[0], robot.forward(q[None])[0]
     assert np.abs(at_rest - first_order).max() < 5e-3 * np.abs(at_rest - rigid).max()
 
 
 def test_a_soft_base_tilts_by_its_overturning_moment(robot, q):
-    load = Load(2.0, (0.0, 0.0, 0.1))
-    hinges = [SpringHinge(FOOT, axis, (0.0, 0.0, 0.0), STIFF) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
-    arm = MujocoArm(robot, hinges=hinges, load=load)
+    arm = MujocoArm(robot, [Spring(FOOT, STIFF, axis, np.zeros(3)) for axis in np.eye(3)[:2]], 2.0)
     tilted, _ = arm.at_rest(q)
     turn = tilted[:, :3, :3] @ np.swapaxes(robot.forward(q[None])[0][:, :3, :3], 1, 2)
     np.testing.assert_allclose(
@@ -75,8 +72,8 @@ def test_a_soft_base_tilts_by_its_overturning_moment(robot, q):
 
 
 def test_a_bracket_moves_beyond_the_flange_only(robot, q):
-    hinge = SpringHinge(BRACKET, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 50.0)
-    flange, bracket = MujocoArm(robot, hinges=[hinge], load=Load(0.5, (0.0, 0.1, 0.05))).at_rest(q)
+    hinge = Spring(BRACKET, 50.0, np.array([0.0, 1.0, 0.0]), np.zeros(3))
+    flange, bracket = MujocoArm(robot, [hinge], 0.5).at_rest(q)
     np.testing.assert_allclose(flange, robot.forward(q[None])[0], rtol=0, atol=1e-12)
     assert np.abs(bracket[:, :3, :3] - flange[:, :3, :3]).max() > 1e-4
 

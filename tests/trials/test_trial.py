@@ -9,14 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cryptography.fernet import Fernet
 
 from robolaser.cli import main
 from robolaser.data.loading import load
-from robolaser.data.result_folder import MANIFEST, results_in
+from robolaser.data.result_folder import results_in
 from robolaser.errors import TrialError
-from robolaser.trials.making import make
-from robolaser.trials.sealed_truth import TRUTH, key_beside, unseal
+from robolaser.trials.sealed_truth import truth_beside, unseal
 from robolaser.trials.trial import DIAGNOSIS
 
 KINDS = "none,outliers"
@@ -35,9 +33,8 @@ def trial(made, tmp_path):
     """A copy, with the diagnoses of somebody who is always right."""
     folder = tmp_path / "trial"
     shutil.copytree(made, folder)
-    shutil.copy(key_beside(made), key_beside(folder))
-    shutil.copy(made.parent / MANIFEST, tmp_path)
-    for name, truth in unseal(folder, key_beside(folder)).items():
+    shutil.copytree(truth_beside(made), truth_beside(folder))
+    for name, truth in unseal(folder, truth_beside(folder)).items():
         file = folder / name / DIAGNOSIS
         file.parent.mkdir()
         file.write_text(json.dumps(perfect(truth)))
@@ -77,27 +74,36 @@ def test_a_score_that_is_there_stays_unless_forced(trial):
 
 
 def test_one_letter_changed_breaks_the_seal(trial):
-    seal = trial / "world-001" / "seal.txt"
-    text = seal.read_text()
+    seal, truth = trial / "seal.txt", truth_beside(trial)
+    text, (kept,) = seal.read_text(), truth.iterdir()
     seal.write_text(text[:-2] + ("0" if text[-2] != "0" else "1") + "\n")
-    with pytest.raises(TrialError, match=r"world-001.seal\.txt does not match"):
-        unseal(trial, key_beside(trial))
-    seal.unlink()
-    with pytest.raises(TrialError, match="is not there"):
-        unseal(trial, key_beside(trial))
+    with pytest.raises(TrialError, match="Whoever made the trial has its truth"):
+        unseal(trial, truth)
+    seal.write_text("sha256 ../../truth\n")
+    with pytest.raises(TrialError, match="does not state a SHA-256"):
+        unseal(trial, truth)
+    seal.write_text(text)
+    kept.write_bytes(kept.read_bytes().replace(b"outliers", b"nothing_"))
+    with pytest.raises(TrialError, match="does not match the hash"):
+        unseal(trial, truth)
 
 
-def test_the_truth_is_read_with_the_key_alone_and_the_key_is_its_makers_alone(trial, tmp_path, capsys):
-    key = key_beside(trial)
-    assert stat.S_IMODE(key.stat().st_mode) == 0o600
-    assert trial not in key.parents
-    assert main(["challenge", "score", str(trial), "--key", str(tmp_path / "none")]) == 1
-    assert "--key FILE" in capsys.readouterr().err
-    (tmp_path / "other").write_bytes(Fernet.generate_key())
-    assert main(["challenge", "score", str(trial), "--key", str(tmp_path / "other")]) == 1
-    assert "does not open" in capsys.readouterr().err
-    key.rename(tmp_path / "kept")
-    assert main(["challenge", "score", str(trial), "--key", str(tmp_path / "kept")]) == 0
+def test_the_truth_is_in_a_folder_of_its_own_that_its_maker_alone_reads(trial, tmp_path, capsys):
+    truth = truth_beside(trial)
+    assert trial not in truth.parents
+    assert [stat.S_IMODE(file.stat().st_mode) for file in truth.iterdir()] == [0o600]
+    assert main(["challenge", "score", str(trial), "--truth", str(tmp_path / "none")]) == 1
+    assert "--truth DIR" in capsys.readouterr().err
+    truth.rename(tmp_path / "kept")
+    assert main(["challenge", "score", str(trial), "--truth", str(tmp_path / "kept")]) == 0
+
+
+def test_a_folder_may_hold_the_truths_of_several_trials(made, tmp_path):
+    both = tmp_path / "truths"
+    for name, seed in (("one", "5"), ("other", "6")):
+        few = ("--kinds", "none", "--count", "1", "--poses", "8", "--points", "4", "--seed", seed)
+        assert main(["challenge", "new", str(tmp_path / name), *few, "--truth", str(both)]) == 0
+    assert [unseal(tmp_path / name, both)["world-000"]["kind"] for name in ("one", "other")] == ["none", "none"]
 
 
 @pytest.mark.parametrize("file", ["points.csv", "poses.csv", "dataset.toml"])
@@ -150,21 +156,11 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
     again = tmp_path / "again"
     main(["challenge", "new", str(again), *NEW])
     for path in made.rglob("*"):
-        if path.is_file() and path.name != TRUTH:
+        if path.is_file():
             assert (again / path.relative_to(made)).read_bytes() == path.read_bytes()
 
 
-def test_while_worlds_are_made_others_may_write_beside_the_key(tmp_path, monkeypatch):
-    def made_beside(*args, **more):
-        with results_in(tmp_path, command="calibrate", files=["another"]):
-            return make(*args, **more)
-
-    monkeypatch.setattr("robolaser.trials.trial.make", made_beside)
-    assert main(["challenge", "new", str(tmp_path / "new"), *NEW]) == 0
-    assert key_beside(tmp_path / "new").is_file()
-
-
-def test_neither_names_nor_sealed_files_speak(made):
+def test_no_file_of_a_trial_says_what_is_wrong(made):
     for path in made.rglob("*"):
         if path.is_file() and path.suffix != ".urdf":
             assert b"outliers" not in path.read_bytes()
@@ -179,7 +175,7 @@ def test_neither_names_nor_sealed_files_speak(made):
         (("new", "{new}", "--kinds", "outliers", "--tracked"), 1, "none of its faults applies to it"),
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
-        (("new", "{new}", "--key", "{new}/key"), 2, "given away with it"),
+        (("new", "{new}", "--truth", "{new}/truth"), 2, "given away with it"),
         (("new", "{new}", "--pixel-noise", "much"), 2, "two positive numbers"),
         (("score", "{new}"), 1, "not a blind trial"),
     ],

@@ -12,13 +12,11 @@ from robolaser.model.effects.tracker_scale import TrackerScale
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
-from robolaser.trials.reading import exact, read
-from robolaser.trials.sizing import detectability_of
-from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, UNMODELLED
+from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, PHYSICAL, UNMODELLED
+from robolaser.trials.synthetic.fault_models.base import WrongRefractiveIndex
 from robolaser.trials.synthetic.fault_models.joint_coupling import LedAlong
-from robolaser.trials.synthetic.fault_models.joints import LostMotion
-from robolaser.trials.synthetic.fault_models.measuring_system import WrongRefractiveIndex
-from robolaser.trials.synthetic.fault_models.unmodelled_joints import HystereticWindup, UncountedTurn
+from robolaser.trials.synthetic.fault_models.joint_loads import HystereticWindup
+from robolaser.trials.synthetic.fault_models.joints import LostMotion, UncountedTurn
 from robolaser.trials.synthetic.light import Light
 from robolaser.trials.tracking import build_tracked
 
@@ -36,7 +34,8 @@ SAME = (
 """Departures of which some numbers mean the same in the library."""
 
 
-SEEN = {name: model for name, model in FAULT_MODELS.items() if name != "tracker_scale"}
+FORMULAS = {name: model for name, model in FAULT_MODELS.items() if name not in PHYSICAL}
+SEEN = {name: model for name, model in FORMULAS.items() if name != "tracker_scale"}
 """What a scanner sees."""
 
 
@@ -49,7 +48,7 @@ def fault(request, built):
 
 def detectability(built, *faults):
     noise = built.noise
-    return Detectability(exact(built, faults), built.cell.truth, {"pixel": noise.pixel_px, "target": noise.target_m})
+    return Detectability(built.exact(faults), built.cell.truth, {"pixel": noise.pixel_px, "target": noise.target_m})
 
 
 def test_every_effect_that_a_scanner_sees_has_a_world_and_some_worlds_have_no_effect(built):
@@ -77,7 +76,7 @@ def test_of_no_size_nothing_bends(fault, built):
 
 def test_of_usual_size_the_data_show_it(fault, built):
     rng = [np.random.default_rng(1) for _ in range(2)]
-    plain, bent = read(built, (), rng[0]), read(built, (fault,), rng[1])
+    plain, bent = built.read((), rng[0]), built.read((fault,), rng[1])
     assert len(plain.points) == len(bent.points)
     moved = np.abs(plain.points.pixel - bent.points.pixel).max() + np.abs(plain.points.xyz - bent.points.xyz).max()
     assert moved > 1e-5
@@ -164,16 +163,16 @@ def tracked():
 
 
 def test_a_tracker_sees_the_arm_where_the_package_says(tracked):
-    assert detectability_of(tracked).misfit < 1e-6
+    assert Detectability.of(tracked).misfit < 1e-6
 
 
 def test_a_trackers_wrong_lengths_are_the_librarys(tracked):
-    judged = detectability_of(tracked, WrongRefractiveIndex("measuring_system", 1e-3))
+    judged = Detectability.of(tracked, WrongRefractiveIndex("measuring_system", 1e-3))
     assert judged.misfit > 100
     assert judged.left_by(CandidateEffect(TrackerScale, "measuring_system")) < 1.0
 
 
-@pytest.mark.parametrize("effect", [name for name, model in FAULT_MODELS.items() if model.is_tracked()])
+@pytest.mark.parametrize("effect", [name for name, model in FORMULAS.items() if model.is_tracked()])
 def test_what_a_tracker_sees_shows_in_its_points(effect, tracked):
     fault_model, run = FAULT_MODELS[effect], tracked.cell.run
     places = fault_model.locations(run)

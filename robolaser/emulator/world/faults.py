@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self, final
+from typing import Self, final
 
 import numpy as np
 
@@ -22,15 +22,13 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 @final
 @dataclass(frozen=True)
-class TrackedBacklash(FaultModel):
+class TrackedBacklash(FaultModel, effect="backlash"):
     """The link trails its motor by half the play, `size` [rad], on the side that it came from.
 
     Attributes:
         engagement: Travel over which friction takes the play up to a third [rad]; 0: the teeth are hard.
         lag: How far the link trails now [rad].
     """
-
-    effect: ClassVar[str] = "backlash"
 
     engagement: float = 0.0
     lag: float = 0.0
@@ -49,10 +47,8 @@ class TrackedBacklash(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class LinearCompliance(FaultModel):
+class LinearCompliance(FaultModel, effect="joint_compliance"):
     """The joint gives way by `size` for each newton metre [rad/Nm], `payload_kg` on the flange included."""
-
-    effect: ClassVar[str] = "joint_compliance"
 
     payload_kg: float = 0.0
 

@@ -32,7 +32,6 @@ class ScrewArm:
         self.columns = tuple(robot.chain)
         """Where each of them stands in q."""
         self.count = len(robot.joints)
-        self._index = {name: i for i, name in enumerate(robot.joints)}
         self._turns, self._axes = ~robot.prismatic, robot.axes
         self.links = robot.placements
         """Placement of each joint on the joint before it, (j, 4, 4)."""
@@ -57,8 +56,8 @@ class ScrewArm:
         """T_base_flange, (n, 4, 4), of postures (n, j) [rad or m] with links of their own, (n, j, 4, 4)."""
         return np.asarray(self._frames(q, links)[:, self._tip] @ self._end)
 
-    def _carried(self, frames: Array, payload_kg: float) -> tuple[Array, Array]:
-        """Mass beyond each joint, (j,) [kg], and its first moment about the base's origin, (n, j, 3) [kg m]."""
+    def _borne(self, frames: Array, payload_kg: float) -> tuple[Array, Array]:
+        """The weight beyond each joint, (j, 3) [N], and its moment about it, (n, j, 3) [Nm], in the base frame."""
         masses, moments = np.zeros(self.count), np.zeros((*frames.shape[:2], 3))
         for last, mass, centre in [*self._bodies, (self._tip, payload_kg, apply(self._end, SCANNER_AT))]:
             at: Array = frames[:, last, :3, :3] @ centre + frames[:, last, :3, 3]
@@ -67,31 +66,31 @@ class ScrewArm:
                 masses[carrier] += mass
                 moments[:, carrier] += mass * at
                 carrier = self._before[carrier]
-        return masses, moments
+        gravity = np.array(self.robot.gravity)
+        about = moments - masses[:, None] * frames[..., :3, 3]
+        return masses[:, None] * gravity, np.cross(about, gravity)
 
     def torques(self, q: Array, payload_kg: float) -> Array:
         """What each joint bears, the payload on the flange counted, (n, j) -> (n, j) [Nm or N]."""
         frames = self._frames(q)
-        masses, moments = self._carried(frames, payload_kg)
+        weights, moments = self._borne(frames, payload_kg)
         axes = (frames[..., :3, :3] @ self._axes[..., None])[..., 0]
-        arms = np.cross(axes, moments - masses[:, None] * frames[..., :3, 3])
-        levers = np.where(self._turns[:, None], arms, masses[:, None] * axes)
-        return np.asarray(-(levers @ np.array(self.robot.gravity)))
+        return np.asarray(-(axes * np.where(self._turns[:, None], moments, weights)).sum(axis=-1))
 
     def overturning(self, q: Array, payload_kg: float) -> Array:
         """What the mount must bear of all that moves: its moment about the base's origin, base frame, (n, 3) [Nm]."""
-        _, moments = self._carried(self._frames(q), payload_kg)
-        return np.asarray(np.cross(moments[:, self.columns[0]], np.array(self.robot.gravity)))
+        frames, first = self._frames(q), self.columns[0]
+        weights, moments = self._borne(frames, payload_kg)
+        return np.asarray(moments[:, first] + np.cross(frames[:, first, :3, 3], weights[first]))
 
     def link_loads(self, q: Array, payload_kg: float, joint: str) -> tuple[Array, Array]:
         """The weight beyond a joint and its moment about it, in its frame before it turns, (n, 3) [N] and [Nm]."""
-        frames, i, gravity = self._frames(q), self._index[joint], np.array(self.robot.gravity)
-        masses, moments = self._carried(frames, payload_kg)
+        frames, i = self._frames(q), self.robot.joints.index(joint)
+        weights, moments = self._borne(frames, payload_kg)
         before = self._before[i]
         R = (np.eye(4) if before is None else frames[:, before])[..., :3, :3] @ self.links[i, :3, :3]
         R = np.broadcast_to(R, (len(q), 3, 3))
-        moment = np.cross(moments[:, i] - masses[i] * frames[:, i, :3, 3], gravity)
-        return np.einsum("nba,b->na", R, masses[i] * gravity), np.einsum("nba,nb->na", R, moment)
+        return np.einsum("nba,b->na", R, weights[i]), np.einsum("nba,nb->na", R, moments[:, i])
 
     @property
     def down(self) -> Array:

@@ -1,4 +1,4 @@
-"""A true cell: an arm, a scanner and a stepped target, and what the scanner reads there with given faults."""
+"""True cells: an arm with a scanner over a stepped target or before a tracker, and what they read with given faults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.dataset import Points
+from robolaser.geometry.rigid_motion import apply
 from robolaser.trials.synthetic.fault_model import FaultModel, flange_poses
 from robolaser.trials.synthetic.run import SyntheticRun
 from robolaser.trials.synthetic.scanner import Lens, ScannerOptics
@@ -31,17 +33,8 @@ class Target:
 
 @final
 @dataclass(frozen=True)
-class Readings:
-    """What a run gives without chance (m)."""
-
-    pixel: Array  # (m, 2) [px]; NaN where the light does not meet the target
-    xyz: Array  # target points as the target's drawing has them, (m, 3) in the base frame [m]
-
-
-@final
-@dataclass(frozen=True)
-class SyntheticCell:
-    """Where everything truly is, save the faults."""
+class ScannerCell:
+    """A scanner on an arm over a target: where everything truly is, save the faults."""
 
     run: SyntheticRun  # of the arm
     eye: ScannerOptics  # the scanner
@@ -55,21 +48,28 @@ class SyntheticCell:
         """The sensor's ordinary parameters."""
         return self.eye.truth
 
-    def seen(self, faults: Sequence[FaultModel]) -> Readings:
-        """Go the chain forwards, from the joints to the pixels."""
+    def ranges(self, points: Points) -> Array:
+        """How far points are from a camera without faults, (m,) [m]."""
+        T_base_camera = self.run.arm.forward(self.run.q) @ self.eye.mount
+        return np.asarray(np.linalg.norm(points["xyz"] - T_base_camera[points.pose, :3, 3], axis=1))
+
+    def seen(self, faults: Sequence[FaultModel]) -> Points:
+        """Go the chain forwards, from the joints to the pixels (NaN where the light does not meet the target).
+
+        Target points are as the target's drawing has them, in the base frame; names are their numbers in the pose.
+        """
         run, n = self.run, len(self.run.q)
         mount, light, terms = np.tile(self.eye.mount, (n, 1, 1)), self.eye.light(n), self.eye.lens
         for fault in faults:
             mount = fault.mount(mount, run)
             light, terms = fault.light(light, run), fault.lens(terms)
         T = (flange_poses(run, faults) @ mount)[self.pose]
-        R, t = T[:, :3, :3], T[:, :3, 3]
 
         def zoom(depth: Array) -> Array:
             return sum((fault.zoom(depth) for fault in faults), start=np.zeros_like(depth))
 
         def inside(point: Array) -> Array:
-            return self.target.inside(np.einsum("mij,mj->mi", R, point) + t)
+            return self.target.inside(apply(T, point))
 
         def height(along: Array) -> Array:
             return sum((fault.height(along, run) for fault in faults), start=np.zeros(len(along)))
@@ -78,26 +78,44 @@ class SyntheticCell:
             place = inside(point)
             return place[:, 2] - self.level - height(place[:, :2])
 
-        lit = light.of_rows(self.pose)
-        point, pixel = self.eye.meet(self.at, lit, Lens(terms, zoom), above, self._guess(lit.normals, R, t))
-        normal = self.target.axes[2] @ R
+        normal = self.target.axes[2] @ T[:, :3, :3]
+        depth = (self.level - inside(np.zeros((len(T), 3)))[:, 2]) / normal[:, 2]
+        ahead = depth[:, None] * np.array([0.0, 0.0, 1.0])  # where the camera looks at the step
+        point, pixel = self.eye.meet(self.at, light.of_rows(self.pose), Lens(terms, zoom), above, ahead)
         tilt = np.arctan2(normal[:, 0], -normal[:, 2])
         across = 1 if self.eye.stripe_axis == "u" else 0
         pixel[:, across] += sum(fault.stripe(tilt) for fault in faults)
         along = inside(point)[:, :2]
         for fault in faults:
             along = fault.printed(along, run)
-        return Readings(pixel, self.target.outside(np.column_stack([along, self.level])))
+        number = np.arange(len(self.pose)) - np.searchsorted(self.pose, self.pose)
+        xyz = self.target.outside(np.column_stack([along, self.level]))
+        return Points(self.pose, tuple(map(str, number.tolist())), pixel=pixel, xyz=xyz)
 
-    def _guess(self, normals: Array, R: Array, t: Array) -> Array:
-        """Where a pinhole camera's column, a flat sheet and a flat step meet: three planes."""
-        truth, u = self.eye.truth, self.eye.stripe_axis == "u"
-        pitch, centre = ("s_u", "u_0") if u else ("s_v", "v_0")
-        slope = (self.at - truth[centre]) * truth[pitch] / truth["f"]
-        zero, one = np.zeros_like(slope), np.ones_like(slope)
-        column = np.stack([zero, one, slope if u else -slope], axis=-1)
-        facing = self.target.axes[2] @ R
-        planes = np.stack([column, normals, facing], axis=1)
-        level = self.level - (t - self.target.middle) @ self.target.axes[2]
-        sheet = truth["b"] * np.cos(truth["theta"]) * one
-        return np.linalg.solve(planes, np.stack([zero, sheet, level], axis=-1)[..., None])[..., 0]
+
+@final
+@dataclass(frozen=True)
+class TrackerCell:
+    """A tracker that sees all reflectors of a flange in each pose: where everything truly is, save the faults."""
+
+    run: SyntheticRun  # of the arm
+    T_world_base: Array  # (4, 4)
+    reflectors: Mapping[str, Array]  # in the flange's frame, by name, (3,) [m]
+
+    @property
+    def truth(self) -> Mapping[str, float]:
+        """No ordinary parameter of the sensor: all of them follow from the points."""
+        return {}
+
+    def ranges(self, points: Points) -> Array:
+        """How far points are from the tracker, (m,) [m]."""
+        return np.asarray(np.linalg.norm(points["xyz"], axis=1))
+
+    def seen(self, faults: Sequence[FaultModel]) -> Points:
+        """Go the chain forwards, from the joints to the points in the tracker's frame."""
+        T = self.T_world_base @ flange_poses(self.run, faults)
+        xyz = apply(T[:, None], np.array(list(self.reflectors.values()))).reshape(-1, 3)
+        for fault in faults:
+            xyz = fault.measured(xyz)
+        pose = np.repeat(np.arange(len(T)), len(self.reflectors))
+        return Points(pose, tuple(self.reflectors) * len(T), xyz=xyz)

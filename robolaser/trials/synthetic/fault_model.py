@@ -1,9 +1,9 @@
 """What a fault of a synthetic cell is: a size, a form, and the stages of the chain that it perturbs."""
 
 from abc import ABC
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, ClassVar, Self, get_type_hints
 
 import numpy as np
 
@@ -11,36 +11,89 @@ from robolaser.arrays import Array, Ints
 from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.run import SyntheticRun
 
+Draw = Callable[[str, SyntheticRun, np.random.Generator], Any]
+"""A random value of a field, by the fault's location and the run."""
+
+
+def uniform(least: float, most: float, count: int | None = None) -> Draw:
+    """A number between two others, or a tuple of so many."""
+    return lambda where, run, rng: plain(rng.uniform(least, most, count))
+
+
+def log_uniform(least: float, most: float, count: int | None = None) -> Draw:
+    """A number between two others whose logarithm is uniform, or a tuple of so many."""
+    return lambda where, run, rng: plain(np.exp(rng.uniform(np.log(least), np.log(most), count)))
+
+
+def plain(values: Any) -> Any:
+    """A float, or a tuple of floats."""
+    return tuple(values.tolist()) if np.ndim(values) else float(values)
+
+
+Angle = Annotated[float, uniform(-np.pi, np.pi)]  # [rad]
+Coin = Annotated[bool, lambda where, run, rng: bool(rng.random() < 0.5)]
+Way = Annotated[tuple[float, ...], uniform(-1.0, 1.0, 6)]  # a shift and a turn vector, over the size
+OnTarget = Annotated[tuple[float, ...], uniform(-0.5, 0.5, 2)]  # over the target's radius
+
 
 @dataclass(frozen=True)
 class FaultModel(ABC):
-    """One fault of one cell. A stage that a subclass does not override keeps its value."""
+    """One fault of one cell. A stage that a subclass does not override keeps its value.
 
-    effect: ClassVar[str]  # its name in the truth, the effect library's where that has such an effect
-    sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
-    signed: ClassVar[bool] = False  # whether a sampled size may be negative
-    location: ClassVar[str | None] = None  # where it always sits; None: at a joint
-    classes: ClassVar[tuple[str, ...]] = ()
-    """Classes of causes that are right for an effect that the library lacks, beside `unknown`."""
+    What all faults of a class have in common follows its name. The fields of a subclass are the fault's form, each
+    annotated with the `Draw` that samples it.
+
+    Args:
+        effect: Its name in the truth, the effect library's where that has such an effect.
+        form: Its name among the kinds of worlds; the effect's where that is empty.
+        sizes: Usual in industry, least and most.
+        signed: Whether a sampled size may be negative.
+        location: Where it always is; None: at a joint.
+        parameter: The effect library's parameter that `size` is the value of.
+        classes: Classes of causes that are right for an effect that the library lacks, beside `unknown`.
+    """
+
+    effect: ClassVar[str]
+    form: ClassVar[str]
+    sizes: ClassVar[tuple[float, float]]
+    signed: ClassVar[bool]
+    location: ClassVar[str | None]
+    parameter: ClassVar[str]
+    classes: ClassVar[tuple[str, ...]]
 
     where: str  # the location that the truth names
     size: float  # its principal number in SI units; its other numbers are its form
+
+    def __init_subclass__(
+        cls,
+        *,
+        effect: str = "",
+        form: str = "",
+        sizes: tuple[float, float] = (1.0, 1.0),
+        signed: bool = False,
+        location: str | None = None,
+        parameter: str = "",
+        classes: tuple[str, ...] = (),
+    ) -> None:
+        cls.effect, cls.form, cls.sizes, cls.signed = effect, form or effect, sizes, signed
+        cls.location, cls.parameter, cls.classes = location, parameter, classes
 
     @classmethod
     def sample(cls, where: str, size: float, run: SyntheticRun, rng: np.random.Generator) -> Self:
         """A fault of this size whose sign and form are random."""
         sign = float(rng.choice([-1.0, 1.0])) if cls.signed else 1.0
-        return cls(where, size * sign, *cls.sample_form(where, run, rng))
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Values of the fields that follow the size."""
-        return ()
+        hints = get_type_hints(cls, include_extras=True)
+        form = [hints[field.name].__metadata__[0](where, run, rng) for field in fields(cls)[2:]]
+        return cls(where, size * sign, *form)
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Where it can sit: at its location, or at every joint that moves the flange."""
+        """Where it can be: at its location, or at every joint that moves the flange."""
         return run.arm.joints if cls.location is None else (cls.location,)
+
+    def sites(self, run: SyntheticRun) -> tuple[str, ...]:
+        """Where a diagnosis may rightly say that it is."""
+        return (self.where,)
 
     @property
     def also_right(self) -> tuple[tuple[str, str], ...]:
@@ -49,7 +102,7 @@ class FaultModel(ABC):
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """The true values of the effect library's parameters that mean the same, by their names there."""
-        return {}
+        return {self.parameter: self.size} if self.parameter else {}
 
     @classmethod
     def is_tracked(cls) -> bool:

@@ -37,6 +37,12 @@ class SyntheticRun:
         """The column of a joint in q."""
         return self.arm.columns[self.arm.joints.index(joint)]
 
+    def relative_torque(self, joint: str) -> Array:
+        """What a joint bears, the payload counted, over the most that it bears in the run, (n,)."""
+        torque = self.arm.torques(self.q, self.payload_kg)[:, self.column(joint)]
+        relative: Array = torque / max(1e-9, float(np.abs(torque).max()))
+        return relative
+
     def warmed(self, tau: float) -> Array:
         """0 at the start, towards 1 with a time constant, a share of the run, (n,)."""
         return 1.0 - np.exp(-self.share / tau)

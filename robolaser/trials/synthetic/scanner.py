@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.trials.forward_differences import forward_differences
+from robolaser.geometry.rigid_motion import pose
 from robolaser.trials.synthetic.light import Light
 
 STEP_M = 1e-6  # of the differences that Newton's method rests on
@@ -40,11 +40,8 @@ class ScannerOptics:
     def mount(self) -> Array:
         """T_flange_camera, (4, 4)."""
         turns = [self.truth[name] for name in ("w", "phi", "psi")]
-        T = np.eye(4)
-        turn = Rotation.from_euler(self.angles.upper(), turns)
-        T[:3, :3] = (Rotation.from_quat(self.bracket_quat) * turn).as_matrix()
-        T[:3, 3] = [self.truth[f"t_{axis}"] for axis in "xyz"]
-        return T
+        turn = Rotation.from_quat(self.bracket_quat) * Rotation.from_euler(self.angles.upper(), turns)
+        return pose(turn.as_matrix(), np.array([self.truth[f"t_{axis}"] for axis in "xyz"]))
 
     def light(self, poses: int) -> Light:
         """A flat sheet that never changes."""
@@ -92,9 +89,7 @@ class ScannerOptics:
 
         def newton_step(point: Array) -> Array:
             here = off(point)
-            slopes = forward_differences(
-                lambda shifts: np.stack([off(point + shift) for shift in shifts]), np.full(3, STEP_M), here
-            )
+            slopes = np.stack([(off(point + shift) - here) / STEP_M for shift in STEP_M * np.eye(3)], axis=-1)
             return np.asarray(np.linalg.solve(slopes, here[..., None])[..., 0])
 
         point = start

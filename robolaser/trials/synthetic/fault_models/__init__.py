@@ -1,27 +1,36 @@
-"""Fault models, one file a stage of the chain: those that the effect library names, and faults outside it."""
+"""The faults of blind trials, one file a part of the cell: those that the effect library names, and others."""
 
 import importlib
 import pkgutil
+from typing import Final
 
 from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_models.springs import SpringFault
+
+for _module in pkgutil.iter_modules(__path__):
+    importlib.import_module(f"{__name__}.{_module.name}")
 
 
-def _all() -> tuple[type[FaultModel], ...]:
-    for module in pkgutil.iter_modules(__path__):
-        importlib.import_module(f"{__name__}.{module.name}")
-    ours = [model for model in FaultModel.__subclasses__() if model.__module__.startswith(f"{__name__}.")]
-    return tuple(sorted(ours, key=lambda model: model.effect))
+def _all(above: type[FaultModel]) -> list[type[FaultModel]]:
+    """The fault models of this package below a class."""
+    below = [model for child in above.__subclasses__() for model in (child, *_all(child))]
+    return [model for model in below if model.form and model.__module__.startswith(f"{__name__}.")]
 
 
-OUTLIERS = "outliers"
+OUTLIERS: Final = "outliers"
 
-FAULT_MODELS: dict[str, type[FaultModel]] = {model.effect: model for model in _all()}
-"""By the name that the truth uses."""
+FAULT_MODELS: dict[str, type[FaultModel]] = {
+    model.form: model for model in sorted(_all(FaultModel), key=lambda m: m.form)
+}
+"""All faults, by the names that kinds of worlds have for them."""
+
+PHYSICAL: tuple[str, ...] = tuple(model.form for model in SpringFault.__subclasses__())
+"""Those that MuJoCo moves; the others are moved by formulas."""
 
 UNMODELLED: tuple[str, ...] = ("cross_talk", "dead_zone", "dented_target", "hose", "hysteresis", "slipping")
-"""Faults outside the library, which a diagnosis should call unexplained."""
+"""Faults in formulas outside the library, which a diagnosis should call unexplained."""
 
-MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in UNMODELLED and name != OUTLIERS)
+MODELLED: tuple[str, ...] = tuple(name for name in FAULT_MODELS if name not in (*PHYSICAL, *UNMODELLED, OUTLIERS))
 """What a diagnosis should name."""
 
 BY_NAME: tuple[str, ...] = ("arm_scale", "focus_breathing", "target_stretch")

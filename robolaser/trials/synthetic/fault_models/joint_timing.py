@@ -1,31 +1,22 @@
-"""Joints that are measured before they are at rest, or read at another time than the image."""
+"""Joints read at another time than the image, measured before they are at rest, or stopped beside their goal."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import Annotated, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_model import FaultModel, uniform
 from robolaser.trials.synthetic.fault_models.joints import turned
 from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
 @dataclass(frozen=True)
-class LateExposure(FaultModel):
+class LateExposure(FaultModel, effect="latency", sizes=(3e-4, 8e-3), signed=True):
     """The camera exposes `size` [s] after the reading, while the arm moves on and brakes."""
 
-    effect: ClassVar[str] = "latency"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 8e-3)
-    signed: ClassVar[bool] = True
-
-    braking: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Time constant of the braking [s]."""
-        return (rng.uniform(0.01, 0.1),)
+    braking: Annotated[float, uniform(0.01, 0.1)]  # time constant [s]
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
@@ -33,34 +24,20 @@ class LateExposure(FaultModel):
         return ("timing",) if run.qd.any() else ()
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's number."""
-        return {"delay": float(np.sign(self.size) * self._waited)}
+        """The delay of an arm that does not brake."""
+        return {"delay": float(-np.sign(self.size) * self.braking * np.expm1(-abs(self.size) / self.braking))}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Where the arm was when the shutter opened."""
-        moved: Array = q + run.qd * np.sign(self.size) * self._waited
-        return moved
-
-    @property
-    def _waited(self) -> float:
-        return float(-self.braking * np.expm1(-abs(self.size) / self.braking))
+        return np.asarray(q + run.qd * self.values(run)["delay"])
 
 
 @final
 @dataclass(frozen=True)
-class LateArrival(FaultModel):
+class LateArrival(FaultModel, effect="settling", sizes=(2e-4, 4e-3), signed=True):
     """The joint creeps towards its goal and is measured before it is there, sooner at some poses than at others."""
 
-    effect: ClassVar[str] = "settling"
-    sizes: ClassVar[tuple[float, float]] = (2e-4, 4e-3)
-    signed: ClassVar[bool] = True
-
-    waits: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Waits at the poses, in time constants."""
-        return (rng.uniform(4.0, 8.0),)
+    waits: Annotated[float, uniform(4.0, 8.0)]  # at the poses, in time constants
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Short of its goal by a share `size` of the way from where it stood before, at the middle one of the waits."""
@@ -73,3 +50,28 @@ class LateArrival(FaultModel):
             before = q[order[i - 1], column] - short[order[i - 1]]
             short[order[i]] = shares[i] * (q[order[i], column] - before)
         return turned(q, column, -short)
+
+
+def _beside(where: str, run: SyntheticRun, rng: np.random.Generator) -> Array:
+    """Errors of the joints over their RMS size, some larger than others, (n, j)."""
+    off = np.zeros(run.q.shape)
+    columns = list(run.arm.columns)
+    off[:, columns] = rng.normal(size=(len(run.q), len(columns))) * rng.uniform(0.3, 1.7, len(columns))
+    return np.asarray(off / np.sqrt(np.square(off[:, columns]).mean()))
+
+
+@final
+@dataclass(frozen=True)
+class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
+    """Joints stop beside their goals, the flange by `size` [m] (RMS): noise, which the truth does not name."""
+
+    off: Annotated[Array, _beside]
+
+    def sigma(self, run: SyntheticRun) -> float:
+        """RMS error of a joint [rad]."""
+        levers = run.arm.levers(run.q)
+        return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Where they stopped."""
+        return q + self.sigma(run) * self.off

@@ -1,12 +1,13 @@
 """Faults of single joints: encoders and gears."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import Annotated, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_model import Angle, FaultModel, uniform
 from robolaser.trials.synthetic.run import SyntheticRun
 
 
@@ -30,18 +31,23 @@ def play_lag(lag: float, move: float, play: float) -> float:
     return min(max(lag + move, -play / 2), play / 2)
 
 
+def play_lags(run: SyntheticRun, along: Array, play: float, lag: float) -> Array:
+    """The lags of a play operator whose input, (n,), goes straight from pose to pose in the order of time, (n,)."""
+
+    def trailing(lag: float) -> Iterator[float]:
+        for move in np.diff(along[run.order], prepend=along[run.order[0]]).tolist():
+            lag = play_lag(lag, move, play)
+            yield lag
+
+    lags = np.empty(len(along))
+    lags[run.order] = [*trailing(lag)]
+    return lags
+
+
 @final
 @dataclass(frozen=True)
-class ShiftedZero(FaultModel):
+class ShiftedZero(FaultModel, effect="joint_offset", sizes=(3e-4, 4e-3), signed=True, parameter="offset"):
     """The encoder's zero is off by `size` [rad]."""
-
-    effect: ClassVar[str] = "joint_offset"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
-    signed: ClassVar[bool] = True
-
-    def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's number."""
-        return {"offset": self.size}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Turned on by the error."""
@@ -50,16 +56,8 @@ class ShiftedZero(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class EncoderGain(FaultModel):
+class EncoderGain(FaultModel, effect="encoder_scale", sizes=(3e-4, 4e-3), signed=True, parameter="scale"):
     """The counts of a turn are off by the share `size`."""
-
-    effect: ClassVar[str] = "encoder_scale"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
-    signed: ClassVar[bool] = True
-
-    def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's number."""
-        return {"scale": self.size}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Stretched from the zero."""
@@ -69,24 +67,13 @@ class EncoderGain(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class OffCentreEncoder(FaultModel):
-    """The encoder's disc is off its axis by the share `size` of its radius, towards the angle `towards` [rad].
+class OffCentreEncoder(FaultModel, effect="encoder_eccentricity", sizes=(3e-4, 4e-3)):
+    """The encoder's disc is off its axis by the share `size` of its radius, by exact geometry."""
 
-    By exact geometry, not only in first order.
-    """
-
-    effect: ClassVar[str] = "encoder_eccentricity"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
-
-    towards: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Any direction."""
-        return (rng.uniform(-np.pi, np.pi),)
+    towards: Angle
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's numbers."""
+        """To first order."""
         return {"sine": self.size * np.cos(self.towards), "cosine": -self.size * np.sin(self.towards)}
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
@@ -96,25 +83,23 @@ class OffCentreEncoder(FaultModel):
         return turned(q, column, np.arctan2(self.size * np.sin(angle), 1.0 - self.size * np.cos(angle)))
 
 
+def _ratio(where: str, run: SyntheticRun, rng: np.random.Generator) -> float:
+    """Whole for the gears that are sold most, anything for the rest."""
+    ratio = float(np.exp(rng.uniform(np.log(10.0), np.log(160.0))))
+    return float(round(ratio)) if rng.random() < 0.5 else ratio
+
+
 @final
 @dataclass(frozen=True)
-class TransmissionRipple(FaultModel):
+class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2e-3)):
     """The gear's error repeats once and twice a turn of something that turns `ratio` times as fast as the joint."""
 
-    effect: ClassVar[str] = "transmission_error"
-    sizes: ClassVar[tuple[float, float]] = (2e-4, 2e-3)
-
-    ratio: float
-    second: float
-    phases: tuple[float, float]
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Two harmonics, in no fixed ratio or phase."""
-        return _ratio(rng), rng.uniform(0.0, 0.8), tuple(rng.uniform(-np.pi, np.pi, 2).tolist())
+    ratio: Annotated[float, _ratio]
+    second: Annotated[float, uniform(0.0, 0.8)]  # the second harmonic over the first
+    phases: Annotated[tuple[float, ...], uniform(-np.pi, np.pi, 2)]
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's numbers."""
+        """Of both harmonics."""
         once, twice = (np.array([np.cos(phase), np.sin(phase)]) * self.size for phase in self.phases)
         names = ("sine", "cosine", "sine_2", "cosine_2", "cycles")
         return dict(zip(names, (*once.tolist(), *(self.second * twice).tolist(), self.ratio), strict=True))
@@ -129,34 +114,45 @@ class TransmissionRipple(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class LostMotion(FaultModel):
+class LostMotion(FaultModel, effect="backlash", sizes=(3e-4, 3e-3), parameter="lost_motion"):
     """The gear has `size` [rad] of play: the output rests until the input has crossed the gap."""
 
-    effect: ClassVar[str] = "backlash"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 3e-3)
-
-    began: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Where in its play it begins."""
-        return (rng.uniform(-1.0, 1.0),)
-
-    def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's number."""
-        return {"lost_motion": self.size}
+    began: Annotated[float, uniform(-1.0, 1.0)]  # where in its play
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Trailing the input, which goes straight from pose to pose in the order of time."""
+        """Trailing the input."""
         column = run.column(self.where)
-        lag, lags = -self.size / 2 * self.began, np.empty(len(q))
-        angles = q[run.order, column]
-        for row, move in zip(run.order, np.diff(angles, prepend=angles[0]), strict=True):
-            lags[row] = lag = play_lag(lag, float(move), self.size)
-        return turned(q, column, -lags)
+        return turned(q, column, -play_lags(run, q[:, column], self.size, -self.size / 2 * self.began))
 
 
-def _ratio(rng: np.random.Generator) -> float:
-    """Whole for the gears that are sold most, anything for the rest."""
-    ratio = float(np.exp(rng.uniform(np.log(10.0), np.log(160.0))))
-    return float(round(ratio)) if rng.random() < 0.5 else ratio
+@final
+@dataclass(frozen=True)
+class UncountedTurn(FaultModel, effect="dead_zone", sizes=(4e-4, 4e-3), signed=True, classes=("transmission",)):
+    """A dead zone: across some range of a joint an encoder's reading falls behind, by `size` [rad] from end to end."""
+
+    middle: Annotated[float, uniform(0.3, 0.7)]  # in the range of the run
+    width: Annotated[float, uniform(0.05, 0.25)]
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Behind by half of it on one side, ahead on the other: the zero was set in the middle."""
+        column = run.column(self.where)
+        read = run.q[:, column]
+        share = (read - read.min()) / max(1e-9, float(np.ptp(read)))
+        return turned(q, column, self.size * np.clip((share - self.middle) / self.width, -0.5, 0.5))
+
+
+@final
+@dataclass(frozen=True)
+class SlippedCoupling(FaultModel, effect="slipping", sizes=(3e-4, 4e-3), signed=True, classes=("transmission",)):
+    """A coupling slips at some moment of the run: from there on the joint's zero is off by `size` [rad]."""
+
+    moment: Annotated[float, uniform(0.25, 0.75)]  # as a share of the run
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """All but the first and the last, which could as well be the base or the bracket."""
+        return run.arm.joints[1:-1]
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Off since then."""
+        return turned(q, run.column(self.where), np.where(run.share > self.moment, self.size, 0.0))

@@ -1,29 +1,22 @@
 """Faults of the line projector."""
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, final
+from typing import Annotated, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.fault_model import Coin, FaultModel, log_uniform
 from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
 @dataclass(frozen=True)
-class ProjectorRoll(FaultModel):
+class ProjectorRoll(
+    FaultModel, effect="laser_roll", sizes=(2e-3, 6e-2), signed=True, location="laser", parameter="angle"
+):
     """The projector is turned about the view by `size` [rad]: the stripe is not parallel to the image's axis."""
-
-    effect: ClassVar[str] = "laser_roll"
-    sizes: ClassVar[tuple[float, float]] = (2e-3, 6e-2)
-    signed: ClassVar[bool] = True
-    location: ClassVar[str | None] = "laser"
-
-    def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's number."""
-        return {"angle": self.size}
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """Turned."""
@@ -32,20 +25,13 @@ class ProjectorRoll(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class ConicalLight(FaultModel):
+class ConicalLight(
+    FaultModel, effect="laser_curvature", sizes=(3e-3, 6e-2), signed=True, location="laser", parameter="cone"
+):
     """The light is a shallow cone, as a rod lens makes of a beam that does not cross it squarely.
 
     Its rays stand off the plane by `size` [rad].
     """
-
-    effect: ClassVar[str] = "laser_curvature"
-    sizes: ClassVar[tuple[float, float]] = (3e-3, 6e-2)
-    signed: ClassVar[bool] = True
-    location: ClassVar[str | None] = "laser"
-
-    def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's numbers."""
-        return {"cone": self.size}
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
         """Off the plane."""
@@ -54,46 +40,26 @@ class ConicalLight(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class ProjectorWarmUp(FaultModel):
-    """The beam's angle drifts until the projector is warm, with a time constant of its own."""
+class ProjectorWarmUp(FaultModel, effect="laser_drift", sizes=(2e-4, 3e-3), signed=True, location="laser"):
+    """The beam's angle drifts until the projector is warm, by `size` [rad] in the end."""
 
-    effect: ClassVar[str] = "laser_drift"
-    sizes: ClassVar[tuple[float, float]] = (2e-4, 3e-3)
-    signed: ClassVar[bool] = True
-    location: ClassVar[str | None] = "laser"
-
-    tau: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Time constant, as a share of the run."""
-        return (float(np.exp(rng.uniform(np.log(0.08), np.log(1.0)))),)
+    tau: Annotated[float, log_uniform(0.08, 1.0)]  # time constant, as a share of the run
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's numbers."""
+        """Both are the library's."""
         return {"angle": self.size, "tau": self.tau}
 
     def light(self, light: Light, run: SyntheticRun) -> Light:
-        """By `size` [rad] in the end."""
+        """Turned by the drift so far."""
         return replace(light, theta=light.theta + self.size * run.warmed(self.tau))
 
 
 @final
 @dataclass(frozen=True)
-class FlankBias(FaultModel):
+class FlankBias(FaultModel, effect="stripe_bias", sizes=(0.1, 2.0), signed=True, location="laser"):
     """One flank of the stripe is brighter: its centre is read beside it where the surface is tilted."""
 
-    effect: ClassVar[str] = "stripe_bias"
-    sizes: ClassVar[tuple[float, float]] = (0.1, 2.0)
-    signed: ClassVar[bool] = True
-    location: ClassVar[str | None] = "laser"
-
-    steep: bool
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Whether it goes with the tangent of the tilt or with its sine."""
-        return (bool(rng.random() < 0.5),)
+    steep: Coin  # whether it goes with the tangent of the tilt or with its sine
 
     def stripe(self, tilt: Array) -> Array:
         """`size` pixels at 45 degrees, about."""

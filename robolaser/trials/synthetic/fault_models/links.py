@@ -1,75 +1,72 @@
-"""Faults of links: not made as drawn, growing while the motors warm them, or grown already."""
+"""Faults of links: not made as drawn, growing while the motors warm them, bent by what they carry, or grown already."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import Annotated, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.trials.synthetic.fault_model import FaultModel, log_uniform, uniform
 from robolaser.trials.synthetic.run import SyntheticRun
 
 LEAST_LENGTH_M = 0.05
 MOST_OF_PAYLOAD = 0.25  # of the load on a link
 
 
+def joints_on_long_links(run: SyntheticRun) -> tuple[str, ...]:
+    """Joints that a link of some length carries; the link to the first belongs to the base."""
+    lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
+    return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M)
+
+
+def beam(run: SyntheticRun, joint: str) -> Array:
+    """From the joint before to this one, in the frame of this one before it turns, (3,) [m]."""
+    T = run.arm.links[run.column(joint)]
+    return np.asarray(T[:3, :3].T @ T[:3, 3])
+
+
+def _some_way(where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[float, ...]:
+    """A shift and a turn vector; the largest component is one, some are zero."""
+    way = rng.uniform(-1.0, 1.0, 6)
+    way[rng.permutation(6)[: rng.integers(0, 6)]] = 0.0
+    return tuple((way / np.abs(way).max()).tolist())
+
+
 @final
 @dataclass(frozen=True)
-class LinkError(FaultModel):
-    """The joint sits elsewhere on the link before it, in some of six directions."""
+class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
+    """The joint is elsewhere on the link before it, in some of six directions."""
 
-    effect: ClassVar[str] = "link_geometry"
-    sizes: ClassVar[tuple[float, float]] = (3e-4, 4e-3)
-
-    way: tuple[float, ...]
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Which way; the largest component is one, some are zero."""
-        way = rng.uniform(-1.0, 1.0, 6)
-        way[rng.permutation(6)[: rng.integers(0, 6)]] = 0.0
-        return (tuple((way / np.abs(way).max()).tolist()),)
+    way: Annotated[tuple[float, ...], _some_way]
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's numbers."""
+        """All six."""
         names = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
         return dict(zip(names, (self.size * np.array(self.way)).tolist(), strict=True))
 
     def links(self, links: Array, run: SyntheticRun) -> Array:
         """Shifted by up to `size` [m] and turned by up to as many radians."""
-        links = links.copy()
-        column = run.column(self.where)
-        way = self.size * np.array(self.way)
-        links[:, column, :3, 3] += links[:, column, :3, :3] @ way[:3]
-        links[:, column, :3, :3] = links[:, column, :3, :3] @ Rotation.from_rotvec(way[3:]).as_matrix()
+        links, column, way = links.copy(), run.column(self.where), self.size * np.array(self.way)
+        links[:, column] = links[:, column] @ pose(exp_so3(way[3:]), way[:3])
         return links
 
 
 @final
 @dataclass(frozen=True)
-class LinkGrowth(FaultModel):
+class LinkGrowth(FaultModel, effect="thermal_drift", sizes=(1e-4, 1.2e-3)):
     """The link before a joint grows as it warms up, towards an end, with an unknown time constant."""
 
-    effect: ClassVar[str] = "thermal_drift"
-    sizes: ClassVar[tuple[float, float]] = (1e-4, 1.2e-3)
-
-    tau: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """Time constant, as a share of the run."""
-        return (float(np.exp(rng.uniform(np.log(0.1), np.log(1.0)))),)
+    tau: Annotated[float, log_uniform(0.1, 1.0)]  # as a share of the run
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Joints that a link of some length carries; the link to the first belongs to the base."""
-        lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
-        return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M)
+        """Joints that a link of some length carries."""
+        return joints_on_long_links(run)
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
-        """Of the library's numbers."""
-        length = float(np.linalg.norm(run.arm.links[run.column(self.where), :3, 3]))
+        """For each metre and degree of warmth."""
+        length = float(np.linalg.norm(beam(run, self.where)))
         return {"growth": self.size / length / float(run.warmed(self.tau).max()), "tau": self.tau}
 
     def links(self, links: Array, run: SyntheticRun) -> Array:
@@ -83,67 +80,47 @@ class LinkGrowth(FaultModel):
 
 @final
 @dataclass(frozen=True)
-class BentBeam(FaultModel):
+class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3)):
     """The link before a joint is a beam, clamped at the joint before, that bends and twists under what it carries.
 
     Gere, Timoshenko, Mechanics of Materials, ch. 9: the end of a beam of length L and compliance c = L / EI turns by
     c (M + L × F / 2) and shifts by c (M / 2 + L × F / 3) × L under a force F and a moment M there.
     """
 
-    effect: ClassVar[str] = "link_compliance"
-    sizes: ClassVar[tuple[float, float]] = (1e-4, 2e-3)
-
-    twists: float
-
-    @classmethod
-    def sample_form(cls, where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[Any, ...]:
-        """How much softer it is in torsion than in bending."""
-        return (rng.uniform(1.0, 1.3),)
+    twists: Annotated[float, uniform(1.0, 1.3)]  # compliance in torsion over that in bending
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Links of some length but the first whose load is mostly of the URDF's masses: no other can be named."""
-        lengths = np.linalg.norm(run.arm.links[:, :3, 3], axis=1)
-        long = [joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M]
-        loads = [[run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg)] for joint in long]
-        return tuple(
-            joint
-            for joint, (masses, whole) in zip(long, loads, strict=True)
-            if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum()
-        )
+        """Long links whose load is mostly of the URDF's masses: no other can be named."""
+        found = []
+        for joint in joints_on_long_links(run):
+            masses, whole = (run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg))
+            if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum():
+                found.append(joint)
+        return tuple(found)
 
     def links(self, links: Array, run: SyntheticRun) -> Array:
         """Turned by up to `size` [rad]."""
-        links = links.copy()
-        column = run.column(self.where)
-        nominal = run.arm.links[column]
-        beam = nominal[:3, :3].T @ nominal[:3, 3]
-        along = beam / np.linalg.norm(beam)
+        links, column, L = links.copy(), run.column(self.where), beam(run, self.where)
+        along = L / np.linalg.norm(L)
         force, moment = run.arm.link_loads(run.q, run.payload_kg, self.where)
-        arm = np.cross(beam, force)
+        arm = np.cross(L, force)
         turn = moment + arm / 2
         turn += (self.twists - 1.0) * np.outer(turn @ along, along)
-        shift = np.cross(moment / 2 + arm / 3, beam)
+        shift = np.cross(moment / 2 + arm / 3, L)
         compliance = self.size / max(1e-9, float(np.linalg.norm(turn, axis=1).max()))
-        R = links[:, column, :3, :3]
-        links[:, column, :3, 3] += compliance * np.einsum("nab,nb->na", R, shift)
-        links[:, column, :3, :3] = R @ Rotation.from_rotvec(compliance * turn).as_matrix()
+        links[:, column] = links[:, column] @ pose(exp_so3(compliance * turn), compliance * shift)
         return links
 
 
 @final
 @dataclass(frozen=True)
-class GrownArm(FaultModel):
+class GrownArm(FaultModel, effect="arm_scale", sizes=(1e-4, 1e-3), signed=True, location="base"):
     """The whole arm is warmer than where it was measured: every length from the base to the flange grew alike."""
-
-    effect: ClassVar[str] = "arm_scale"
-    sizes: ClassVar[tuple[float, float]] = (1e-4, 1e-3)
-    signed: ClassVar[bool] = True
-    location: ClassVar[str | None] = "base"
 
     @property
     def also_right(self) -> tuple[tuple[str, str], ...]:
-        """What measures it may be too short: without a known length nobody can tell."""
+        """What measures it may be too short: without a known length nobody can distinguish them."""
         return ("tracker_scale", "measuring_system"), ("target_scale", "target")
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:

@@ -1,0 +1,82 @@
+"""Faults between the base and what the arm is measured against."""
+
+from dataclasses import dataclass
+from typing import Annotated, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import exp_so3, pose
+from robolaser.trials.synthetic.fault_model import FaultModel, Way, uniform
+from robolaser.trials.synthetic.run import SyntheticRun
+
+
+@final
+@dataclass(frozen=True)
+class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location="base"):
+    """Somebody bumps into the base or the target during the run: from one pose on, everything stands elsewhere."""
+
+    moment: Annotated[float, uniform(0.2, 0.8)]  # as a share of the run
+    way: Way
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """The shift of the middle of the flange's places, and the turn."""
+        bump, apart = self._bump(run), run.arm.forward(run.q)[:, :3, 3].mean(axis=0)
+        shift = bump[:3, :3] @ apart + bump[:3, 3] - apart
+        names = ("x", "y", "z", "turn_x", "turn_y", "turn_z", "moment")
+        turn = self.size * np.array(self.way[3:])
+        return dict(zip(names, (*shift.tolist(), *turn.tolist(), self.moment), strict=True))
+
+    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
+        """Moved by up to `size` [m] and turned by up to as many radians, about the target."""
+        return np.where((run.share > self.moment)[:, None, None], self._bump(run) @ T_base_flange, T_base_flange)
+
+    def _bump(self, run: SyntheticRun) -> Array:
+        way = self.size * np.array(self.way)
+        R = exp_so3(way[3:])
+        return pose(R, way[:3] + run.middle - R @ run.middle)
+
+
+@final
+@dataclass(frozen=True)
+class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), location="base"):
+    """The floor gives way under the arm's overturning moment, and under an edge of the foot more than under another.
+
+    Anchors that are pressed down are stiffer than those that are pulled.
+    """
+
+    softer: Annotated[float, uniform(-0.3, 0.3)]  # about x than about y
+    pulled: Annotated[float, uniform(0.0, 0.15)]  # how much more an anchor yields to a pull
+
+    def sites(self, run: SyntheticRun) -> tuple[str, ...]:
+        """A base that tilts turns the first joint's axis."""
+        return self.where, run.arm.joints[0]
+
+    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
+        """Tilted about the foot, by `size` [rad] under the largest moment of the run."""
+        moment = run.arm.overturning(run.q, run.payload_kg)
+        load = moment / max(1e-9, float(np.linalg.norm(moment, axis=1).max()))
+        load = load * (1.0 + self.pulled * np.tanh(3.0 * load)) * [1.0 + self.softer, 1.0 - self.softer, 0.0]
+        return np.asarray(pose(exp_so3(self.size * load), np.zeros(3)) @ T_base_flange)
+
+
+@final
+@dataclass(frozen=True)
+class WrongRefractiveIndex(
+    FaultModel,
+    effect="tracker_scale",
+    sizes=(2e-5, 1e-3),
+    signed=True,
+    location="measuring_system",
+    parameter="scale",
+):
+    """The tracker takes the air for another one: all its lengths are too long by the share `size`."""
+
+    @property
+    def also_right(self) -> tuple[tuple[str, str], ...]:
+        """The arm may have grown: without a known length nobody can distinguish them."""
+        return (("arm_scale", "base"),)
+
+    def measured(self, points: Array) -> Array:
+        """Farther away."""
+        return points * (1.0 + self.size)

@@ -1,0 +1,159 @@
+"""Faults whose consequences MuJoCo computes: what gives way comes to rest under the weight of all that it carries."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.geometry.rigid_motion import inverse
+from robolaser.trials.synthetic.fault_model import Coin, FaultModel, log_uniform, uniform
+from robolaser.trials.synthetic.fault_models.joint_loads import joints_that_yield
+from robolaser.trials.synthetic.fault_models.links import beam, joints_on_long_links
+from robolaser.trials.synthetic.mujoco_arm import BRACKET, FOOT, MujocoArm, Spring
+from robolaser.trials.synthetic.run import SyntheticRun
+
+HARD = 2e5  # of a gear that has play and little else [Nm/rad]
+
+
+@dataclass(frozen=True)
+class SpringFault(FaultModel):
+    """Something that gives way, by `size` [rad] at most over the run."""
+
+    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
+        """What gives way [Nm/rad]: the gear of its joint, unless a fault says otherwise."""
+        return [Spring(self.where, stiffness)]
+
+    def load_kg(self, run: SyntheticRun) -> float:
+        """On the bracket."""
+        return run.payload_kg
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """At its location, or at joints that bear weight enough to be told from joints with an offset."""
+        return joints_that_yield(run) if cls.location is None else (cls.location,)
+
+    def stiffness(self, run: SyntheticRun) -> float:
+        """That gives way by `size` under the largest torque of the run [Nm/rad]."""
+        return float(np.abs(self.arm(run, 1.0).weights(run.q)).max()) / self.size
+
+    def arm(self, run: SyntheticRun, stiffness: float) -> MujocoArm:
+        """The arm with what gives way [Nm/rad]."""
+        return MujocoArm(run.arm.robot, self.springs(run, stiffness), self.load_kg(run))
+
+    def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
+        """Where the arm comes to rest, by as much beside where it would be if it were rigid."""
+        if not self.size:
+            return T_base_flange
+        at_rest, _ = self.arm(run, self.stiffness(run)).at_rest(run.q)
+        return np.asarray(at_rest @ inverse(run.arm.forward(run.q)) @ T_base_flange)
+
+    def mount(self, T_flange_camera: Array, run: SyntheticRun) -> Array:
+        """With the bracket where it comes to rest."""
+        if not self.size:
+            return T_flange_camera
+        flange, bracket = self.arm(run, self.stiffness(run)).at_rest(run.q)
+        return np.asarray(inverse(flange) @ bracket @ T_flange_camera)
+
+
+@final
+@dataclass(frozen=True)
+class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes=(2e-4, 2.5e-3)):
+    """A joint's gear is a spring, or its servo has no integrator: its gain times its error bears the weight."""
+
+    servo: Coin  # which of them; at rest they are alike
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Its compliance."""
+        return {"compliance": 1.0 / self.stiffness(run)}
+
+
+@final
+@dataclass(frozen=True)
+class UnstatedPayload(SpringFault, effect="joint_compliance", form="unstated_payload", sizes=(2e-4, 2.5e-3)):
+    """A joint's gear is a spring, and the flange carries far more than anybody stated."""
+
+    payload_kg: Annotated[float, uniform(1.0, 3.0)]
+
+    def load_kg(self, run: SyntheticRun) -> float:
+        """The payload."""
+        return self.payload_kg
+
+
+@final
+@dataclass(frozen=True)
+class PlayUnderWeight(
+    SpringFault, effect="play_under_weight", sizes=(3e-4, 3e-3), classes=("transmission", "elasticity")
+):
+    """A joint has `size` [rad] of play, and the arm's weight decides on which side it rests, not the approach."""
+
+    friction: Annotated[float, uniform(0.05, 0.5)]  # torque that pushes it to one end, as a share of the largest
+
+    def stiffness(self, run: SyntheticRun) -> float:
+        """Of the gear once the play is used up."""
+        return HARD
+
+    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
+        """About the joint's axis."""
+        most = float(np.abs(run.arm.torques(run.q, run.payload_kg)[:, run.column(self.where)]).max())
+        return [Spring(self.where, stiffness, play=self.size, centring=2.0 * self.friction * most / self.size)]
+
+    @property
+    def also_right(self) -> tuple[tuple[str, str], ...]:
+        """What it is in the end: lost motion, and giving way."""
+        return (("backlash", self.where), ("joint_compliance", self.where))
+
+
+@final
+@dataclass(frozen=True)
+class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2e-4, 3e-3), location="base"):
+    """What the arm stands on turns about axes somewhat below the base, one softer than the other."""
+
+    ratio: Annotated[float, log_uniform(np.exp(-0.7), np.exp(0.7))]  # of its stiffness about y to that about x
+    depth: Annotated[float, uniform(0.0, 0.05)]  # of the axes below the base [m]
+
+    def sites(self, run: SyntheticRun) -> tuple[str, ...]:
+        """A base that tilts turns the first joint's axis."""
+        return self.where, run.arm.joints[0]
+
+    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
+        """About x and y."""
+        at = np.array([0.0, 0.0, -self.depth])
+        return _hinges(FOOT, np.eye(3)[:2], at, (stiffness, stiffness * self.ratio))
+
+
+@final
+@dataclass(frozen=True)
+class GivingMount(SpringFault, effect="hand_eye_sag", form="giving_mount", sizes=(3e-4, 4e-3), location="hand_eye"):
+    """The bracket turns about the flange under the weight of the scanner, one way more easily than another."""
+
+    ratios: Annotated[tuple[float, ...], log_uniform(np.exp(-0.5), np.exp(0.5), 3)]  # of its stiffness about x, y, z
+
+    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
+        """About the axes of the flange."""
+        return _hinges(BRACKET, np.eye(3), np.zeros(3), [stiffness * ratio for ratio in self.ratios])
+
+
+@final
+@dataclass(frozen=True)
+class BendingLink(SpringFault, effect="link_compliance", form="bending_link", sizes=(2e-4, 2.5e-3)):
+    """The link before a joint bends and twists in its middle."""
+
+    twist: Annotated[float, uniform(0.6, 1.0)]  # how stiff it is in torsion, against bending
+
+    @classmethod
+    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
+        """Joints that a link of some length carries."""
+        return joints_on_long_links(run)
+
+    def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
+        """Two across the link and one along it."""
+        L = beam(run, self.where)
+        axes = np.vstack([np.linalg.svd(L[None])[2][1:], L / np.linalg.norm(L)])
+        return _hinges(self.where, axes, -L / 2, (stiffness, stiffness, stiffness * self.twist))
+
+
+def _hinges(before: str, axes: Array, at: Array, stiffnesses: Sequence[float]) -> list[Spring]:
+    """About axes through one point."""
+    return [Spring(before, stiffness, axis, at) for axis, stiffness in zip(axes, stiffnesses, strict=True)]
