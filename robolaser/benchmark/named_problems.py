@@ -187,7 +187,7 @@ def _own(given: object, name: str) -> ProblemSpec:
         name = name or getattr(given, "__name__", type(given).__name__)
         spec, found = AlgorithmSpec(name, name), given
     if callable(found) and not isinstance(found, Problem):
-        found = made(spec.text, found, spec.settings)
+        found = made(spec, found, spec.settings)
     return _checked(name, partial(_built, name, partial(copy.deepcopy, found), OWN))
 
 

@@ -90,7 +90,7 @@ def test_what_cannot_be_exchanged_is_said(text, said):
 
 
 def test_stock_algorithms_take_part_by_their_own_names():
-    assert isinstance(find("NSGA2")._make(2), NSGA2)
+    assert isinstance(algorithm_named("NSGA2"), NSGA2)
     with pytest.raises(UsageError, match="Did you mean 'rcga'"):
         find("rgca")
 
