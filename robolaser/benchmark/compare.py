@@ -58,7 +58,7 @@ def compare(
     Args:
         problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
             gives them names.
-        algorithms: Names, or pymoo algorithms, solvers, or functions `search(evaluator, seed)`; a mapping gives them
+        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping gives them
             names.
         seeds: Number of runs of each algorithm on each problem.
         first_seed: The first of their seeds, at least 1.

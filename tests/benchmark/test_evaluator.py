@@ -111,7 +111,6 @@ def test_a_target_is_first_reached_where_the_trace_first_lies_at_or_below_it():
     evaluations, seconds = budgeted.trace().first_hits(np.array([1.0, 0.25, 0.24, 0.01]))
     assert evaluations.tolist() == [1, 2, 3, np.inf]
     assert np.isinf(seconds[3])
-    assert budgeted.trace().best_after(np.array([0, 1, 2, 99])) == pytest.approx([np.inf, 0.81, 0.25, 0.04])
 
 
 def test_a_trace_without_candidates_reaches_nothing():

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from robolaser.benchmark.standings.table import Pair, Standing
+from robolaser.benchmark.standings.table import PairwiseComparison, Standing
 from robolaser.benchmark.statistics.difference import fewest_runs
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
@@ -78,7 +78,7 @@ def _ranks_first(ranked: list[Standing]) -> str:
     return f"ties for first place with {names(level)}" if level else "ranks first"
 
 
-def _others(beaten: list[tuple[str, Pair]]) -> str:
+def _others(beaten: list[tuple[str, PairwiseComparison]]) -> str:
     if len(beaten) == 1:
         return beaten[0][0]
     return "both others" if len(beaten) == 2 else f"all {len(beaten)} others"
@@ -88,7 +88,7 @@ def _reaching(standing: Standing) -> str:
     return f", reaching the target in {share(standing.success)} of its runs" if standing.solved else ""
 
 
-def _by_how_much(first: Standing, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
+def _by_how_much(first: Standing, next_: str, pair: PairwiseComparison, *, problems: int, comparisons: int) -> str:
     sure = _how_sure(first.algorithm, next_, pair, comparisons)
     if not first.solved:
         return f"{next_} comes next: {sure}."
@@ -97,13 +97,13 @@ def _by_how_much(first: Standing, next_: str, pair: Pair, *, problems: int, comp
     return f"{next_} comes next and {_needs(pair, problems)}; {sure}."
 
 
-def _needs(pair: Pair, problems: int) -> str:
+def _needs(pair: PairwiseComparison, problems: int) -> str:
     solved = len(pair.ratio_problems)
     where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
     return f"{times_as(pair.ratio)} to the target{where}"
 
 
-def _how_sure(first: str, other: str, pair: Pair, comparisons: int) -> str:
+def _how_sure(first: str, other: str, pair: PairwiseComparison, comparisons: int) -> str:
     corrected = f" after correction for {comparisons} comparisons" if comparisons > 1 else ""
     return (
         f"a run of {first} does better than one of {other} in {share(pair.superiority)} of cases, "
