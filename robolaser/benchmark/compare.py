@@ -17,7 +17,7 @@ from robolaser.arrays import Progress
 from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
 from robolaser.benchmark.journal import NAME, Journal
-from robolaser.benchmark.plan import Plan, Terms
+from robolaser.benchmark.plan import BenchmarkPlan, Terms
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import BenchmarkRun, Key, Task, done
 from robolaser.benchmark.solvers import DEFAULT
@@ -90,7 +90,7 @@ def compare(
     folder = None if output is None else Path(output)
     if folder is not None:
         refuse_to_mix(folder, resume=resume, force=force)
-    plan = Plan.of(problems, algorithms, terms)
+    plan = BenchmarkPlan.of(problems, algorithms, terms)
     with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
         try:
             with engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine:
@@ -110,7 +110,7 @@ def compare(
     return result
 
 
-def fill(journal: Journal, plan: Plan, engine: Engine, progress: Progress | None = None) -> None:
+def fill(journal: Journal, plan: BenchmarkPlan, engine: Engine, progress: Progress | None = None) -> None:
     """Make all runs of a plan that a journal lacks.
 
     Raises:
@@ -125,7 +125,7 @@ def fill(journal: Journal, plan: Plan, engine: Engine, progress: Progress | None
 
 
 def _runs(
-    plan: Plan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
+    plan: BenchmarkPlan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
 ) -> Iterator[BenchmarkRun]:
     """Make all runs but those made already, which took so long, and yield each as soon as it is done."""
     planned = {task.key for task in plan.tasks}
@@ -159,7 +159,7 @@ def _runs(
             reported = time.monotonic()
 
 
-def _words(plan: Plan, done: Mapping[Key, float], running: Sequence[Task], workers: int) -> str:
+def _words(plan: BenchmarkPlan, done: Mapping[Key, float], running: Sequence[Task], workers: int) -> str:
     """How far it has come, how long the others will take by those of the same problem and solver, and what runs now."""
     taken = defaultdict(list)
     for (problem, algorithm, _), seconds in done.items():

@@ -88,7 +88,7 @@ def _named(text: str, name: str) -> ProblemSpec:
             " Only stripe scanners have a reduced problem worth comparing on."
         )
     name = name or (REDUCED + found if reduced else found)
-    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),), stateless=True)
+    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),))
 
 
 def _renamed(name: str, make: Callable[[], BenchmarkProblem]) -> BenchmarkProblem:

@@ -13,7 +13,7 @@ from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.pickling import pickled
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.run import Limits, Task, fingerprint
+from robolaser.benchmark.run import RunLimits, Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
@@ -72,25 +72,23 @@ class Terms:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Planned:
+class PlannedProblem:
     """A problem as it was found when the comparison was planned."""
 
     problem: BenchmarkProblem
     summary: ProblemSummary
-    limits: Limits
-    spec: bytes
-    fingerprint: str
+    limits: RunLimits
+    spec: bytes  # pickled
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Plan:
+class BenchmarkPlan:
     """Every solver runs once with each seed on every problem that it applies to."""
 
     terms: Terms
-    problems: tuple[Planned, ...]
+    problems: tuple[PlannedProblem, ...]
     solvers: Mapping[str, Solver]
-    solver_pickles: Mapping[str, bytes]
 
     @classmethod
     def of(
@@ -98,7 +96,7 @@ class Plan:
         problems: Sequence[object] | Mapping[str, object],
         algorithms: Sequence[object] | Mapping[str, object],
         terms: Terms,
-    ) -> "Plan":
+    ) -> "BenchmarkPlan":
         """Find problems and algorithms, and look at each problem: is it noisy, is it slow?
 
         Raises:
@@ -108,12 +106,7 @@ class Plan:
         if not problems or not algorithms:
             raise UsageError("compare: expected at least one problem and one algorithm.")
         solvers = solvers_of(algorithms)
-        given = list(algorithms.values()) if isinstance(algorithms, Mapping) else list(algorithms)
-        texts = not isinstance(algorithms, Mapping) and all(
-            isinstance(one, str) and "__main__" not in one for one in given
-        )
-        pickles = {name: pickled(name if texts else solver, name) for name, solver in solvers.items()}
-        return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers, pickles)
+        return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers)
 
     @cached_property
     def refused(self) -> Mapping[tuple[str, str], str]:
@@ -128,11 +121,20 @@ class Plan:
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
         """All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers."""
+        solvers = {name: pickled(solver, name) for name, solver in self.solvers.items()}
         return tuple(
-            Task(one.problem.name, name, seed, one.limits, one.spec, self.solver_pickles[name], one.fingerprint)
+            Task(
+                one.problem.name,
+                name,
+                seed,
+                one.limits,
+                one.spec,
+                pickle,
+                "" if one.summary.noisy else one.summary.fingerprint,
+            )
             for seed in self.terms.seeds
             for one in self.problems
-            for name in self.solvers
+            for name, pickle in solvers.items()
             if (one.problem.name, name) not in self.refused
         )
 
@@ -158,27 +160,21 @@ class Plan:
         }
 
 
-def _planned(spec: ProblemSpec, terms: Terms) -> Planned:
-    problem, payload = spec.makers[0](), pickled(spec, spec.name)
-    noisy = slow = False
+def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
+    problem, first, noisy, began = spec.made_for(1), "", False, time.perf_counter()
     try:
-        first, began = fingerprint(problem), time.perf_counter()
+        first = fingerprint(problem)
         noisy = fingerprint(problem) != first
-        slow = time.perf_counter() - began > SLOW_S
     except Exception as error:  # whatever a user's problem raises
         if terms.on_error == "fail":
             raise UsageError(
                 f"{spec.name} fails at a random candidate ({type(error).__name__}: {error}). If that happens to some"
                 " candidates only, --on-error inf lets these cost infinity."
             ) from error
-        first = ""
+    slow = time.perf_counter() - began > SLOW_S
     if noisy and problem.n_obj > 1:
         raise UsageError(f"{spec.name} is noisy and has several objectives: such problems cannot be compared on yet.")
-    bounds = "" if problem.mixed else f"{problem.lower} {problem.upper}"
-    lowest, found_by = _lowest(problem)
-    limits = Limits(
-        terms.evaluations(problem.dimension), terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy
-    )
+    budget, (lowest, found_by) = terms.evaluations(problem.dimension), _lowest(problem)
     summary = ProblemSummary(
         problem.name,
         problem.title,
@@ -186,15 +182,16 @@ def _planned(spec: ProblemSpec, terms: Terms) -> Planned:
         problem.dimension,
         problem.n_obj,
         problem.unit,
-        limits.budget,
+        budget,
         noisy,
         problem.floor,
         lowest,
         None if problem.front is None else problem.front.tolist(),
         found_by,
-        fingerprint=bounds if noisy else first,
+        fingerprint=f"{problem.lower} {problem.upper}" if noisy else first,
     )
-    return Planned(problem, summary, limits, payload, "" if noisy or not first else first)
+    limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
+    return PlannedProblem(problem, summary, limits, pickled(spec, spec.name))
 
 
 def _lowest(problem: BenchmarkProblem) -> tuple[float | None, str]:

@@ -112,9 +112,11 @@ class ProblemSpec:
     Attributes:
         name: The problem's.
         makers: One for each instance; runs with seeds 1, 2, ... take their turns with them.
-        stateless: Nothing of a run can stay behind in it, so that runs may share it.
     """
 
     name: str
     makers: tuple[Callable[[], BenchmarkProblem], ...]
-    stateless: bool = False
+
+    def made_for(self, seed: int) -> BenchmarkProblem:
+        """The problem of a run with this seed."""
+        return self.makers[(seed - 1) % len(self.makers)]()

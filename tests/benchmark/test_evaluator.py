@@ -9,7 +9,7 @@ from pymoo.core.problem import Problem
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted
 from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem
-from robolaser.benchmark.run import DONE, FAILED, Limits, Task, run
+from robolaser.benchmark.run import DONE, FAILED, RunLimits, Task, run
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError
 
@@ -34,7 +34,7 @@ def evaluator(*, budget: int = 100, time_limit_s: float = 60.0, **changed) -> Bu
 
 
 def ran(search, *, budget: int = 100, time_limit_s: float = 60.0, **changed):
-    limits = Limits(budget, time_limit_s)
+    limits = RunLimits(budget, time_limit_s)
     return run(bowl(**changed), Solver("asking", "asks", search), Task("bowl", "asking", 1, limits, b"", b"", ""))
 
 

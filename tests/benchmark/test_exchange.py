@@ -13,7 +13,7 @@ from pymoo.operators.crossover.sbx import SBX
 
 from robolaser.algorithms.registry import algorithm_named
 from robolaser.benchmark.named_problems import specs_of
-from robolaser.benchmark.run import Limits, Task, run
+from robolaser.benchmark.run import RunLimits, Task, run
 from robolaser.benchmark.solvers import find
 from robolaser.benchmark.standings import standings
 from robolaser.cli import main
@@ -77,7 +77,7 @@ def test_stock_algorithms_take_part_by_their_own_names():
 
 def test_an_exchanged_algorithm_runs_and_repeats_itself():
     sphere, text = specs_of(["pymoo:sphere-3"])[0].makers[0](), "GA:crossover=ArithmeticCrossover:mutation=non-uniform"
-    task = Task("p", text, 1, Limits(500, 60.0), b"", b"", "")
+    task = Task("p", text, 1, RunLimits(500, 60.0), b"", b"", "")
     one, again = (run(sphere, find(text), task) for _ in range(2))
     assert one.evaluations == 500
     assert one.trace.costs.tolist() == again.trace.costs.tolist()

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robolaser.benchmark.statistics import difference, profiles, ranks, running_time, superiority
+from robolaser.benchmark.statistics import difference, ranks, running_time, superiority
 from robolaser.benchmark.statistics.intervals import Intervals, quantiles, successes, wilson
 from robolaser.benchmark.statistics.ranks import outcomes
 
@@ -147,17 +147,17 @@ def test_an_ecdf_never_falls_and_ends_at_the_share_of_targets_that_were_reached(
     running_times = rng.exponential(100, (3, 2, 5, 4))
     running_times[rng.random(running_times.shape) < 0.4] = np.inf
     spent = np.full((3, 2, 5), 2000.0)
-    budgets = profiles.budgets(running_times, spent)
-    shares = profiles.shares(running_times, budgets)
+    budgets = running_time.budgets(running_times, spent)
+    shares = running_time.shares(running_times, budgets)
     assert (np.diff(shares, axis=1) >= 0).all()
     assert shares[:, -1] == pytest.approx(np.isfinite(running_times).mean(axis=(0, 2, 3)))
 
 
 def test_runs_that_are_not_there_do_not_count_in_an_ecdf():
     running_times = np.array([1.0, np.inf, np.nan, np.nan]).reshape(1, 2, 2, 1)
-    assert profiles.shares(running_times, np.array([5.0]))[0, 0] == 0.5
-    assert np.isnan(profiles.shares(running_times, np.array([5.0]))[1, 0])
-    assert not len(profiles.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
+    assert running_time.shares(running_times, np.array([5.0]))[0, 0] == 0.5
+    assert np.isnan(running_time.shares(running_times, np.array([5.0]))[1, 0])
+    assert not len(running_time.budgets(np.full((1, 1, 1, 1), np.inf), np.ones((1, 1, 1))))
 
 
 def test_quantiles_are_numpys_inverted_distribution_and_bear_infinity():

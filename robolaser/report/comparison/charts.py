@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 from robolaser.benchmark.measures import ProblemSummary, attainment
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.statistics.profiles import budgets, shares
+from robolaser.benchmark.statistics.running_time import budgets, shares
 from robolaser.report.chart import (
     HEIGHT_PX,
     LINES,
