@@ -100,9 +100,9 @@ class Journal:
             know_budget |= {name for name, _, knows in plan["solvers"] if knows}
             refused |= {(problem, solver): reason for problem, solver, reason in plan["refused"]}
             seeds |= set(plan["seeds"])
-        made = [
+        made = [  # in an order that does not depend on which came first
             run
-            for run in self._runs.values()
+            for _, run in sorted(self._runs.items())
             if run.problem in problems and run.algorithm in solvers and run.seed in seeds
         ]
         ranked: list[BenchmarkRun] = []

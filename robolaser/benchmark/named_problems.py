@@ -69,30 +69,26 @@ def _named(text: str, name: str) -> ProblemSpec:
         instances = RANGE.search(text)
         if instances is not None:
             low, high = int(instances[1]), int(instances[2])
-            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
-            if not of_each:
+            if low > high:
                 raise UsageError(f"{text}: there is no instance from {low} to {high}.")
-            one = name or RANGE.sub("", text)
-            return ProblemSpec(one, tuple(partial(_renamed, one, spec.makers[0]) for spec in of_each))
+            name = name or RANGE.sub("", text)
+            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
+            return ProblemSpec(name, tuple(spec.makers[0] for spec in of_each))
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
     from robolaser.estimation.search_bounds import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems.reduction import Reduction  # noqa: PLC0415
+    from robolaser.problems.reduction import ReducedModel  # noqa: PLC0415
 
     found, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")
     reduced = text != whole
-    if reduced and not len(Reduction(Model(dataset)).parameters):
+    if reduced and not len(ReducedModel(Model(dataset)).parameters):
         raise BenchmarkError(
             f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
             " Only stripe scanners have a reduced problem worth comparing on."
         )
     name = name or (REDUCED + found if reduced else found)
     return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),))
-
-
-def _renamed(name: str, make: Callable[[], BenchmarkProblem]) -> BenchmarkProblem:
-    return replace(make(), name=name)
 
 
 def _dataset(text: str) -> tuple[str, Any]:

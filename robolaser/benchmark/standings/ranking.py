@@ -22,7 +22,7 @@ from robolaser.benchmark.standings.table import (
     Standings,
 )
 from robolaser.benchmark.statistics import difference, ranks, running_time, superiority
-from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, quantiles, wilson
+from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
 
 ENOUGH = 0.5
 """A solver is ranked if it has this share of the largest number of runs on each problem: a block (problem, seed) that
@@ -101,7 +101,7 @@ class _Ranking:
                 mean_rank=mean.get(a),
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
-                success=wilson(reached[:, a].sum(), runs[:, a].sum()).at(),
+                success=wilson(int(reached[:, a].sum()), int(runs[:, a].sum())),
                 running_time=self.expected.at(at[0], a) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
@@ -125,20 +125,22 @@ class _Ranking:
 
     def result(self, p: int, a: int) -> ResultOnProblem:
         """One solver on one problem."""
-        arrays, final = self.arrays, self.arrays.final[p, a]
-        runs = int(arrays.there[p, a].sum())
-        infeasible = final[(final >= INFEASIBLE) & np.isfinite(final)]
-        ends = quantiles(np.where(final >= INFEASIBLE, np.inf, final), np.linspace(0.0, 1.0, len(FINAL)))
+        arrays, final = self.arrays, self.arrays.final[p, a][self.arrays.there[p, a]]
+        infeasible, feasible = final[(final >= INFEASIBLE) & np.isfinite(final)], final < INFEASIBLE
+        ends: Sequence[float] = ()
+        if len(final):  # always ends that were seen: those that found nothing are infinite
+            levels = np.linspace(0.0, 1.0, len(FINAL))
+            ends = np.quantile(np.where(feasible, final, np.inf), levels, method="inverted_cdf").tolist()
         return ResultOnProblem(
             problem=arrays.problems[p],
             algorithm=arrays.algorithms[a],
-            runs=runs,
+            runs=len(final),
             failed=int(arrays.failed[p, a].sum()),
             successes=int(np.isfinite(self.times[p, a]).sum()),
-            final=dict(zip(FINAL, map(finite, ends), strict=True)) if runs else None,
+            final=dict(zip(FINAL, map(finite, ends), strict=True)) if len(final) else None,
             violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
             evaluations=self.expected.at(p, a),
-            run_seconds=float(np.nanmedian(arrays.total_s[p, a])) if runs else None,
+            run_seconds=float(np.nanmedian(arrays.total_s[p, a])) if len(final) else None,
         )
 
     def _pairs(
