@@ -3,16 +3,16 @@
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
 from robolaser.benchmark.journal import summary_of
-from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.pickling import pickled
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.run import RunLimits, Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
@@ -174,35 +174,15 @@ def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
     slow = time.perf_counter() - began > SLOW_S
     if noisy and problem.n_obj > 1:
         raise UsageError(f"{spec.name} is noisy and has several objectives: such problems cannot be compared on yet.")
-    budget, (lowest, found_by) = terms.evaluations(problem.dimension), _lowest(problem)
-    summary = ProblemSummary(
-        problem.name,
-        problem.title,
-        problem.family,
-        problem.dimension,
-        problem.n_obj,
-        problem.unit,
-        budget,
-        noisy,
-        problem.floor,
-        lowest,
-        None if problem.front is None else problem.front.tolist(),
-        found_by,
-        fingerprint=f"{problem.lower} {problem.upper}" if noisy else first,
-    )
+    budget, lowest = terms.evaluations(problem.dimension), problem.summary.lowest
+    if lowest is None and problem.model is not None:
+        from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
+
+        lowest = min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS)
+    seen = f"{problem.lower} {problem.upper}" if noisy else first
+    summary = replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
     limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
     return PlannedProblem(problem, summary, limits, pickled(spec, spec.name))
-
-
-def _lowest(problem: BenchmarkProblem) -> tuple[float | None, str]:
-    """The lowest cost that is known before any run, and who found it."""
-    if problem.lowest is not None:
-        return problem.lowest, THEORY if problem.model is None else OUR_OWN
-    if problem.model is None:
-        return None, ""
-    from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
-
-    return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
 
 
 def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:

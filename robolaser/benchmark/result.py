@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal, final
 
 import numpy as np
 
-from robolaser.benchmark.measures import ProblemSummary, tolerances
+from robolaser.benchmark.measures import tolerances
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.run import FAILED, BenchmarkRun
 

@@ -7,8 +7,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.measures import TOLERANCE, ProblemSummary, tolerances
+from robolaser.benchmark.measures import TOLERANCE, tolerances
 from robolaser.benchmark.problem import INFEASIBLE
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.run import FAILED, BenchmarkRun
 
 

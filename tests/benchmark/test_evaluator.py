@@ -8,7 +8,8 @@ import pytest
 from pymoo.core.problem import Problem
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted
-from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.problem_summary import TEST_FUNCTION, ProblemSummary
 from robolaser.benchmark.run import DONE, FAILED, RunLimits, Task, run
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError
@@ -26,7 +27,9 @@ class Bowl(Problem):
 
 
 def bowl(**changed) -> BenchmarkProblem:
-    return BenchmarkProblem("bowl", "a bowl", TEST_FUNCTION, Bowl(**changed), residuals=lambda x: x)
+    return BenchmarkProblem(
+        ProblemSummary("bowl", "a bowl", TEST_FUNCTION, 3, 1), Bowl(**changed), residuals=lambda x: x
+    )
 
 
 def evaluator(*, budget: int = 100, time_limit_s: float = 60.0, **changed) -> BudgetedEvaluator:

@@ -8,7 +8,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.measures import ProblemSummary, attainment
+from robolaser.benchmark.measures import attainment
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.statistics.running_time import budgets, shares

@@ -5,8 +5,15 @@ import math
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
-from robolaser.benchmark.problem import CALIBRATION, OWN, SEVERAL, TEST_FUNCTION
+from robolaser.benchmark.problem_summary import (
+    CALIBRATION,
+    OUR_OWN,
+    OWN,
+    SEVERAL,
+    TEST_FUNCTION,
+    THEORY,
+    ProblemSummary,
+)
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.report.digits import duration, plain, rate, times
