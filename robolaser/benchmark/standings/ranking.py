@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import ResultArrays
@@ -93,7 +93,10 @@ class _Ranking:
             ranked = []
         mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean_ranks(blocks), strict=bool(ranked))}
         ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
-        pairs = self._pairs(at, ordered, runs, reached > 0)
+        p = difference.stratified(self.places[at])
+        corrected = self.p_adjusted if len(at) == 1 else difference.holm_pairs(p)  # over all comparisons made
+        adjusted = self.p_adjusted[at[0]] if len(at) == 1 else corrected
+        pairs = self._pairs(at, ordered, runs, p, adjusted)
         places = tuple(
             Standing(
                 algorithm=names[a],
@@ -109,11 +112,7 @@ class _Ranking:
             )
             for a in ordered
         )
-        if len(at) == 1:  # comparisons for which p is corrected
-            comparisons = int((~np.isnan(self.p_adjusted)).sum()) // 2
-        else:
-            made = (runs[:, :, None] > 0) & (runs[:, None, :] > 0)
-            comparisons = int(np.triu(made.any(axis=0), 1).sum())
+        comparisons = int((~np.isnan(corrected)).sum()) // 2
         fewest = int(runs[:, ranked].min()) if ranked else 0
         return Order(
             problems=tuple(arrays.problems[p] for p in at),
@@ -144,14 +143,12 @@ class _Ranking:
         )
 
     def _pairs(
-        self, at: list[int], ordered: list[int], runs: Ints, solved: Bools
+        self, at: list[int], ordered: list[int], runs: Ints, p: Array, adjusted: Array
     ) -> dict[tuple[int, int], PairwiseComparison]:
         """Each with each, the one that stands before first."""
-        names, places = self.arrays.algorithms, self.places[at]
-        better = superiority.mean_superiority(superiority.superiority(places))
+        names, solved = self.arrays.algorithms, np.isfinite(self.times[at]).sum(axis=2) > 0
+        better = superiority.mean_superiority(superiority.superiority(self.places[at]))
         ratios = running_time.mean_ratios(self.samples[at], self.expected.value[at], runs)
-        p = difference.stratified(places)
-        adjusted = self.p_adjusted[at[0]] if len(at) == 1 else difference.holm_pairs(p)
         found = {}
         for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
