@@ -114,25 +114,18 @@ def _write(
     result: "BenchmarkResult", folder: Path, terminal: Terminal, *, iohprofiler: bool, latex: bool, typed: str
 ) -> None:
     """Write all files and print the result."""
-    from robolaser.benchmark.export import comparison_json, iohprofiler_files, runs_csv
-    from robolaser.benchmark.journal import NAME
-    from robolaser.benchmark.standings import standings
+    from robolaser.benchmark.export import iohprofiler_files
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.report.comparison import page, print_comparison
+    from robolaser.report.comparison import print_comparison
     from robolaser.report.comparison.latex import FILE, latex_tables
+    from robolaser.results.comparison import ComparisonResult
 
-    judged = [standings(result, family) for family in result.families]
-    text = comparison_json(result, judged)
-    files: dict[str, str | bytes | None] = {
-        NAME: result.journal,
-        "runs.csv": runs_csv(result),
-        "report.html": page(result, judged, command=typed),
-        "comparison.json": text,
-    }
+    compared = ComparisonResult(result)
+    files = dict(compared.files(command=typed))
     if iohprofiler:
         files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}
     if latex:
-        files[FILE] = latex_tables(result, judged)
+        files[FILE] = latex_tables(result, compared.standings)
     with results_in(folder, command="compare", files=list(files), force=True):
         write_results(folder, files)
-    terminal.show(text, lambda: print_comparison(result, judged, folder))
+    terminal.show(str(files["comparison.json"]), lambda: print_comparison(result, compared.standings, folder))
