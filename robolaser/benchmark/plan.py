@@ -89,6 +89,7 @@ class BenchmarkPlan:
     terms: Terms
     problems: tuple[PlannedProblem, ...]
     solvers: Mapping[str, Solver]
+    pickles: Mapping[str, bytes]  # of the solvers
 
     @classmethod
     def of(
@@ -106,7 +107,8 @@ class BenchmarkPlan:
         if not problems or not algorithms:
             raise UsageError("compare: expected at least one problem and one algorithm.")
         solvers = solvers_of(algorithms)
-        return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers)
+        pickles = {name: pickled(solver, name) for name, solver in solvers.items()}
+        return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers, pickles)
 
     @cached_property
     def refused(self) -> Mapping[tuple[str, str], str]:
@@ -121,7 +123,6 @@ class BenchmarkPlan:
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
         """All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers."""
-        solvers = {name: pickled(solver, name) for name, solver in self.solvers.items()}
         return tuple(
             Task(
                 one.problem.name,
@@ -134,7 +135,7 @@ class BenchmarkPlan:
             )
             for seed in self.terms.seeds
             for one in self.problems
-            for name, pickle in solvers.items()
+            for name, pickle in self.pickles.items()
             if (one.problem.name, name) not in self.refused
         )
 
