@@ -146,7 +146,7 @@ def compare(
     Args:
         problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
             gives them names.
-        algorithms: Names, or pymoo algorithms, solvers, or functions `search(evaluator, seed)`; a mapping gives them
+        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping gives them
             names. Those of `robolaser list algorithms` when absent.
         options: `seeds`, `first_seed`, `budget`, `target`, `time_limit_s`, `on_error`, `jobs`, `scheduler`, `output`,
             `resume`, `force` and `progress`: see `robolaser.benchmark.compare.compare`.

@@ -16,10 +16,10 @@ from typing import Any
 import vl_convert
 
 from robolaser import load_comparison
-from robolaser.benchmark.problem import CALIBRATION
+from robolaser.benchmark.problem_summary import CALIBRATION
 from robolaser.benchmark.standings import standings
 from robolaser.report.chart import CONFIG
-from robolaser.report.comparison.charts import Lines, solved
+from robolaser.report.comparison.charts import AlgorithmLines, solved
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
@@ -100,7 +100,7 @@ def main() -> None:
 def picture(part: str) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
     comparison = load_comparison(FOLDER / part)
-    drawn = solved(Lines(comparison, standings(comparison, CALIBRATION)), "Targets reached by evaluations")
+    drawn = solved(AlgorithmLines(comparison, standings(comparison, CALIBRATION)), "Targets reached by evaluations")
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
     colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones

@@ -8,7 +8,6 @@ from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 
-from robolaser.algorithms.evaluation import evaluated
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.arrays import Array, Ints
 
@@ -97,7 +96,8 @@ class ArrayBased(GeneticAlgorithm, ABC):
 
     def _evaluated(self, X: Array) -> PopulationArrays:
         names = self.evaluator.evaluate_values_of
-        out = evaluated(self.problem, X.copy(), names, self)
+        said = self.problem.evaluate(X.copy(), return_values_of=names, return_as_dictionary=True, algorithm=self)
+        out = {name: np.array(value) for name, value in said.items()}  # the problem may keep and change its own
         self.evaluator.n_eval += len(X)
         return PopulationArrays.evaluated_as(X, out, np.full(len(X), self.n_iter), frozenset(names))
 

@@ -13,17 +13,18 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
 from robolaser.algorithms.array_based import ArrayBased
-from robolaser.algorithms.offspring import make_offspring
 from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.stopping import Stalled, several_objectives
 from robolaser.algorithms.user_code import keywords
 from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
+from robolaser.operators.arithmetic_crossover import arithmetic
 from robolaser.operators.bounds import bounds_missing
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
-from robolaser.operators.non_uniform_mutation import Form, step_size
+from robolaser.operators.non_uniform_mutation import Form, non_uniform, step_size
+from robolaser.operators.roulette_selection import roulette_wheel
 from robolaser.operators.scaling import inverse_cost
 
 ELITES = 0.1
@@ -162,22 +163,23 @@ class RCGA(ArrayBased):
         share = rng.random(n) if crossed.any() else np.zeros(n)
         moved = rng.random((2 * n, d)) < mutation.get_prob_var(self.problem)
         h = np.count_nonzero(moved)
-        moves = rng.random(2 * h + 2 * n)
-        Y = make_offspring(
-            parents.X,
-            inverse_cost(penalised(parents.F, parents.violation)),
-            coins[: 2 * n].reshape(n, 2),
-            crossed,
-            share,
-            moved,
-            moves[:h] < 0.5,
-            step_size(moves[h : 2 * h], mutation.progress_of(self), get(mutation.b), mutation.form),
-            moves[2 * h :],
-            float(get(mutation.prob)),
-            np.asarray(self.problem.xl, np.float64),
-            np.asarray(self.problem.xu, np.float64),
-        )
-        return np.asarray(Y[: self.n_offsprings])
+        upward, r, draws = np.split(rng.random(2 * h + 2 * n), (h, 2 * h))
+        steps = step_size(r, mutation.progress_of(self), get(mutation.b), mutation.form)
+
+        weights = inverse_cost(penalised(parents.F, parents.violation))
+        Y = mates = parents.X.take(roulette_wheel(weights, coins[: 2 * n].reshape(n, 2)).T, 0)
+        if crossed.any():
+            Y = arithmetic(mates, share[:, None])
+            np.copyto(Y, mates, where=~crossed[:, None])
+        Y = Y.reshape(2 * n, d)
+        lower, upper = np.asarray(self.problem.xl, np.float64), np.asarray(self.problem.xu, np.float64)
+        mutants = np.minimum(np.maximum(Y, lower), upper)
+        at = moved.reshape(-1).nonzero()[0]
+        genes, gene = mutants.reshape(-1), at % d
+        genes[at] = non_uniform(genes[at], lower[gene], upper[gene], upward < 0.5, steps)
+        if (prob := float(get(mutation.prob))) < 1.0:
+            mutants = np.where(draws[:, None] <= prob, mutants, Y)
+        return np.asarray(mutants[: self.n_offsprings])
 
     def _kept(self, parents: PopulationArrays, offspring: PopulationArrays) -> Ints:
         violation = None

@@ -131,31 +131,42 @@ def algorithm_named(text: str) -> Any:
     return maker_of(AlgorithmSpec.of(text))(1)
 
 
-def maker_of(spec: AlgorithmSpec) -> Callable[[int], Any]:
-    """What makes the algorithm that a text names, given the number of objectives.
+def maker_of(spec: AlgorithmSpec, found: Any = None, expected: str = EXPECTED) -> Callable[[int], Any]:
+    """What makes an algorithm, given the number of objectives.
+
+    Args:
+        spec: Its name and settings.
+        found: Its class, an instance, or a function that returns one; what the name stands for when absent.
+        expected: What a complaint says instead of `found`.
 
     Raises:
         UsageError: There is no such algorithm or operator.
     """
     usual: Mapping[str, Value] = {}
-    if spec.attribute is not None:
+    if found is None and spec.attribute is not None:
         found = imported(spec)
-    elif spec.name in algorithms():
+    elif found is None and spec.name in algorithms():
         found, usual = imported(AlgorithmSpec.of(algorithms()[spec.name].home)), algorithms()[spec.name].usual
-    else:
+    elif found is None:
         found = pymoos("algorithms", spec.name)
     if found is None:
         raise unknown_algorithm(spec.name, [SCREENING, *algorithms(), POLISH_ONLY])
     if not callable(found):
         if spec.settings or spec.operators:
             raise UsageError(f"{spec.text}: an instance has its settings already. Name its class instead.")
-        return lambda n_obj: copy.deepcopy(found)
+        found = partial(copy.deepcopy, found)
     parts = {slot: _operator_maker(slot, one) for slot, one in spec.operators.items()}
-    return partial(_made, spec, found, {**usual, **spec.settings}, parts)
+    given = {**usual, **spec.settings}
+    return partial(_made, spec, found, given, parts, expected)
 
 
 def _made(
-    spec: AlgorithmSpec, found: Any, settings: Mapping[str, Any], parts: Mapping[str, Callable[[], Any]], n_obj: int
+    spec: AlgorithmSpec,
+    make: Callable[..., Any],
+    settings: Mapping[str, Any],
+    parts: Mapping[str, Callable[[], Any]],
+    expected: str,
+    n_obj: int,
 ) -> Any:
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
@@ -164,17 +175,17 @@ def _made(
     operators = {slot: make() for slot, make in parts.items()}
     given = {**settings, **operators}
     if (elites := getattr(operators.get("survival"), "n_elites", 0)) and {"pop_size", "n_offsprings"} <= {
-        *keywords(found)[0]
+        *keywords(make)[0]
     }:
         given = {"pop_size": 100, **given}
         if elites >= given["pop_size"]:
             raise UsageError(f"{spec.text}: survival.n_elites is {elites}, expected fewer than pop_size.")
         given = {"n_offsprings": given["pop_size"] - elites, **given}
-    if inspect.isclass(found) and "ref_dirs" in keywords(found)[0] and "ref_dirs" not in given and n_obj > 1:
+    if inspect.isclass(make) and "ref_dirs" in keywords(make)[0] and "ref_dirs" not in given and n_obj > 1:
         given["ref_dirs"] = reference_directions(n_obj)
-    algorithm = made(spec.text, found, given)
+    algorithm = made(spec, make, given)
     if not isinstance(algorithm, Algorithm):
-        raise not_an_algorithm(spec.text, algorithm, EXPECTED)
+        raise UsageError(f"{spec.text} is {algorithm!r:.80} and cannot search. Expected {expected}.")
     for slot, operator in operators.items():
         if not _has(algorithm, operator):
             raise UsageError(f"{spec.text}: {spec.path} has no place for another {slot}, and would run with its own.")
@@ -214,7 +225,7 @@ def _operator_maker(slot: str, spec: AlgorithmSpec) -> Callable[[], Any]:
             f"No {slot} '{spec.name}'.{near(spec.name, names)} One of your own is package.module:attribute."
         )
     if inspect.isclass(found) or inspect.isroutine(found):
-        return partial(made, spec.text, found, spec.settings)
+        return partial(made, spec, found, spec.settings)
     return partial(copy.deepcopy, found)
 
 
@@ -240,8 +251,3 @@ def pymoos(package: str, name: str) -> type[Any] | None:
 def unknown_algorithm(name: str, known: Iterable[str]) -> UsageError:
     """No algorithm has that name."""
     return UsageError(f"No algorithm '{name}'.{near(name, known)} One of your own is package.module:attribute.")
-
-
-def not_an_algorithm(text: str, found: object, expected: str) -> UsageError:
-    """What was imported cannot search."""
-    return UsageError(f"{text} is {found!r:.80} and cannot search. Expected {expected}.")

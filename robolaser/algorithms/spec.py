@@ -69,15 +69,6 @@ class AlgorithmSpec:
         return cls(text, name, attribute, {key: read(value) for key, value in typed.items()}, operators)
 
 
-def with_operators(stock: str, parts: Mapping[str, str]) -> str:
-    """The text of an algorithm with operators, each `NAME:key=value`, exchanged for its own."""
-    texts = [stock]
-    for slot, text in parts.items():
-        spec = AlgorithmSpec.of(text)
-        texts += [f"{slot}={spec.path}", *(f"{slot}.{key}={value}" for key, value in spec.settings.items())]
-    return ":".join(texts)
-
-
 def read(text: str) -> Value:
     """Read a value as typed."""
     if text.casefold() in _WORDS:

@@ -35,24 +35,33 @@ def imported(spec: AlgorithmSpec) -> Any:
     return found
 
 
-def made(text: str, make: Callable[..., Any], settings: Mapping[str, Any]) -> Any:
-    """Call a class or function with settings.
+def made(spec: AlgorithmSpec, make: Callable[..., Any], settings: Mapping[str, Any]) -> Any:
+    """Call the class or function that a text names, with these settings.
 
     Raises:
         UsageError: It does not take one of them, or fails.
     """
-    known, takes_all = keywords(make)
-    for name in settings:
-        if name not in known and not takes_all:
-            raise UsageError(f"{text.partition(':')[0]} has no setting '{name}'.{near(name, known)}")
+    check_settings(spec, settings, make)
     try:
         with _current_directory():
             return make(**settings)
     except ImportError as error:
-        raise UsageError(f"{text} needs a package that is not installed ({error}).") from error
+        raise UsageError(f"{spec.text} needs a package that is not installed ({error}).") from error
     except Exception as error:
         reason = str(error) if isinstance(error, RobolaserError) else f"{type(error).__name__}: {error}"
-        raise UsageError(f"{text} cannot be made. {reason.rstrip('.')}. Give it other settings.") from error
+        raise UsageError(f"{spec.text} cannot be made. {reason.rstrip('.')}. Give it other settings.") from error
+
+
+def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Callable[..., Any], first: int = 0) -> None:
+    """Raise if a class or function does not take a setting, not counting so many first arguments.
+
+    Raises:
+        UsageError: It does not.
+    """
+    known, takes_all = keywords(make)
+    for name in settings:
+        if name not in known[first:] and not takes_all:
+            raise UsageError(f"{spec.path} has no setting '{name}'.{near(name, known[first:])}")
 
 
 def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:

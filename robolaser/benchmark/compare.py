@@ -3,11 +3,11 @@
 import math
 import tempfile
 import time
-from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager
 from dataclasses import replace
+from datetime import timedelta
 from itertools import islice
 from pathlib import Path
 from statistics import fmean
@@ -17,7 +17,7 @@ from robolaser.arrays import Progress
 from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
 from robolaser.benchmark.journal import NAME, Journal
-from robolaser.benchmark.plan import Plan, Terms
+from robolaser.benchmark.plan import BenchmarkPlan, Terms
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import BenchmarkRun, Key, Task, done
 from robolaser.benchmark.solvers import DEFAULT
@@ -31,8 +31,6 @@ GRACE_S = 10.0
 """Time after its limit when a run that hangs is killed."""
 REPORT_S = 0.5
 """Time between two reports of progress."""
-MOST_SHOWN = 4
-"""Runs under way that a line has room for."""
 
 
 def compare(
@@ -58,7 +56,7 @@ def compare(
     Args:
         problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
             gives them names.
-        algorithms: Names, or pymoo algorithms, solvers, or functions `search(evaluator, seed)`; a mapping gives them
+        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping gives them
             names.
         seeds: Number of runs of each algorithm on each problem.
         first_seed: The first of their seeds, at least 1.
@@ -90,7 +88,7 @@ def compare(
     folder = None if output is None else Path(output)
     if folder is not None:
         refuse_to_mix(folder, resume=resume, force=force)
-    plan = Plan.of(problems, algorithms, terms)
+    plan = BenchmarkPlan.of(problems, algorithms, terms)
     with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
         try:
             with engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine:
@@ -110,7 +108,7 @@ def compare(
     return result
 
 
-def fill(journal: Journal, plan: Plan, engine: Engine, progress: Progress | None = None) -> None:
+def fill(journal: Journal, plan: BenchmarkPlan, engine: Engine, progress: Progress | None = None) -> None:
     """Make all runs of a plan that a journal lacks.
 
     Raises:
@@ -125,17 +123,16 @@ def fill(journal: Journal, plan: Plan, engine: Engine, progress: Progress | None
 
 
 def _runs(
-    plan: Plan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
+    plan: BenchmarkPlan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
 ) -> Iterator[BenchmarkRun]:
     """Make all runs but those made already, which took so long, and yield each as soon as it is done."""
-    planned = {task.key for task in plan.tasks}
-    finished = {key: seconds for key, seconds in made.items() if key in planned}
-    waiting = iter([task for task in plan.tasks if task.key not in finished])
-    pending: dict[Future[BenchmarkRun], Task] = {}
+    lacking = [task for task in plan.tasks if task.key not in made]
+    seconds = [made[task.key] for task in plan.tasks if task.key in made]
+    waiting, pending = enumerate(lacking), dict[Future[BenchmarkRun], Task]()
     local, reported = engine.label == "this machine", -math.inf
     while True:
-        for number, task in enumerate(islice(waiting, AHEAD * engine.workers - len(pending))):
-            watched = replace(task, spill=str(spills / f"{len(finished)}-{number}")) if local else task
+        for number, task in islice(waiting, AHEAD * engine.workers - len(pending)):
+            watched = replace(task, spill=str(spills / str(number))) if local else task
             pending[engine.executor.submit(done, watched)] = watched
         if not pending:
             return
@@ -149,31 +146,21 @@ def _runs(
                 raise
             except Exception as error:  # a worker of the cluster was lost again and again
                 run = task.failed(f"{type(error).__name__}: {error}")
-            finished[run.key] = run.seconds
             if task.spill:
                 Path(task.spill).unlink(missing_ok=True)
+            seconds.append(run.seconds)
             yield run
         if progress is not None and time.monotonic() - reported > REPORT_S:
-            progress(_words(plan, finished, list(islice(pending.values(), engine.workers)), engine.workers),
-                     len(finished) / len(plan.tasks))  # fmt: skip
+            progress(_words(seconds, len(plan.tasks), engine.workers), len(seconds) / len(plan.tasks))
             reported = time.monotonic()
 
 
-def _words(plan: Plan, done: Mapping[Key, float], running: Sequence[Task], workers: int) -> str:
-    """How far it has come, how long the others will take by those of the same problem and solver, and what runs now."""
-    taken = defaultdict(list)
-    for (problem, algorithm, _), seconds in done.items():
-        taken[problem, algorithm].append(seconds)
-    left = ""
-    if taken:
-        means = {pair: fmean(times) for pair, times in taken.items()}
-        overall = fmean(means.values())
-        lacking = [task for task in plan.tasks if task.key not in done]
-        left_s = sum(means.get((task.problem, task.algorithm), overall) for task in lacking) / workers
-        minutes, seconds = divmod(round(left_s), 60)
-        left = f"{minutes // 60} h {minutes % 60} min left, " if minutes >= 60 else f"{minutes}:{seconds:02d} left, "
-    now = "; ".join(f"{task.algorithm} on {task.problem}, seed {task.seed}" for task in running[:MOST_SHOWN])
-    return f"{len(done)}/{len(plan.tasks)} runs, {left}{now}"
+def _words(seconds: Sequence[float], wanted: int, workers: int) -> str:
+    """How many runs are done, and how long the others will take if they are like these."""
+    if not seconds:
+        return f"0/{wanted} runs"
+    left_s = fmean(seconds) * (wanted - len(seconds)) / workers
+    return f"{len(seconds)}/{wanted} runs, {timedelta(seconds=round(left_s))} left"
 
 
 @contextmanager

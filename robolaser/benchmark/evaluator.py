@@ -40,10 +40,6 @@ class ConvergenceTrace:
         at = np.where(reached, at, 0)
         return np.where(reached, self.evaluations[at], np.inf), np.where(reached, self.seconds[at], np.inf)
 
-    def best_after(self, evaluations: Array) -> Array:
-        """Lowest cost after that many evaluations (e,) -> (e,); infinite before the first."""
-        return np.append(np.inf, self.costs)[np.searchsorted(self.evaluations, evaluations, side="right")]
-
 
 class BudgetExhausted(BaseException):
     """The budget or time is used up. Not an `Exception`: solvers that survive their own errors must not catch it."""

@@ -12,7 +12,8 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.measures import ProblemSummary, measured
+from robolaser.benchmark.measures import measured
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.run import DONE, BenchmarkRun, Key
 from robolaser.errors import BenchmarkError, unwritable
@@ -105,6 +106,7 @@ class Journal:
             for run in self._runs.values()
             if run.problem in problems and run.algorithm in solvers and run.seed in seeds
         ]
+        made.sort(key=lambda run: (run.seed, list(solvers).index(run.algorithm)))  # whichever ended first
         ranked: list[BenchmarkRun] = []
         for name, problem in problems.items():
             problems[name], runs = measured(problem, [run for run in made if run.problem == name])

@@ -7,14 +7,13 @@ or, where that is not known, what nothing dominates of the feasible candidates o
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, final
+from dataclasses import replace
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem import CALIBRATION, SEVERAL
+from robolaser.benchmark.problem_summary import CALIBRATION, SEVERAL, THEORY, ProblemSummary
 from robolaser.benchmark.run import BenchmarkRun
 
 LOWER = 1e-9
@@ -27,38 +26,9 @@ ABSOLUTE = 10.0 ** (np.arange(10, -41, -1) / 5)
 """BBOB's 51 targets above the lowest cost, from 1e2 to 1e-8. Hansen et al. 2021 (COCO)."""
 FRONTS = 10.0 ** (np.arange(0, -26, -1) / 5)
 """Of IGD+, from the extent of the best front to a hundred-thousandth of it."""
-THEORY, OUR_OWN, TOGETHER = "theory", "robolaser's own search", "all runs together"
+TOGETHER = "all runs together"
+"""Who found a front that theory does not know."""
 CHUNK = 256
-
-
-@final
-@dataclass(frozen=True)
-class ProblemSummary:
-    """A problem, and the best that is known of it."""
-
-    name: str
-    title: str  # a description for a person
-    family: str
-    dimension: int
-    objectives: int
-    unit: str  # of the cost
-    budget: int  # evaluations of a run
-    noisy: bool = False  # runs are ranked by what they returned, evaluated anew
-    floor: float | None = None  # where the cost has a natural zero: what can be neglected; targets are relative then
-    lowest: float | None = None  # the lowest cost, where it is known before any run
-    front: Any = None  # the best front, where theory knows it, rows of objectives
-    found_by: str = ""  # a solver's name, or one of `THEORY`, `OUR_OWN`, `TOGETHER`
-    best: float = np.inf  # the lowest cost known; of several objectives IGD+ of the best front, 0
-    fingerprint: str = ""
-
-    @property
-    def scale(self) -> float:
-        """Unit of the targets' tolerances: the lowest cost itself where its zero means something, else 1."""
-        return 1.0 if self.floor is None else max(abs(self.best), self.floor)
-
-    def target(self, tolerance: float) -> float:
-        """The cost to be reached."""
-        return self.best + tolerance * self.scale
 
 
 def tolerances(family: str, target: float | None) -> Array:

@@ -4,7 +4,6 @@ import copy
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,16 @@ import numpy as np
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import imported, made
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import CALIBRATION, OWN, SEVERAL, TEST_FUNCTION, BenchmarkProblem, ProblemSpec
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
+from robolaser.benchmark.problem_summary import (
+    CALIBRATION,
+    OUR_OWN,
+    OWN,
+    SEVERAL,
+    TEST_FUNCTION,
+    THEORY,
+    ProblemSummary,
+)
 from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
 
 PAPER, REDUCED, SUITE, PYMOO, BBOB = "paper", "reduced:", "suite", "pymoo:", "bbob:"
@@ -69,30 +77,26 @@ def _named(text: str, name: str) -> ProblemSpec:
         instances = RANGE.search(text)
         if instances is not None:
             low, high = int(instances[1]), int(instances[2])
-            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
-            if not of_each:
+            if low > high:
                 raise UsageError(f"{text}: there is no instance from {low} to {high}.")
-            one = name or RANGE.sub("", text)
-            return ProblemSpec(one, tuple(partial(_renamed, one, spec.makers[0]) for spec in of_each))
+            name = name or RANGE.sub("", text)
+            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
+            return ProblemSpec(name, tuple(spec.makers[0] for spec in of_each))
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
     from robolaser.estimation.search_bounds import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems.reduction import Reduction  # noqa: PLC0415
+    from robolaser.problems.reduction import ReducedModel  # noqa: PLC0415
 
     found, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")
     reduced = text != whole
-    if reduced and not len(Reduction(Model(dataset)).parameters):
+    if reduced and not len(ReducedModel(Model(dataset)).parameters):
         raise BenchmarkError(
             f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
             " Only stripe scanners have a reduced problem worth comparing on."
         )
     name = name or (REDUCED + found if reduced else found)
-    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),), stateless=True)
-
-
-def _renamed(name: str, make: Callable[[], BenchmarkProblem]) -> BenchmarkProblem:
-    return replace(make(), name=name)
+    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),))
 
 
 def _dataset(text: str) -> tuple[str, Any]:
@@ -134,24 +138,26 @@ def _of_suite(name: str, which: str) -> BenchmarkProblem:
     from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
     question = suite()[which]
-    return replace(_of_model(name, question, f"parameters: {question.title}"), lowest=question.lowest)
+    return _of_model(name, question, f"parameters: {question.title}", question.lowest)
 
 
-def _of_model(name: str, question: Any, variables: str) -> BenchmarkProblem:
+def _of_model(name: str, question: Any, variables: str, lowest: float | None = None) -> BenchmarkProblem:
     model, dataset = question.model, question.model.dataset
     completed = getattr(question, "completed", np.asarray)
     arm = dataset.robot.name if dataset.robot else "measured flange poses"
-    return BenchmarkProblem(
+    summary = ProblemSummary(
         name,
         f"{arm}, {len(dataset.points)} points in {len(set(dataset.points.pose.tolist()))} poses,"
         f" {question.n_var} {variables}",
         CALIBRATION,
-        question,
-        unit="m²" if model.blocks.unit == "m" else f"{model.blocks.unit}²",
+        question.n_var,
+        1,
+        "m²" if model.blocks.unit == "m" else f"{model.blocks.unit}²",
         floor=NEGLIGIBLE_M2 * len(dataset.points),
-        residuals=lambda x: model.residuals(completed(x)).reshape(len(x), -1),
-        model=model,
+        lowest=lowest,
+        found_by=OUR_OWN,
     )
+    return BenchmarkProblem(summary, question, lambda x: model.residuals(completed(x)).reshape(len(x), -1), model)
 
 
 def _function(text: str, name: str) -> ProblemSpec:
@@ -187,7 +193,7 @@ def _own(given: object, name: str) -> ProblemSpec:
         name = name or getattr(given, "__name__", type(given).__name__)
         spec, found = AlgorithmSpec(name, name), given
     if callable(found) and not isinstance(found, Problem):
-        found = made(spec.text, found, spec.settings)
+        found = made(spec, found, spec.settings)
     return _checked(name, partial(_built, name, partial(copy.deepcopy, found), OWN))
 
 
@@ -223,18 +229,22 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
     constraints = problem.n_ieq_constr + problem.n_eq_constr
     counted = ((problem.n_var, "variables"), (constraints, "constraints"), (problem.n_obj, "objectives"))
     many = (f"{count} {noun}" for count, noun in counted if count > (noun == "objectives"))
-    known = _front(problem)
-    lowest = getattr(problem, "lowest", None)
-    if lowest is None and problem.n_obj == 1 and known is not None:
+    known, lowest, front = _front(problem), getattr(problem, "lowest", None), None
+    if problem.n_obj > 1:
+        family, lowest, front = SEVERAL, None, known
+    elif lowest is None and known is not None:
         lowest = known.min()
-    return BenchmarkProblem(
+    summary = ProblemSummary(
         name,
         ", ".join([_title(problem, name), *many]),
-        SEVERAL if problem.n_obj > 1 else family,
-        problem,
-        lowest=None if lowest is None or problem.n_obj > 1 else float(lowest),
-        front=known if problem.n_obj > 1 else None,
+        family,
+        problem.n_var,
+        problem.n_obj,
+        lowest=None if lowest is None else float(lowest),
+        front=None if front is None else front.tolist(),
+        found_by="" if lowest is None else THEORY,
     )
+    return BenchmarkProblem(summary, problem)
 
 
 def _front(problem: Any) -> Array | None:

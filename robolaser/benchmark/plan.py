@@ -3,17 +3,17 @@
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
 from robolaser.benchmark.journal import summary_of
-from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.pickling import pickled
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.run import Limits, Task, fingerprint
+from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.run import RunLimits, Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
@@ -72,25 +72,24 @@ class Terms:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Planned:
+class PlannedProblem:
     """A problem as it was found when the comparison was planned."""
 
     problem: BenchmarkProblem
     summary: ProblemSummary
-    limits: Limits
-    spec: bytes
-    fingerprint: str
+    limits: RunLimits
+    spec: bytes  # pickled
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Plan:
+class BenchmarkPlan:
     """Every solver runs once with each seed on every problem that it applies to."""
 
     terms: Terms
-    problems: tuple[Planned, ...]
+    problems: tuple[PlannedProblem, ...]
     solvers: Mapping[str, Solver]
-    solver_pickles: Mapping[str, bytes]
+    pickles: Mapping[str, bytes]  # of the solvers
 
     @classmethod
     def of(
@@ -98,7 +97,7 @@ class Plan:
         problems: Sequence[object] | Mapping[str, object],
         algorithms: Sequence[object] | Mapping[str, object],
         terms: Terms,
-    ) -> "Plan":
+    ) -> "BenchmarkPlan":
         """Find problems and algorithms, and look at each problem: is it noisy, is it slow?
 
         Raises:
@@ -108,11 +107,7 @@ class Plan:
         if not problems or not algorithms:
             raise UsageError("compare: expected at least one problem and one algorithm.")
         solvers = solvers_of(algorithms)
-        given = list(algorithms.values()) if isinstance(algorithms, Mapping) else list(algorithms)
-        texts = not isinstance(algorithms, Mapping) and all(
-            isinstance(one, str) and "__main__" not in one for one in given
-        )
-        pickles = {name: pickled(name if texts else solver, name) for name, solver in solvers.items()}
+        pickles = {name: pickled(solver, name) for name, solver in solvers.items()}
         return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers, pickles)
 
     @cached_property
@@ -129,10 +124,18 @@ class Plan:
     def tasks(self) -> tuple[Task, ...]:
         """All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers."""
         return tuple(
-            Task(one.problem.name, name, seed, one.limits, one.spec, self.solver_pickles[name], one.fingerprint)
+            Task(
+                one.problem.name,
+                name,
+                seed,
+                one.limits,
+                one.spec,
+                pickle,
+                "" if one.summary.noisy else one.summary.fingerprint,
+            )
             for seed in self.terms.seeds
             for one in self.problems
-            for name in self.solvers
+            for name, pickle in self.pickles.items()
             if (one.problem.name, name) not in self.refused
         )
 
@@ -158,54 +161,29 @@ class Plan:
         }
 
 
-def _planned(spec: ProblemSpec, terms: Terms) -> Planned:
-    problem, payload = spec.makers[0](), pickled(spec, spec.name)
-    noisy = slow = False
+def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
+    problem, first, noisy, began = spec.made_for(1), "", False, time.perf_counter()
     try:
-        first, began = fingerprint(problem), time.perf_counter()
+        first = fingerprint(problem)
         noisy = fingerprint(problem) != first
-        slow = time.perf_counter() - began > SLOW_S
     except Exception as error:  # whatever a user's problem raises
         if terms.on_error == "fail":
             raise UsageError(
                 f"{spec.name} fails at a random candidate ({type(error).__name__}: {error}). If that happens to some"
                 " candidates only, --on-error inf lets these cost infinity."
             ) from error
-        first = ""
+    slow = time.perf_counter() - began > SLOW_S
     if noisy and problem.n_obj > 1:
         raise UsageError(f"{spec.name} is noisy and has several objectives: such problems cannot be compared on yet.")
-    bounds = "" if problem.mixed else f"{problem.lower} {problem.upper}"
-    lowest, found_by = _lowest(problem)
-    limits = Limits(
-        terms.evaluations(problem.dimension), terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy
-    )
-    summary = ProblemSummary(
-        problem.name,
-        problem.title,
-        problem.family,
-        problem.dimension,
-        problem.n_obj,
-        problem.unit,
-        limits.budget,
-        noisy,
-        problem.floor,
-        lowest,
-        None if problem.front is None else problem.front.tolist(),
-        found_by,
-        fingerprint=bounds if noisy else first,
-    )
-    return Planned(problem, summary, limits, payload, "" if noisy or not first else first)
+    budget, lowest = terms.evaluations(problem.dimension), problem.summary.lowest
+    if lowest is None and problem.model is not None:
+        from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
 
-
-def _lowest(problem: BenchmarkProblem) -> tuple[float | None, str]:
-    """The lowest cost that is known before any run, and who found it."""
-    if problem.lowest is not None:
-        return problem.lowest, THEORY if problem.model is None else OUR_OWN
-    if problem.model is None:
-        return None, ""
-    from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - only calibrations need it
-
-    return min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS), OUR_OWN
+        lowest = min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS)
+    seen = f"{problem.lower} {problem.upper}" if noisy else first
+    summary = replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
+    limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
+    return PlannedProblem(problem, summary, limits, pickled(spec, spec.name))
 
 
 def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.benchmark.problem_summary import ProblemSummary
 
 if TYPE_CHECKING:
     from robolaser.model.forward_model import Model
 
-CALIBRATION, TEST_FUNCTION, OWN, SEVERAL = "calibration", "test function", "own problem", "several objectives"
-"""Families of problems; only problems of one family are ranked together."""
 INFEASIBLE = 1e30
 """To an algorithm that knows no constraints, a candidate that violates them costs so many times (1 + its violation)."""
 EQUAL = 1e-4
@@ -24,16 +23,15 @@ EQUAL = 1e-4
 class BenchmarkProblem:
     """Objectives to be minimised within bounds, perhaps under constraints."""
 
-    name: str  # the user's name for it, and that of all results
-    title: str  # a description for a person
-    family: str
+    summary: ProblemSummary
     question: Any  # the pymoo problem
-    unit: str = ""  # of the cost
-    floor: float | None = None  # where the cost has a natural zero: what can be neglected; targets are relative then
-    lowest: float | None = None  # the lowest cost, where theory knows it
-    front: Array | None = None  # the best front, where theory knows it, (k, m)
     residuals: Callable[[Array], Array] | None = None  # (c, d) -> (c, r), whose squares add up to the cost
     model: "Model | None" = None  # the forward model of a calibration
+
+    @property
+    def name(self) -> str:
+        """The user's name for it, and that of all results."""
+        return self.summary.name
 
     @property
     def dimension(self) -> int:
@@ -112,9 +110,11 @@ class ProblemSpec:
     Attributes:
         name: The problem's.
         makers: One for each instance; runs with seeds 1, 2, ... take their turns with them.
-        stateless: Nothing of a run can stay behind in it, so that runs may share it.
     """
 
     name: str
     makers: tuple[Callable[[], BenchmarkProblem], ...]
-    stateless: bool = False
+
+    def made_for(self, seed: int) -> BenchmarkProblem:
+        """The problem of a run with this seed."""
+        return self.makers[(seed - 1) % len(self.makers)]()

@@ -1,13 +1,14 @@
 """What came of a comparison: its problems, its solvers, and every run."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, final
 
 import numpy as np
 
-from robolaser.benchmark.measures import ProblemSummary, tolerances
+from robolaser.benchmark.measures import tolerances
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.result_arrays import ResultArrays
 from robolaser.benchmark.run import FAILED, BenchmarkRun
 
@@ -88,9 +89,7 @@ class BenchmarkResult:
         """Runs on the problems of a family as arrays, without solvers that apply to none of them."""
         problems = self.of(family)
         taking_part = [name for name in self.solvers if any((one.name, name) not in self.refused for one in problems)]
-        return ResultArrays.of(
-            self.runs, problems, taking_part, self.seeds, target=self.target, time_limit_s=self.time_limit_s
-        )
+        return ResultArrays.of(self.runs, problems, taking_part, self.seeds, target=self.target)
 
     def to_frame(self, of: Literal["runs", "trajectory", "targets"] = "runs") -> "pd.DataFrame":
         """The runs as a table.
@@ -131,22 +130,6 @@ class BenchmarkResult:
             ]
             return pd.DataFrame(steps, columns=columns)
         return pd.DataFrame([row for run in runs for row in _targets(run, problems[run.problem], self.target)])
-
-    def labelled(self, labels: Mapping[str, str]) -> "BenchmarkResult":
-        """The same with other names for solvers; who has none keeps the old one."""
-        new = {name: labels.get(name, name) for name in self.solvers}
-        runs, made = (
-            tuple(replace(run, algorithm=new[run.algorithm]) for run in some) for some in (self.runs, self.made)
-        )
-        return replace(
-            self,
-            problems=tuple(replace(one, found_by=new.get(one.found_by, one.found_by)) for one in self.problems),
-            solvers={new[name]: title for name, title in self.solvers.items()},
-            know_budget=frozenset(new[name] for name in self.know_budget),
-            refused={(problem, new[name]): reason for (problem, name), reason in self.refused.items()},
-            runs=runs,
-            made=made,
-        )
 
 
 def _targets(run: BenchmarkRun, problem: ProblemSummary, target: float | None) -> list[dict[str, object]]:

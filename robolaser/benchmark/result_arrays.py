@@ -7,8 +7,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.benchmark.measures import TOLERANCE, ProblemSummary, tolerances
+from robolaser.benchmark.measures import TOLERANCE, tolerances
 from robolaser.benchmark.problem import INFEASIBLE
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.run import FAILED, BenchmarkRun
 
 
@@ -19,8 +20,7 @@ class ResultArrays:
 
     NaN stands for a run that is missing: not yet made, or the solver does not apply to the problem.
 
-    A failed run counts as if it had spent the budget, and as long as the solver's longest on the problem that did not
-    fail, or as the time limit if there is none.
+    A failed run counts as if it had spent the budget.
     """
 
     problems: tuple[str, ...]  # p
@@ -29,9 +29,8 @@ class ResultArrays:
     tolerances: Array  # of the targets, falling, (t,)
     headline: int  # which of them solvers are ranked by
     evaluations: Array  # to each target, infinite where it was not reached, (p, a, s, t)
-    seconds: Array  # the same in wall time [s]
     total_evaluations: Array  # by the whole run, (p, a, s)
-    total_s: Array  # the same in wall time [s]
+    total_s: Array  # wall time of the whole run [s], (p, a, s)
     final: Array  # tolerance of the lowest cost; infeasible: `INFEASIBLE` times (1 + the violation), (p, a, s)
     failed: Bools  # (p, a, s)
     noisy: Bools  # problems whose runs are ranked by what they returned alone, (p,)
@@ -45,12 +44,11 @@ class ResultArrays:
         seeds: Sequence[int],
         *,
         target: float | None = None,
-        time_limit_s: float,
     ) -> "ResultArrays":
         """Count the runs on problems of one family; those by other algorithms are left out."""
         aims = tolerances(problems[0].family, target)
         shape = (len(problems), len(algorithms), len(seeds))
-        evaluations, seconds = (np.full((*shape, len(aims)), np.nan) for _ in range(2))
+        evaluations = np.full((*shape, len(aims)), np.nan)
         total_evaluations, total_s, final = (np.full(shape, np.nan) for _ in range(3))
         failed = np.zeros(shape, dtype=bool)
         names = [problem.name for problem in problems]
@@ -62,7 +60,7 @@ class ResultArrays:
                 continue
             at = of_problem[run.problem], of_algorithm[run.algorithm], of_seed[run.seed]
             problem = problems[at[0]]
-            evaluations[at], seconds[at] = run.trace.first_hits(problem.best + aims * problem.scale)
+            evaluations[at] = run.trace.first_hits(problem.best + aims * problem.scale)[0]
             failed[at] = run.state == FAILED
             total_evaluations[at] = problem.budget if failed[at] else run.evaluations
             total_s[at] = run.seconds
@@ -70,11 +68,9 @@ class ResultArrays:
             final[at] = (found - problem.best) / problem.scale if np.isfinite(found) else np.inf
             if run.violation and not np.isfinite(found):
                 final[at] = INFEASIBLE * (1.0 + run.violation)
-        longest = np.where(failed | np.isnan(total_s), 0.0, total_s).max(axis=2, keepdims=True, initial=0.0)
-        total_s = np.where(failed, np.where(longest > 0.0, longest, time_limit_s), total_s)
         wanted = TOLERANCE if target is None else target
         headline = int(np.argmin(np.abs(np.log(aims / wanted))))
-        counted = (aims, headline, evaluations, seconds, total_evaluations, total_s, final, failed)
+        counted = (aims, headline, evaluations, total_evaluations, total_s, final, failed)
         return cls(tuple(names), tuple(algorithms), tuple(seeds), *counted, np.array([one.noisy for one in problems]))
 
     @property

@@ -1,6 +1,5 @@
 """One solver on one problem with one seed: the task, as it is sent to another process, and the run that comes of it."""
 
-import hashlib
 import json
 import pickle
 import time
@@ -12,8 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, ConvergenceTrace
-from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.solvers import find
+from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError, RobolaserError
 
@@ -53,7 +51,7 @@ class BenchmarkRun:
 
 @final
 @dataclass(frozen=True)
-class Limits:
+class RunLimits:
     """What every run on a problem keeps to."""
 
     budget: int
@@ -71,7 +69,7 @@ class Task:
     problem: str
     algorithm: str
     seed: int
-    limits: Limits
+    limits: RunLimits
     spec: bytes  # the problem's, pickled
     solver: bytes  # pickled
     fingerprint: str  # what the problem looks like where it was planned; empty: it is not checked
@@ -96,53 +94,27 @@ class Task:
 
 def done(task: Task) -> BenchmarkRun:
     """Make the run of a task, in whatever process this is."""
-    digest = hashlib.sha256(task.spec).hexdigest()
     try:
-        _check(digest, task.spec, task.fingerprint)
-        problem = _problem(digest, task.spec, task.seed)
-        solver = pickle.loads(task.solver)
-        solver = find(solver) if isinstance(solver, str) else solver
+        _check(task.spec, task.fingerprint)
+        problem, solver = pickle.loads(task.spec).made_for(task.seed), pickle.loads(task.solver)
     except Exception as error:
         return task.failed(_reason(error))
     return run(problem, solver, task)
 
 
-_SPECS: dict[str, ProblemSpec] = {}
-
-
-def _problem(digest: str, pickled: bytes, seed: int) -> BenchmarkProblem:
-    """The problem as it was when it was planned, or, where nothing can stay behind in it, that of an earlier run."""
-    if digest in _SPECS:
-        return _shared(digest, (seed - 1) % len(_SPECS[digest].makers))
-    spec: ProblemSpec = pickle.loads(pickled)
-    if spec.stateless:
-        _SPECS[digest] = spec
-    return spec.makers[(seed - 1) % len(spec.makers)]()
-
-
-@lru_cache(maxsize=4)
-def _shared(digest: str, instance: int) -> BenchmarkProblem:
-    return _SPECS[digest].makers[instance]()
-
-
 @lru_cache(maxsize=64)
-def _check(digest: str, pickled: bytes, expected: str) -> None:
+def _check(pickled: bytes, expected: str) -> None:
     """Raise if a problem is another one here than where it was planned."""
-    if expected and fingerprint(pickle.loads(pickled).makers[0]()) != expected:
+    if expected and fingerprint(pickle.loads(pickled).made_for(1)) != expected:
         raise BenchmarkError(
             "In this process the problem is another one than where the comparison was planned: its bounds or costs"
             " differ. A problem must not draw anything when it is imported or made; give it a seed."
         )
 
 
-def probe(problem: BenchmarkProblem) -> Any:
-    """A candidate that is the same in every process."""
-    return problem.sample_uniform(np.random.default_rng(PROBE_SEED))
-
-
 def fingerprint(problem: BenchmarkProblem) -> str:
     """What identifies a problem besides its name: its bounds and the values of one candidate."""
-    values = problem.values(probe(problem))
+    values = problem.values(problem.sample_uniform(np.random.default_rng(PROBE_SEED)))
     bounds = [] if problem.mixed else [problem.lower, problem.upper]
     numbers = np.concatenate([*bounds, *(value.ravel() for value in values.values())])
     return " ".join(f"{number:.{PROBE_DIGITS}g}" for number in numbers)

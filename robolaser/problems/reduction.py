@@ -16,7 +16,7 @@ BREAKS_SCALE = (Stage.POINTS, Stage.MOUNT)  # with effects here points do not gr
 
 
 @final
-class Reduction:
+class ReducedModel:
     """A model with the parameters left out that follow from the others.
 
     Of a stripe scanner's fourteen, camera and tilt of the laser plane remain, six numbers with the focal length fixed.
@@ -78,7 +78,7 @@ class ReducedCalibration(Problem):
     def __init__(self, model: Model) -> None:
         """Ask for the parameters of a model that do not follow from the others."""
         self.model = model
-        self._reduction = Reduction(model)
+        self._reduction = ReducedModel(model)
         free = self._reduction.parameters
         self.names = free.names
         super().__init__(n_var=len(free), n_obj=1, xl=free.lower, xu=free.upper, vtype=float)

@@ -1,6 +1,7 @@
 """Comparisons of algorithms."""
 
 import json
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
@@ -41,7 +42,7 @@ class ComparisonResult(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """What comparison.json holds."""
-        read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self._ranked))
+        read: dict[str, Any] = json.loads(comparison_json(self.benchmark, self.standings))
         return read
 
     def to_frame(self, of: Any = "runs") -> "pd.DataFrame":
@@ -50,24 +51,23 @@ class ComparisonResult(Result):
 
     def files(self, *, command: str = "") -> Files:
         """The runs, runs.csv, comparison.json and the report."""
-        page = of_comparison.page(self.benchmark, self._ranked, command=command)
-        text = comparison_json(self.benchmark, self._ranked)
         return {
             JOURNAL: self.benchmark.journal,
             "runs.csv": runs_csv(self.benchmark),
-            PAGE: page,
-            "comparison.json": text,
+            PAGE: of_comparison.page(self.benchmark, self.standings, command=command),
+            "comparison.json": comparison_json(self.benchmark, self.standings),
         }
 
     def _document(self, *, brief: bool) -> Document:
-        return of_comparison.document(self.benchmark, self._ranked, brief=brief)
+        return of_comparison.document(self.benchmark, self.standings, brief=brief)
 
     def __str__(self) -> str:
         """The summary that the command prints."""
-        return printed(lambda out: of_comparison.print_comparison(self.benchmark, self._ranked, console=out))
+        return printed(lambda out: of_comparison.print_comparison(self.benchmark, self.standings, console=out))
 
-    @property
-    def _ranked(self) -> tuple[Standings, ...]:
+    @cached_property
+    def standings(self) -> tuple[Standings, ...]:
+        """How algorithms stand on each family of problems."""
         return tuple(standings(self.benchmark, family) for family in self.benchmark.families)
 
 

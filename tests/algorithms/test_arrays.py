@@ -277,3 +277,15 @@ def test_a_problem_that_says_nonsense_is_told_so_as_by_pymoo():
     for make in (RCGA(16), composed(16, 2)):
         with pytest.raises(Exception, match="Number of values and population size do not match"):
             started(make, Short()).next()
+
+
+def test_what_a_problem_keeps_is_not_what_it_gave_away():
+    class Keeping(Bowl):
+        def _evaluate(self, X, out, *args, **kwargs):
+            super()._evaluate(X, out)
+            self.F = out["F"] = out["F"] + 1.0
+
+    algorithm = started(RCGA(16), Keeping())
+    algorithm.next()
+    algorithm.problem.F[:] = 0.0
+    assert np.all(algorithm.pop.get("F") != 0.0)

@@ -12,9 +12,8 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.operators.crossover.sbx import SBX
 
 from robolaser.algorithms.registry import algorithm_named
-from robolaser.benchmark.exchange import study
 from robolaser.benchmark.named_problems import specs_of
-from robolaser.benchmark.run import Limits, Task, run
+from robolaser.benchmark.run import RunLimits, Task, run
 from robolaser.benchmark.solvers import find
 from robolaser.benchmark.standings import standings
 from robolaser.cli import main
@@ -22,29 +21,10 @@ from robolaser.errors import UsageError
 from robolaser.operators import ArithmeticCrossover
 
 MINE = ArithmeticCrossover(prob=0.5)
-EXCHANGES = ["crossover=robolaser.operators:ArithmeticCrossover,SBX:eta=3", "mutation=non-uniform"]
 
 
 def effects(result):
     return standings(result, "calibration").effects
-
-
-def test_one_part_at_a_time_or_all_combinations():
-    assert study("GA", EXCHANGES) == [
-        "GA",
-        "GA:mutation=non-uniform",
-        "GA:crossover=robolaser.operators:ArithmeticCrossover",
-        "GA:crossover=SBX:crossover.eta=3",
-    ]
-    assert len(study("GA", EXCHANGES, factorial=True)) == 6
-
-
-@pytest.mark.parametrize(
-    "exchanges", [["crossover"], ["crossover=SBX,"], ["colour=SBX"], ["crossover=SBX", "crossover=UX"]]
-)
-def test_an_exchange_that_cannot_be_read_is_answered_by_what_was_expected(exchanges):
-    with pytest.raises(UsageError, match="expected a slot"):
-        study("GA", exchanges)
 
 
 @pytest.mark.parametrize(
@@ -90,14 +70,14 @@ def test_what_cannot_be_exchanged_is_said(text, said):
 
 
 def test_stock_algorithms_take_part_by_their_own_names():
-    assert isinstance(find("NSGA2")._make(2), NSGA2)
+    assert isinstance(algorithm_named("NSGA2"), NSGA2)
     with pytest.raises(UsageError, match="Did you mean 'rcga'"):
         find("rgca")
 
 
 def test_an_exchanged_algorithm_runs_and_repeats_itself():
     sphere, text = specs_of(["pymoo:sphere-3"])[0].makers[0](), "GA:crossover=ArithmeticCrossover:mutation=non-uniform"
-    task = Task("p", text, 1, Limits(500, 60.0), b"", b"", "")
+    task = Task("p", text, 1, RunLimits(500, 60.0), b"", b"", "")
     one, again = (run(sphere, find(text), task) for _ in range(2))
     assert one.evaluations == 500
     assert one.trace.costs.tolist() == again.trace.costs.tolist()
@@ -128,9 +108,11 @@ def test_a_part_without_effect_is_hardly_ever_called_one():
     assert np.mean(np.array(p) < 0.05) <= 0.15
 
 
-def test_a_study_is_one_line(tmp_path, capsys):
-    typed = ["--stock", "GA:pop_size=20", "--exchange", "crossover=ArithmeticCrossover,SBX", "--seeds", "2"]
-    assert main(["compare", "pymoo:sphere-2", *typed, "--budget", "200", "--output", str(tmp_path)]) == 0
+def test_the_effect_of_each_exchanged_part_is_shown(tmp_path, capsys):
+    stock = "GA:pop_size=20"
+    typed = f"{stock},{stock}:crossover=ArithmeticCrossover,{stock}:crossover=SBX"
+    asked = ["compare", "pymoo:sphere-2", "--algorithms", typed, "--seeds", "2", "--budget", "200"]
+    assert main([*asked, "--output", str(tmp_path)]) == 0
     shown = capsys.readouterr().out
     assert "What each exchanged part does" in shown
     assert "ArithmeticCrossover as crossover" in shown
@@ -138,4 +120,3 @@ def test_a_study_is_one_line(tmp_path, capsys):
     jsonschema.validate(said, json.loads(files("robolaser").joinpath("schemas/comparison.schema.json").read_text()))
     assert [one["operator"] for one in said["standings"][0]["effects"]] == ["ArithmeticCrossover", "SBX"]
     assert "What each exchanged part does" in (tmp_path / "report.html").read_text()
-    assert main(["compare", "paper", "--stock", "GA", "--output", str(tmp_path / "new")]) == 2

@@ -9,7 +9,7 @@ import pytest
 import robolaser
 from robolaser.benchmark.export import iohprofiler_files, runs_csv
 from robolaser.benchmark.standings import standings
-from robolaser.report.comparison.paper_tables import paper_tables
+from robolaser.report.comparison.latex import latex_tables
 
 
 def test_runs_that_found_nothing_are_exported():
@@ -31,9 +31,7 @@ def test_a_first_that_never_reached_the_target_has_no_ratio():
     result = robolaser.compare(["pymoo:rastrigin-5", "pymoo:rosenbrock-5"], ["de", "random"], seeds=5, budget=500)
     judged = standings(result, "test function")
     assert judged.order.places[0].solved == 0
-    rows = [
-        line for line in paper_tables(result, [judged], "latex").splitlines() if line.startswith(("de &", "random &"))
-    ]
+    rows = [line for line in latex_tables(result, [judged]).splitlines() if line.startswith(("de &", "random &"))]
     assert all(row.split("&")[4].strip() == "--" for row in rows[:2])
 
 

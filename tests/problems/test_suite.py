@@ -135,6 +135,6 @@ def test_compare_knows_the_suite_by_name_and_each_lowest_cost_before_any_run():
     specs = specs_of(["suite"])
     assert [spec.name for spec in specs] == [f"suite:{name}" for name in IDS]
     first = specs[0].makers[0]()
-    assert (first.family, first.lowest) == ("calibration", suite()[0].lowest)
+    assert (first.summary.family, first.summary.lowest) == ("calibration", suite()[0].lowest)
     squares = (first.residuals(first.question.best_x[None]) ** 2).sum()
-    assert squares == pytest.approx(first.lowest, rel=1e-9)
+    assert squares == pytest.approx(first.summary.lowest, rel=1e-9)

@@ -20,7 +20,6 @@ from rich.console import Console
 
 from robolaser.report.comparison import page, print_comparison
 from robolaser.report.comparison.tables import failure_rows, standing_table
-from robolaser.report.comparison.words import spans
 
 COMMAND = "robolaser compare paper ur5 pymoo:rastrigin --output result"
 
@@ -130,7 +129,3 @@ def test_the_terminal_says_the_answer_the_target_and_where_the_page_is(name, com
         assert "Target on paper" in text
     if name == "large":
         assert "rcga: searches differently with another budget." in text
-
-
-def test_neighbouring_seeds_are_spans():
-    assert spans([1, 2, 3, 5, 7, 8]) == "1 to 3, 5, 7, 8"

@@ -1,31 +1,26 @@
-"""The solvers of a benchmark, by name."""
+"""The solvers of a benchmark, by name or as a user's own."""
 
-from collections.abc import Mapping, Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
 
-from robolaser.algorithms.registry import ALGORITHMS, algorithms, maker_of, pymoos, unknown_algorithm
+from robolaser.algorithms.registry import ALGORITHMS, EXPECTED, algorithms, maker_of, pymoos, unknown_algorithm
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import made
-from robolaser.benchmark.solvers.least_squares import ScipyLeastSquares
-from robolaser.benchmark.solvers.pycma import Pycma
-from robolaser.benchmark.solvers.pymoo_algorithm import PymooAlgorithm
-from robolaser.benchmark.solvers.random_search import RandomSearch
-from robolaser.benchmark.solvers.scipy_evolution import ScipyEvolution
-from robolaser.benchmark.solvers.screening import Screening
+from robolaser.algorithms.user_code import check_settings, imported
+from robolaser.benchmark.solvers.pymoo_algorithm import pymoo_solver, restarted
+from robolaser.benchmark.solvers.searches import SEARCHES
 from robolaser.benchmark.solvers.solver import Solver
-from robolaser.benchmark.solvers.user_solver import user_solver
 from robolaser.errors import UsageError
 
-_OURS: Mapping[str, type[Screening | Pycma | ScipyLeastSquares | ScipyEvolution | RandomSearch]] = {
-    kind.name: kind for kind in (Screening, Pycma, ScipyLeastSquares, ScipyEvolution, RandomSearch)
-}
-SOLVERS: Mapping[str, str] = {
-    Screening.name: Screening.title,
-    **{name: algorithm.title for name, algorithm in ALGORITHMS.items()},
-    **{name: kind.title for name, kind in _OURS.items()},
-}
+_TITLES = {name: title for name, (_, title, _) in SEARCHES.items()}
+_FIRST = next(iter(_TITLES))
+SOLVERS: Mapping[str, str] = {_FIRST: _TITLES[_FIRST]} | {n: one.title for n, one in ALGORITHMS.items()} | _TITLES
 """Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)
 """Solvers that take part if none are named."""
+ARGUMENTS = 2
+"""Of a function that searches: the evaluator and the seed. A function that makes an algorithm needs none."""
 
 
 def solver_titles() -> Mapping[str, str]:
@@ -52,27 +47,52 @@ def solvers_of(given: Sequence[object] | Mapping[str, object]) -> dict[str, Solv
     return {name: solver for name, (_, solver) in found.items()}
 
 
-def find(given: object, name: str = "") -> Solver:
+def find(given: Any, name: str = "") -> Solver:
     """Make the solver that a text specifies, or of a function, class or instance, which may be given a name.
 
     Raises:
         UsageError: There is no such solver, it cannot search, or it cannot be made with these settings.
     """
     if not isinstance(given, str):
-        return user_solver(given, name)
-    spec = AlgorithmSpec.of(given)
+        name = name or getattr(given, "__name__", type(given).__name__)
+        return _own(AlgorithmSpec(name, name), given)
+    spec, name = AlgorithmSpec.of(given), name or given
     if spec.attribute is not None:
         if spec.name in solver_titles():
             raise UsageError(f"'{given}' cannot be read: '{spec.attribute}' is not a setting.")
-        return user_solver(given, name)
-    if spec.name in _OURS:
+        return _own(spec, imported(spec), name)
+    if spec.name in SEARCHES:
         if spec.operators:
             raise UsageError(f"{given}: the operators of {spec.name} cannot be exchanged.")
-        solver: Solver = made(given, _OURS[spec.name], spec.settings)
-        solver.name = name or given
-        return solver
+        search, title, refuses = SEARCHES[spec.name]
+        check_settings(spec, spec.settings, search, ARGUMENTS)
+        return Solver(name, title, partial(search, **spec.settings), refuses)
     if spec.name not in algorithms() and pymoos("algorithms", spec.name) is None:
         raise unknown_algorithm(spec.name, solver_titles())
     title = solver_titles().get(spec.name) or f"pymoo's {spec.name}"
     parts = [f"{one.text} as {slot}" for slot, one in spec.operators.items()]
-    return PymooAlgorithm(name or given, f"{title} with {' and '.join(parts)}" if parts else title, maker_of(spec))
+    return pymoo_solver(name, f"{title} with {' and '.join(parts)}" if parts else title, maker_of(spec))
+
+
+def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
+    """A user's own: a function that searches, or a pymoo algorithm."""
+    name = name or spec.text
+    if callable(found) and not inspect.isclass(found) and _needs(found) == ARGUMENTS:
+        check_settings(spec, spec.settings, found, ARGUMENTS)
+        return Solver(name, _title(found, name), partial(restarted, partial(found, **spec.settings)))
+    make = maker_of(spec, found, f"{EXPECTED}, or a function search(evaluator, seed)")
+    return pymoo_solver(name, _title(found, name), make)
+
+
+def _needs(function: Callable[..., Any]) -> int:
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except ValueError:  # some built-in functions do not say
+        return 0
+    return sum(p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
+
+
+def _title(found: Any, name: str) -> str:
+    """The first line of its docstring; an instance has its class's, which `inspect` would not take from bases."""
+    text = inspect.cleandoc(found.__doc__ or "")
+    return text.splitlines()[0].rstrip(".") if text else name

@@ -1,70 +1,78 @@
 """Any pymoo algorithm, restarted whenever it ends."""
 
 from collections.abc import Callable
-from typing import Any, final
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, REAL, Solver, within
+from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, REAL, Search, Solver, within
 from robolaser.errors import AlgorithmError
 
 IDLE_ROUNDS = 1000
-"""Iterations without a candidate after which an algorithm is taken to loop for ever."""
+"""Iterations without a candidate after which a search is taken to loop for ever."""
 COLLAPSED = 1e-9
 """Share of the distance between the bounds within which candidates are the same: J changes with its square."""
 FOR_REALS = ("FloatRandomSampling", "LatinHypercubeSampling", "LHS")
 
+Maker = Callable[[int], Any]
+"""Makes an algorithm, given the number of objectives."""
 
-@final
-class PymooAlgorithm(Solver):
-    """A pymoo algorithm; when it ends or its population has collapsed, it restarts with another seed.
+
+def pymoo_solver(name: str, title: str, make: Maker) -> Solver:
+    """A pymoo algorithm as a solver, which restarts it with another seed when it ends or its population has collapsed.
 
     The remaining budget is its only termination, so k/T of the operators is the share of the budget that is used up.
     It sees objectives and constraints as they are.
     """
-
-    def __init__(self, name: str, title: str, make: Callable[[int], Any]) -> None:
-        self.name, self.title, self._make = name, title, make
-        made = make(2)
-        self.knows_budget = _has_a_schedule(made)
-
-    def refuses(self, problem: BenchmarkProblem) -> str | None:
-        """Those that know one objective only say so, and those that only make real numbers."""
-        made = self._make(problem.n_obj)
-        kinds = {kind.__name__: kind.__module__ for kind in type(made).__mro__}
-        if problem.n_obj > 1 and any(home.startswith("pymoo.algorithms.soo.") for home in kinds.values()):
-            return ONE_OBJECTIVE
-        if problem.n_obj > 1 and "RCGA" in kinds:
-            return ONE_OBJECTIVE
-        if problem.mixed or "MixedVariableGA" in kinds:
-            return None if problem.mixed and "MixedVariableGA" in kinds else REAL
-        sampling = getattr(getattr(made, "initialization", None), "sampling", None)
-        return REAL if problem.discrete and (sampling is None or type(sampling).__name__ in FOR_REALS) else None
-
-    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
-        """Search until the evaluator ends the run; one that goes on without a candidate raises AlgorithmError."""
-        from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
-
-        problem, rng, idle = evaluator.problem, np.random.default_rng(seed), 0
-        with seeded(seed):
-            while idle < IDLE_ROUNDS:
-                counted = _counted(evaluator)
-                algorithm = self._make(problem.n_obj)
-                algorithm.setup(counted, termination=("n_eval", evaluator.left), seed=seed, verbose=False)
-                idle += 1  # it may end before it begins
-                while algorithm.has_next() and not counted.collapsed and idle < IDLE_ROUNDS:
-                    before = evaluator.evaluations
-                    algorithm.next()
-                    idle = idle + 1 if evaluator.evaluations == before else 0
-                seed = int(rng.integers(1, 2**31))
-        raise idle_error(idle)
+    search = partial(restarted, partial(_search, make))
+    return Solver(name, title, search, partial(_refuses, make), knows_budget=_has_a_schedule(make(2)))
 
 
-def idle_error(iterations: int) -> AlgorithmError:
-    """A search that evaluates nothing would never use up its budget."""
-    return AlgorithmError(f"It made {iterations} iterations without evaluating a candidate.")
+def restarted(search: Search, evaluator: BudgetedEvaluator, seed: int) -> None:
+    """Search with global generators seeded, and again with another seed whenever the search returns.
+
+    Raises:
+        AlgorithmError: It returns again and again without a candidate: it would never use up its budget.
+    """
+    from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
+
+    rng, idle = np.random.default_rng(seed), 0
+    with seeded(seed):
+        while idle < IDLE_ROUNDS:
+            before = evaluator.evaluations
+            search(evaluator, seed)
+            idle = idle + 1 if evaluator.evaluations == before else 0
+            seed = int(rng.integers(1, 2**31))
+    raise AlgorithmError(f"It was started {idle} times without evaluating a candidate.")
+
+
+def _search(make: Maker, evaluator: BudgetedEvaluator, seed: int) -> None:
+    """Run an algorithm once."""
+    counted, algorithm, idle = _counted(evaluator), make(evaluator.problem.n_obj), 0
+    algorithm.setup(counted, termination=("n_eval", evaluator.left), seed=seed, verbose=False)
+    while algorithm.has_next() and not counted.collapsed:
+        before = evaluator.evaluations
+        algorithm.next()
+        idle = idle + 1 if evaluator.evaluations == before else 0
+        if idle == IDLE_ROUNDS:
+            raise AlgorithmError(f"It made {idle} iterations without evaluating a candidate.")
+
+
+def _refuses(make: Maker, problem: BenchmarkProblem) -> str | None:
+    """Those that know one objective only say so, and those that only make real numbers."""
+    made = make(problem.n_obj)
+    kinds = {kind.__name__: kind.__module__ for kind in type(made).__mro__}
+    if problem.n_obj > 1 and any(home.startswith("pymoo.algorithms.soo.") for home in kinds.values()):
+        return ONE_OBJECTIVE
+    if problem.n_obj > 1 and "RCGA" in kinds:
+        return ONE_OBJECTIVE
+    if problem.mixed or "MixedVariableGA" in kinds:
+        return None if problem.mixed and "MixedVariableGA" in kinds else REAL
+    sampling = getattr(getattr(made, "initialization", None), "sampling", None)
+    return REAL if problem.discrete and (sampling is None or type(sampling).__name__ in FOR_REALS) else None
 
 
 def _has_a_schedule(algorithm: Any) -> bool:

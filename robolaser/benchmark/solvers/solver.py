@@ -1,6 +1,8 @@
-"""The abstract solver of a benchmark."""
+"""A solver of a benchmark: a search method with all its settings."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
@@ -13,36 +15,46 @@ ROUNDING = 1e-12
 ONE_OBJECTIVE = "it minimises one objective, and the problem has several"
 REAL = "its candidates are real numbers, and the problem's variables are not"
 
+Search = Callable[[BudgetedEvaluator, int], None]
+"""Looks for the lowest cost until done or until the evaluator raises `BudgetExhausted`, which it never catches.
 
-class Solver(ABC):
+Costs and residuals come from the evaluator and from nothing else, all randomness from the seed, at least 1: the same
+seed evaluates the same candidates in the same order.
+"""
+Refusal = Callable[[BenchmarkProblem], str | None]
+"""Why a solver does not apply to a problem; None if it does."""
+
+
+def applies_to_all(problem: BenchmarkProblem) -> str | None:
+    """Any number of objectives, variables of any kind."""
+    return None
+
+
+def one_objective_of_reals(problem: BenchmarkProblem) -> str | None:
+    """One objective of real variables."""
+    if problem.mixed or problem.discrete:
+        return REAL
+    return None if problem.n_obj == 1 else ONE_OBJECTIVE
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Solver:
     """A search method with all its settings.
 
     Attributes:
         name: As the user named it, `de` or `rcga:b=2`; unique in a benchmark.
         title: A description for a person.
+        search: The method.
+        refuses: Which problems it does not apply to, and why.
         knows_budget: Does it search differently with another budget, so that no run of it is a part of a longer one?
     """
 
     name: str
     title: str
+    search: Search
+    refuses: Refusal = applies_to_all
     knows_budget: bool = False
-
-    @abstractmethod
-    def search(self, evaluator: BudgetedEvaluator, seed: int) -> None:
-        """Look for the lowest cost until done or until the evaluator raises `BudgetExhausted`; never catch that.
-
-        All randomness comes from `seed`: the same seed evaluates the same candidates in the same order.
-
-        Args:
-            evaluator: Of the problem; costs and residuals are taken from it and from nothing else.
-            seed: Seed of this run, at least 1.
-        """
-
-    def refuses(self, problem: BenchmarkProblem) -> str | None:
-        """Why the solver does not apply to a problem; None if it does. By default it takes one objective of reals."""
-        if problem.mixed or problem.discrete:
-            return REAL
-        return None if problem.n_obj == 1 else ONE_OBJECTIVE
 
 
 def within(x: Array, problem: BenchmarkProblem) -> Array:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from robolaser.benchmark.standings.table import Pair, Standing
+from robolaser.benchmark.standings.table import PairwiseComparison, Standing
 from robolaser.benchmark.statistics.difference import fewest_runs
 from robolaser.benchmark.statistics.intervals import IntervalEstimate
 
@@ -41,54 +41,55 @@ def _alone(standing: Standing) -> str:
 
 
 def _several(ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
-    first = ranked[0].algorithm
-    against = [(standing.algorithm, standing.against_first) for standing in ranked[1:]]
-    rivals = [name for name, pair in against if pair is None or not pair.significant]
-    beaten = [(name, pair) for name, pair in against if pair is not None and pair.significant]
+    first, others = ranked[0], {one.algorithm: one.against_first for one in ranked[1:]}
+    beaten = {name: pair for name, pair in others.items() if pair is not None and pair.significant}
+    rivals = [name for name in others if name not in beaten]
+    level = [one.algorithm for one in ranked[1:] if one.rank == first.rank]
+    place = f"ties for first place with {names(level)}" if level else "ranks first"
+    reaching = f", reaching the target in {share(first.success)} of its runs" if first.solved else ""
     sentences = []
-    if not any(standing.solved for standing in ranked):
+    if not any(one.solved for one in ranked):
         sentences.append("No algorithm reached the target, so the ranking is by how close they came.")
     if not beaten:
-        sentences += _nothing_significant(ranked, problems=problems, runs=runs, comparisons=comparisons)
-        return [*sentences, *_surprise(ranked)]
-    if not rivals:
-        sentences.append(f"{first} is better than {_others(beaten)}{_reaching(ranked[0])}.")
-    else:
+        sentences.append(_nothing_significant(ranked, place, problems=problems, runs=runs, comparisons=comparisons))
+    elif rivals:
         verb = "do" if len(rivals) > 1 else "does"
         sentences.append(
-            f"{first} {_ranks_first(ranked)}{_reaching(ranked[0])}, but {names(rivals)} {verb} "
-            f"not differ significantly from it with {runs} seeds; it is better than "
-            f"{names([name for name, _ in beaten])}."
+            f"{first.algorithm} {place}{reaching}, but {names(rivals)} {verb} not differ significantly from it with"
+            f" {runs} seeds; it is better than {names(list(beaten))}."
         )
-    sentences.append(_by_how_much(ranked[0], *beaten[0], problems=problems, comparisons=comparisons))
-    return [*sentences, *_surprise(ranked)]
+    else:
+        all_ = {1: next(iter(beaten)), 2: "both others"}.get(len(beaten), f"all {len(beaten)} others")
+        sentences.append(f"{first.algorithm} is better than {all_}{reaching}.")
+    if beaten:
+        sentences.append(_by_how_much(first, *next(iter(beaten.items())), problems=problems, comparisons=comparisons))
+    solved = [one.algorithm for one in ranked if one.solved]
+    if solved and not first.solved:
+        sentences.append(
+            f"Only {names(solved)} reached the target, but too rarely to rank first: most runs are ranked by how close"
+            " they came."
+        )
+    return sentences
 
 
-def _surprise(ranked: list[Standing]) -> list[str]:
-    """Name the solvers that reached the target, if the first did not."""
-    solved = [standing.algorithm for standing in ranked if standing.solved]
-    if not solved or ranked[0].solved:
-        return []
-    return [f"Only {names(solved)} reached the target, but too rarely to rank first: most runs are ranked by "
-            "how close they came."]  # fmt: skip
+def _nothing_significant(ranked: list[Standing], place: str, *, problems: int, runs: int, comparisons: int) -> str:
+    first, second, needed = ranked[0].algorithm, ranked[1].algorithm, fewest_runs(problems, comparisons)
+    if needed is not None and runs < needed:
+        return (
+            f"{first} {place}, but with {runs} {'seed' if runs == 1 else 'seeds'} no difference can be significant,"
+            f" however large: at least {needed} are needed."
+        )
+    pair = ranked[1].against_first
+    if pair is None or pair.p_adjusted is None:
+        return "The algorithms cannot be compared."
+    comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(pair, problems)}; "
+    return (
+        f"No algorithm differs significantly from {first}, which {place}: {second} {comes}"
+        f"{_how_sure(first, second, pair, comparisons)}."
+    )
 
 
-def _ranks_first(ranked: list[Standing]) -> str:
-    level = [standing.algorithm for standing in ranked[1:] if standing.rank == ranked[0].rank]
-    return f"ties for first place with {names(level)}" if level else "ranks first"
-
-
-def _others(beaten: list[tuple[str, Pair]]) -> str:
-    if len(beaten) == 1:
-        return beaten[0][0]
-    return "both others" if len(beaten) == 2 else f"all {len(beaten)} others"
-
-
-def _reaching(standing: Standing) -> str:
-    return f", reaching the target in {share(standing.success)} of its runs" if standing.solved else ""
-
-
-def _by_how_much(first: Standing, next_: str, pair: Pair, *, problems: int, comparisons: int) -> str:
+def _by_how_much(first: Standing, next_: str, pair: PairwiseComparison, *, problems: int, comparisons: int) -> str:
     sure = _how_sure(first.algorithm, next_, pair, comparisons)
     if not first.solved:
         return f"{next_} comes next: {sure}."
@@ -97,37 +98,19 @@ def _by_how_much(first: Standing, next_: str, pair: Pair, *, problems: int, comp
     return f"{next_} comes next and {_needs(pair, problems)}; {sure}."
 
 
-def _needs(pair: Pair, problems: int) -> str:
+def _needs(pair: PairwiseComparison, problems: int) -> str:
     solved = len(pair.ratio_problems)
     where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
-    return f"{times_as(pair.ratio)} to the target{where}"
+    times = f"{figure(pair.ratio.value or 0.0)}{between(pair.ratio)}"
+    return f"needs {times} times as many evaluations to the target{where}"
 
 
-def _how_sure(first: str, other: str, pair: Pair, comparisons: int) -> str:
+def _how_sure(first: str, other: str, pair: PairwiseComparison, comparisons: int) -> str:
     corrected = f" after correction for {comparisons} comparisons" if comparisons > 1 else ""
     return (
         f"a run of {first} does better than one of {other} in {share(pair.superiority)} of cases, "
         f"{chance(pair.p_adjusted or 0.0)}{corrected}"
     )
-
-
-def _nothing_significant(ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
-    first, second = ranked[0], ranked[1]
-    needed = fewest_runs(problems, comparisons)
-    if needed is not None and runs < needed:
-        return [
-            f"{first.algorithm} {_ranks_first(ranked)}, but with {runs} "
-            f"{'seed' if runs == 1 else 'seeds'} no difference can be significant, however large: at least "
-            f"{needed} are needed."
-        ]
-    pair = second.against_first
-    if pair is None or pair.p_adjusted is None:
-        return ["The algorithms cannot be compared."]
-    comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(pair, problems)}; "
-    return [
-        f"No algorithm differs significantly from {first.algorithm}, which {_ranks_first(ranked)}: "
-        f"{second.algorithm} {comes}{_how_sure(first.algorithm, second.algorithm, pair, comparisons)}."
-    ]
 
 
 def figure(number: float) -> str:
@@ -165,8 +148,3 @@ def names(of: Sequence[str]) -> str:
         return of[0]
     shown, more = (of, 0) if len(of) <= MANY + 1 else (of[:MANY], len(of) - MANY)
     return f"{', '.join(shown)} and {more} others" if more else f"{', '.join(shown[:-1])} and {shown[-1]}"
-
-
-def times_as(ratio: IntervalEstimate) -> str:
-    """A ratio of running times, as `needs 2.3 (1.8 to 3.1) times as many evaluations`."""
-    return f"needs {figure(ratio.value or 0.0)}{between(ratio)} times as many evaluations"

@@ -12,14 +12,14 @@ import numpy as np
 
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.arrays import Array, Ints
-from robolaser.benchmark.standings.table import Effect
+from robolaser.benchmark.standings.table import PartEffect
 from robolaser.benchmark.statistics import running_time
 from robolaser.benchmark.statistics.difference import holm, stratified
 from robolaser.benchmark.statistics.superiority import mean_superiority, superiority
 from robolaser.errors import UsageError
 
 
-def effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[Effect, ...]:
+def effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[PartEffect, ...]:
     """The effect of each part that is exchanged in one of the algorithms and in another is not.
 
     Places of runs (p, a, s), expected running times to the headline target (p, a), the same in bootstrap samples (p, a,
@@ -40,7 +40,9 @@ def effects(algorithms: Sequence[str], places: Array, expected: Array, samples: 
             runs[there][:, ::-1],
         )
         p = float(stratified(strata[there])[0, 1])
-        found.append(Effect(stock, slot, operator, int(there.sum()), better.at(0, 1), ratio.at(0, 1), p, p_adjusted=p))
+        found.append(
+            PartEffect(stock, slot, operator, int(there.sum()), better.at(0, 1), ratio.at(0, 1), p, p_adjusted=p)
+        )
     adjusted = holm(np.array([effect.p for effect in found]))
     return tuple(replace(effect, p_adjusted=float(p)) for effect, p in zip(found, adjusted, strict=True))
 

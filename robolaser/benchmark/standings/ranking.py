@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.result_arrays import ResultArrays
@@ -16,14 +16,13 @@ from robolaser.benchmark.standings.table import (
     FINAL,
     OnProblem,
     Order,
-    Pair,
-    Reached,
-    Result,
+    PairwiseComparison,
+    ResultOnProblem,
     Standing,
     Standings,
 )
 from robolaser.benchmark.statistics import difference, ranks, running_time, superiority
-from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, quantiles, wilson
+from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
 
 ENOUGH = 0.5
 """A solver is ranked if it has this share of the largest number of runs on each problem: a block (problem, seed) that
@@ -46,7 +45,6 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
     """Rank the solvers, given their runs as arrays."""
     drawn = running_time.draws(len(arrays.problems), len(arrays.seeds), np.random.default_rng(seed))
     ranking = _Ranking(arrays, drawn)
-    seconds = running_time.expected(arrays.seconds, arrays.total_s)
     every = range(len(arrays.problems))
     return Standings(
         family=family,
@@ -57,13 +55,11 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
             OnProblem(
                 name,
                 ranking.order([p], refused),
-                tuple(_result(arrays, ranking, seconds, p, a) for a in range(len(arrays.algorithms))),
+                tuple(ranking.result(p, a) for a in range(len(arrays.algorithms))),
             )
             for p, name in enumerate(arrays.problems)
         ),
-        effects=effects(
-            arrays.algorithms, ranking.places, ranking.every_expected[..., arrays.headline], ranking.samples
-        ),
+        effects=effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
         scope=SCOPE,
     )
 
@@ -77,10 +73,10 @@ class _Ranking:
         self.times = arrays.evaluations[..., arrays.headline]  # to the target, (p, a, s)
         judged = np.where(arrays.noisy[:, None, None] & ~np.isnan(self.times), np.inf, self.times)
         self.places = ranks.outcomes(judged, arrays.final)  # of runs on their problem
-        self.every_expected = running_time.expected(arrays.evaluations, arrays.total_evaluations)  # (p, a, t)
         self.samples = running_time.resampled(self.times, arrays.total_evaluations, drawn)  # (p, a, b)
         runs = arrays.there.sum(axis=2)
-        self.expected = running_time.bounds(self.every_expected[..., arrays.headline], self.samples, runs)  # (p, a)
+        expected = running_time.expected(self.times[..., None], arrays.total_evaluations)[..., 0]
+        self.expected = running_time.bounds(expected, self.samples, runs)  # (p, a)
         self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
     def order(self, problems: Sequence[int], refused: Reasons) -> Order:
@@ -97,7 +93,10 @@ class _Ranking:
             ranked = []
         mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean_ranks(blocks), strict=bool(ranked))}
         ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
-        pairs = self._pairs(at, ordered, runs, reached > 0)
+        p = difference.stratified(self.places[at])
+        corrected = self.p_adjusted if len(at) == 1 else difference.holm_pairs(p)  # over all comparisons made
+        adjusted = self.p_adjusted[at[0]] if len(at) == 1 else corrected
+        pairs = self._pairs(at, ordered, runs, p, adjusted)
         places = tuple(
             Standing(
                 algorithm=names[a],
@@ -105,7 +104,7 @@ class _Ranking:
                 mean_rank=mean.get(a),
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
-                success=wilson(reached[:, a].sum(), runs[:, a].sum()).at(),
+                success=wilson(int(reached[:, a].sum()), int(runs[:, a].sum())),
                 running_time=self.expected.at(at[0], a) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
@@ -113,11 +112,7 @@ class _Ranking:
             )
             for a in ordered
         )
-        if len(at) == 1:  # comparisons for which p is corrected
-            comparisons = int((~np.isnan(self.p_adjusted)).sum()) // 2
-        else:
-            made = (runs[:, :, None] > 0) & (runs[:, None, :] > 0)
-            comparisons = int(np.triu(made.any(axis=0), 1).sum())
+        comparisons = int((~np.isnan(corrected)).sum()) // 2
         fewest = int(runs[:, ranked].min()) if ranked else 0
         return Order(
             problems=tuple(arrays.problems[p] for p in at),
@@ -127,17 +122,37 @@ class _Ranking:
             answer=answer(places, problems=len(at), runs=fewest, comparisons=comparisons),
         )
 
-    def _pairs(self, at: list[int], ordered: list[int], runs: Ints, solved: Bools) -> dict[tuple[int, int], Pair]:
+    def result(self, p: int, a: int) -> ResultOnProblem:
+        """One solver on one problem."""
+        arrays, final = self.arrays, self.arrays.final[p, a][self.arrays.there[p, a]]
+        infeasible, feasible = final[(final >= INFEASIBLE) & np.isfinite(final)], final < INFEASIBLE
+        ends: Sequence[float] = ()
+        if len(final):  # always ends that were seen: those that found nothing are infinite
+            levels = np.linspace(0.0, 1.0, len(FINAL))
+            ends = np.quantile(np.where(feasible, final, np.inf), levels, method="inverted_cdf").tolist()
+        return ResultOnProblem(
+            problem=arrays.problems[p],
+            algorithm=arrays.algorithms[a],
+            runs=len(final),
+            failed=int(arrays.failed[p, a].sum()),
+            successes=int(np.isfinite(self.times[p, a]).sum()),
+            final=dict(zip(FINAL, map(finite, ends), strict=True)) if len(final) else None,
+            violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
+            evaluations=self.expected.at(p, a),
+            run_seconds=float(np.nanmedian(arrays.total_s[p, a])) if len(final) else None,
+        )
+
+    def _pairs(
+        self, at: list[int], ordered: list[int], runs: Ints, p: Array, adjusted: Array
+    ) -> dict[tuple[int, int], PairwiseComparison]:
         """Each with each, the one that stands before first."""
-        names, places = self.arrays.algorithms, self.places[at]
-        better = superiority.mean_superiority(superiority.superiority(places))
+        names, solved = self.arrays.algorithms, np.isfinite(self.times[at]).sum(axis=2) > 0
+        better = superiority.mean_superiority(superiority.superiority(self.places[at]))
         ratios = running_time.mean_ratios(self.samples[at], self.expected.value[at], runs)
-        p = difference.stratified(places)
-        adjusted = self.p_adjusted[at[0]] if len(at) == 1 else difference.holm_pairs(p)
         found = {}
         for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
-            found[one, other] = Pair(
+            found[one, other] = PairwiseComparison(
                 one=names[one],
                 other=names[other],
                 superiority=better.at(one, other),
@@ -160,26 +175,3 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
             if reason or there < ENOUGH * most or not most:
                 found.setdefault(name, reason or f"it has {there} of {len(arrays.seeds)} runs on {problem}")
     return found
-
-
-def _result(arrays: ResultArrays, ranking: _Ranking, seconds: Array, p: int, a: int) -> Result:
-    runs, final = int(arrays.there[p, a].sum()), arrays.final[p, a]
-    reached = np.isfinite(arrays.evaluations[p, a]).sum(axis=0)
-    infeasible = final[(final >= INFEASIBLE) & np.isfinite(final)]
-    ends = quantiles(np.where(final >= INFEASIBLE, np.inf, final), np.linspace(0.0, 1.0, len(FINAL)))
-    return Result(
-        problem=arrays.problems[p],
-        algorithm=arrays.algorithms[a],
-        runs=runs,
-        failed=int(arrays.failed[p, a].sum()),
-        final=dict(zip(FINAL, map(finite, ends), strict=True)) if runs else None,
-        violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
-        evaluations=ranking.expected.at(p, a),
-        seconds=finite(seconds[p, a, arrays.headline]),
-        targets=tuple(
-            Reached(
-                float(tolerance), int(reached[t]), finite(ranking.every_expected[p, a, t]), finite(seconds[p, a, t])
-            )
-            for t, tolerance in enumerate(arrays.tolerances)
-        ),
-    )

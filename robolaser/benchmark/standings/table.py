@@ -15,34 +15,23 @@ FINAL = ("best", "lower_quartile", "median", "upper_quartile", "worst")
 
 @final
 @dataclass(frozen=True)
-class Reached:
-    """How often a solver reached one target on one problem, and in what time."""
-
-    tolerance: float  # of the target, over the lowest known cost, in units of the problem's scale
-    successes: int
-    evaluations: float | None  # expected running time (ERT), unsuccessful runs repeated
-    seconds: float | None  # the same in wall time [s]
-
-
-@final
-@dataclass(frozen=True)
-class Result:
+class ResultOnProblem:
     """One solver on one problem."""
 
     problem: str
     algorithm: str
     runs: int
     failed: int
+    successes: int  # runs that reached the target by which solvers are ranked
     final: Mapping[str, float | None] | None  # `FINAL` of the lowest costs, over the best known; None without runs
     violation: float | None  # median of the lowest violations of runs that found no feasible candidate
-    evaluations: IntervalEstimate  # ERT to the target by which solvers are ranked
-    seconds: float | None  # the same in wall time [s]
-    targets: tuple[Reached, ...]  # tolerances falling
+    evaluations: IntervalEstimate  # expected running time (ERT) to the target, unsuccessful runs repeated
+    run_seconds: float | None  # median wall time of a run [s]
 
 
 @final
 @dataclass(frozen=True)
-class Pair:
+class PairwiseComparison:
     """Two solvers against each other."""
 
     one: str
@@ -57,7 +46,7 @@ class Pair:
 
 @final
 @dataclass(frozen=True)
-class Effect:
+class PartEffect:
     """What an exchanged part does, among runs that are alike in all else: same problem, same other parts."""
 
     stock: str
@@ -83,7 +72,7 @@ class Standing:
     success: IntervalEstimate  # share of the runs that reached the target
     running_time: IntervalEstimate  # to it, in evaluations; None over several problems
     solved: int  # problems on which any run reached it
-    against_first: Pair | None  # the first as `one`; None for the first itself and the unranked
+    against_first: PairwiseComparison | None  # the first as `one`; None for the first itself and the unranked
     unranked: str  # why it is not ranked; empty if it is
 
 
@@ -94,7 +83,7 @@ class Order:
 
     problems: tuple[str, ...]
     places: tuple[Standing, ...]  # those that cannot be ranked last
-    pairs: tuple[Pair, ...]  # all of them, `one` standing before `other`
+    pairs: tuple[PairwiseComparison, ...]  # all of them, `one` standing before `other`
     blocks: int  # pairs (problem, seed) in which each ranked solver has a run
     answer: str  # which is better, by how much, and how sure is that: a sentence or two
 
@@ -106,7 +95,7 @@ class OnProblem:
 
     problem: str
     order: Order
-    results: tuple[Result, ...]  # in the order of the plan
+    results: tuple[ResultOnProblem, ...]  # in the order of the plan
 
 
 @final
@@ -119,5 +108,5 @@ class Standings:
     seeds: int
     order: Order
     by_problem: tuple[OnProblem, ...]
-    effects: tuple[Effect, ...]  # of exchanged parts
+    effects: tuple[PartEffect, ...]  # of exchanged parts
     scope: str  # what such results speak of, and what not

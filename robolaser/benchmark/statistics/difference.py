@@ -6,7 +6,6 @@ does not depend on who else takes part, as that of tests on mean ranks does: Ben
 """
 
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 from scipy.stats import mannwhitneyu, norm
@@ -26,17 +25,11 @@ def rank_sum(outcomes: Array) -> Array:
     Exact unless outcomes are tied; symmetric, NaN on the diagonal and where either has no runs.
     """
     p = np.full((len(outcomes), outcomes.shape[1], outcomes.shape[1]), np.nan)
-    alike: dict[tuple[int, int, bool], list[tuple[int, int, int]]] = {}  # tested together: scipy is slow one by one
-    runs = [[row[~np.isnan(row)] for row in of_problem] for of_problem in outcomes]
-    for at, of_problem in enumerate(runs):
-        for i, j in combinations(range(len(of_problem)), 2):
-            one, other = of_problem[i], of_problem[j]
-            if len(one) and len(other):
-                alike.setdefault((len(one), len(other), _tied(one, other)), []).append((at, i, j))
-    for (_, _, tied), indices in alike.items():
-        at, i, j = np.array(indices).T
-        one, other = (np.array([runs[q][a] for q, a in zip(at, of, strict=True)]) for of in (i, j))
-        p[at, i, j] = p[at, j, i] = _rank_sums(one, other, "asymptotic" if tied else "exact")
+    for at, of_problem in enumerate(outcomes):
+        runs = [row[~np.isnan(row)] for row in of_problem]
+        for i, j in combinations(range(len(runs)), 2):
+            if len(runs[i]) and len(runs[j]):
+                p[at, i, j] = p[at, j, i] = _rank_sum(runs[i], runs[j])
     return p
 
 
@@ -95,13 +88,10 @@ def holm_pairs(p: Array) -> Array:
     return np.where(upper, adjusted, np.swapaxes(adjusted, -1, -2))
 
 
-def _tied(one: Array, other: Array) -> bool:
-    return len(np.unique(np.concatenate([one, other]))) < len(one) + len(other)
-
-
-def _rank_sums(one: Array, other: Array, method: Literal["exact", "asymptotic"]) -> Array:
-    p: Array = np.asarray(mannwhitneyu(one, other, axis=-1, method=method).pvalue, np.float64)
-    return np.nan_to_num(p, nan=1.0)  # SciPy from 1.18 on: NaN where all runs are tied
+def _rank_sum(one: Array, other: Array) -> float:
+    tied = len(np.unique(np.concatenate([one, other]))) < len(one) + len(other)
+    p = float(mannwhitneyu(one, other, method="asymptotic" if tied else "exact").pvalue)
+    return 1.0 if np.isnan(p) else p  # SciPy from 1.18 on: NaN where all runs are tied
 
 
 def _van_elteren(pairs: list[tuple[Array, Array]]) -> float:

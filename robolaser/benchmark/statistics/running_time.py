@@ -1,4 +1,4 @@
-"""The expected running time to a target, ERT, and how many times longer one algorithm takes than another.
+"""The expected running time to a target, ERT, its ratios between algorithms, and targets reached by when.
 
 What an algorithm pays on average until it reaches a target if it is begun anew, with another seed, as often as it
 fails: all that all runs paid up to the target or their end, over the number of those that reached it. Auger & Hansen
@@ -74,6 +74,30 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
             found = _bounds(mean, drawn, fewer.min(), (fewer - 1).sum())
             ratios[:, one, other] = found.value, found.lower, found.upper
     return Intervals(*ratios)
+
+
+def budgets(running_times: Array, totals: Array, points: int = 200) -> Array:
+    """Budgets (points,) from the first target that any run reached to the end of the longest, evenly in logarithms.
+
+    Empty if no run reached any.
+    """
+    reached = running_times[np.isfinite(running_times) & (running_times > 0)]
+    if not len(reached):
+        return np.empty(0)
+    return np.geomspace(reached.min(), max(np.nanmax(totals), reached.max()), points)
+
+
+def shares(running_times: Array, budgets: Array) -> Array:
+    """Shares of (problem, seed, target) reached within budgets, (p, a, s, t) and (g,) -> (a, g); NaN without runs.
+
+    Hansen, Auger, Brockhoff & Tusar 2022, "Anytime performance assessment in blackbox optimization benchmarking".
+    """
+    found = np.full((running_times.shape[1], len(budgets)), np.nan)
+    for a, row in enumerate(found):
+        there = np.sort(running_times[:, a][~np.isnan(running_times[:, a])])
+        if len(there):
+            row[:] = np.searchsorted(there, budgets, side="right") / len(there)
+    return found
 
 
 def _paid(running_times: Array, totals: Array) -> Array:

@@ -12,7 +12,7 @@ from robolaser.errors import DependencyMissing
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.problems.calibration_suite.instance import DATA, Instance
-from robolaser.problems.reduction import Reduction
+from robolaser.problems.reduction import ReducedModel
 
 TARGET = 1.01  # J that counts as the optimum, in units of the lowest known
 
@@ -47,7 +47,7 @@ class SuiteProblem(Problem):
         """Build the problem of an instance; `suite()` does."""
         dataset = load(DATA / instance.data)
         self.model = Model(dataset, candidate_effects(instance.effects, dataset))
-        self._reduction = Reduction(self.model) if instance.reduced else None
+        self._reduction = ReducedModel(self.model) if instance.reduced else None
         free = self._reduction.parameters if self._reduction else self.model.parameters.without(instance.held)
         self._columns = self.model.parameters.columns(free.names)
         self.instance, self.id, self.title, self.names = instance, instance.id, instance.title, free.names

@@ -1,6 +1,5 @@
 """What a comparison looks like: page, terminal, tables for a paper."""
 
-from robolaser.report.comparison.page import document, page
-from robolaser.report.comparison.terminal import print_comparison
+from robolaser.report.comparison.page import document, page, print_comparison
 
 __all__ = ["document", "page", "print_comparison"]

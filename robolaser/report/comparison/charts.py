@@ -1,4 +1,4 @@
-"""The charts of a comparison: targets reached, convergence, and, of two objectives, what half of the runs attained."""
+"""The charts of a comparison: targets reached and, of two objectives, what half of the runs attained."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.benchmark.measures import ProblemSummary, attainment
+from robolaser.benchmark.measures import attainment
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
-from robolaser.benchmark.statistics.intervals import quantiles
-from robolaser.benchmark.statistics.profiles import budgets, shares
+from robolaser.benchmark.statistics.running_time import budgets, shares
 from robolaser.report.chart import (
     HEIGHT_PX,
     LINES,
@@ -31,16 +31,11 @@ from robolaser.report.comparison.words import number
 
 LEADING = 6
 """Algorithms that have a colour of their own, by rank."""
-MOMENTS = 160
-"""Of convergence that are drawn."""
-LOWEST = 1e-9
-"""Excess that is drawn."""
-BAND = np.array([0.1, 0.5, 0.9])
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class Lines:
+class AlgorithmLines:
     """The algorithms of a family and their colours."""
 
     comparison: BenchmarkResult
@@ -74,7 +69,7 @@ class Lines:
         return HEIGHT_PX + 12 * min(len(self.order), LEADING)
 
 
-def solved(lines: Lines, title: str) -> Chart | None:
+def solved(lines: AlgorithmLines, title: str) -> Chart | None:
     """Share of targets that runs have reached, over the evaluations that they spent."""
     arrays = lines.comparison.arrays(lines.standings.family)
     spent = budgets(arrays.evaluations, arrays.total_evaluations)
@@ -104,44 +99,7 @@ def solved(lines: Lines, title: str) -> Chart | None:
     )
 
 
-def anytime(lines: Lines, problem: ProblemSummary, title: str) -> Chart | None:
-    """Median convergence of the leading algorithms, with what the best and the worst tenth of runs do."""
-    of = {name: [run.trace for run in lines.comparison.runs if run.key[:2] == (problem.name, name)]
-          for name in lines.numbers}  # fmt: skip
-    first = [trace.evaluations[0] for traces in of.values() for trace in traces if len(trace.evaluations)]
-    if not first or not np.isfinite(problem.best) or problem.noisy:
-        return None
-    spent = np.unique(np.geomspace(max(1, min(first)), max(problem.budget, 2 * min(first)), MOMENTS))
-    drawn, data = {}, []
-    for name in reversed(lines.order):
-        if of.get(name):
-            after = np.array([trace.best_after(spent) for trace in of[name]])
-            band = quantiles((after - problem.best).T, BAND).T
-            drawn[name] = np.where(np.isfinite(band), np.maximum(band, LOWEST), np.nan)
-            better, median, worse = drawn[name]
-            data += records(spent=spent, better=better, median=median, worse=worse, series=name)
-    values = np.concatenate([one[np.isfinite(one)] for one in drawn.values()])
-    if not len(values):
-        return None
-    above = "IGD+" if problem.objectives > 1 else f"cost above the lowest known [{problem.unit}]".removesuffix(" []")
-    y = quantity("median", above, log=True, domain=(values.min() / 2, values.max() * 2))
-    x = quantity("spent", "evaluations", log=True, domain=(spent[0], spent[-1]))
-    colour, area = lines.colour(drawn), {"type": "area", "interpolate": "step-after", "opacity": 0.13, "clip": True}
-    said = hover("series", spent="evaluations", median="median", better="best tenth", worse="worst tenth")
-    return chart(
-        title,
-        "The best so far, whenever a run is stopped: the median run, and shaded from the best tenth of the runs to the"
-        " worst. Only the leading algorithms are drawn.",
-        f"In the end {min(drawn, key=lambda name: np.nan_to_num(drawn[name][1, -1], nan=np.inf))} is lowest.",
-        [
-            layer(area, data, x=x, y=y | {"field": "better"}, y2={"field": "worse"}, color=colour),
-            layer(line(step=True, strokeWidth=2), data, tooltip=said, x=x, y=y, color=colour),
-        ],
-        height=lines.height,
-    )
-
-
-def attained(lines: Lines, problem: ProblemSummary, title: str) -> Chart | None:
+def attained(lines: AlgorithmLines, problem: ProblemSummary, title: str) -> Chart | None:
     """Median attainment surfaces of the leading algorithms, of two objectives."""
     if problem.objectives != 2:
         return None

@@ -1,14 +1,18 @@
-"""The report of a comparison."""
+"""The report of a comparison, as a page and in twenty lines on the terminal."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
 
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import names
 from robolaser.report.comparison import tables, words
-from robolaser.report.comparison.charts import Lines, anytime, attained, solved
+from robolaser.report.comparison.charts import AlgorithmLines, attained, solved
+from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
 from robolaser.report.page import render
 
@@ -16,7 +20,8 @@ LONG = 140
 """Letters of a sentence that is too long for large type."""
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
-NOTHING = "No run has finished yet."
+MOST_LINES, LONGEST = 8, 90
+"""Lines of targets, of notes and of failures on the terminal, and letters of a reason."""
 
 
 def document(
@@ -28,11 +33,11 @@ def document(
         comparison: What was run.
         judged: The standings of each family of problems.
         command: What to type to repeat it.
-        brief: Leave out what only a page shows.
+        brief: For the terminal: without charts and evidence, with the targets in words.
     """
     shown = judged if comparison.runs else ()
-    lead, sense = _parted(_unbroken(shown[0].order.answer if shown else NOTHING))
-    families = [_family(Lines(comparison, one), i, brief=brief) for i, one in enumerate(shown)]
+    lead, sense = _parted(_unbroken(shown[0].order.answer if shown else "No run has finished yet."))
+    families = [_family(AlgorithmLines(comparison, one), i, brief=brief) for i, one in enumerate(shown)]
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
@@ -40,7 +45,7 @@ def document(
         lead,
         sense,
         [],
-        families if brief else [*families, *_evidence(comparison, shown)],
+        [*families, _remarks(comparison, shown)] if brief else [*families, *_evidence(comparison, shown)],
         tag=(words.missing(comparison), "unexplained"),
         command=command,
         prints_lead=True,
@@ -50,6 +55,27 @@ def document(
 def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
     """The page as HTML."""
     return render(document(comparison, judged, command=command))
+
+
+def print_comparison(
+    comparison: BenchmarkResult,
+    judged: Sequence[Standings],
+    folder: Path | None = None,
+    *,
+    console: Console | None = None,
+) -> None:
+    """Print setting, verdict, standings, targets and failures; plain text unless on a terminal.
+
+    Args:
+        comparison: What was run.
+        judged: The standings of each family of problems.
+        folder: Where it was written.
+        console: Where to print; standard output by default.
+    """
+    out = plain_unless_terminal(console)
+    print_document(document(comparison, judged, brief=True), out)
+    if folder is not None:
+        print_page(folder, out)
 
 
 def _unbroken(text: str) -> str:
@@ -66,7 +92,7 @@ def _parted(answer: str) -> tuple[str, str]:
     return f"{lead}:", rest
 
 
-def _family(lines: Lines, number: int, *, brief: bool) -> Section:
+def _family(lines: AlgorithmLines, number: int, *, brief: bool) -> Section:
     standings, comparison = lines.standings, lines.comparison
     title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
@@ -81,9 +107,38 @@ def _family(lines: Lines, number: int, *, brief: bool) -> Section:
     return Section(title, blocks)
 
 
+def _remarks(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Section:
+    """What the terminal says besides: how far it has come, targets, notes and failures, not too many of each."""
+    knowing = [name for name in comparison.solvers if name in comparison.know_budget]
+    noisy = [one.name for one in comparison.problems if one.noisy]
+    aims = [line for one in judged for line in words.aims(comparison, one)]
+    notes = [f"{', '.join(knowing)}: searches differently with another budget."] if knowing else []
+    notes += [f"{name} is noisy: runs are ranked by what they returned, evaluated anew." for name in noisy]
+    failures = [
+        f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
+        for name, reason, count, _ in tables.failure_rows(comparison)
+    ]
+    failures += [
+        f"{name} was not run on {where}: {_short(why)}" for name, where, why in tables.refusal_rows(comparison)
+    ]
+    missing = words.missing(comparison)
+    blocks: list[Block] = [Text(missing, printed=True)] if missing else []
+    for lines in (aims, notes, failures):
+        more = [f"and {len(lines) - MOST_LINES} more, see the report"] if len(lines) > MOST_LINES else []
+        blocks += [Text(line, "quiet", printed=True) for line in [*lines[:MOST_LINES], *more]]
+    if not comparison.wanted:
+        blocks.append(Text("No algorithm could be run on any of the problems.", printed=True))
+    return Section("Remarks", blocks)
+
+
+def _short(reason: str) -> str:
+    line = reason.splitlines()[0] if reason else ""
+    return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
+
+
 def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
     failed = Table(
-        [Column("Algorithm", "name"), Column("Runs", "number"), Column("Reason", "wide"), Column("Runs on", "wide")],
+        [Column("Algorithm", "name"), Column("Runs", "number"), Column("Reason", "wide"), Column("Problems", "wide")],
         [(name, Cell(str(n), order=n), reason, where) for name, reason, n, where in tables.failure_rows(comparison)],
     )
     refused = Table(
@@ -92,7 +147,7 @@ def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[
     )
     scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in judged)]
     sections = [
-        *(section for one in judged for section in _problems(Lines(comparison, one))),
+        *(section for one in judged for section in _problems(AlgorithmLines(comparison, one))),
         Section("Problems", [_problem_table(comparison, judged)]),
         Section("Runs that failed", [failed] if failed.rows else []),
         Section("What could not be run", [refused] if refused.rows else []),
@@ -102,18 +157,13 @@ def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[
     return [section for section in sections if section.blocks]
 
 
-def _problems(lines: Lines) -> list[Section]:
+def _problems(lines: AlgorithmLines) -> list[Section]:
     sections, several = [], len(lines.standings.by_problem) > 1
     for on in lines.standings.by_problem:
         problem = next(one for one in lines.comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
         blocks += [Text(_unbroken(on.order.answer))] if several else []
-        blocks += charts(
-            [
-                anytime(lines, problem, f"Best so far on {problem.name}"),
-                attained(lines, problem, f"Half of the runs attain this on {problem.name}"),
-            ]
-        )
+        blocks += charts([attained(lines, problem, f"Half of the runs attain this on {problem.name}")])
         blocks.append(tables.result_table(problem, on, lines.standings.tolerance, lines.numbers))
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))

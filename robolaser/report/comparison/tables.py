@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robolaser.benchmark.measures import ProblemSummary
+from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import between, chance, figure, share
-from robolaser.benchmark.standings.table import OnProblem, Order, Pair, Result, Standing
-from robolaser.report.comparison.words import excess, number, spans, target
+from robolaser.benchmark.standings.table import OnProblem, Order, PairwiseComparison, ResultOnProblem, Standing
+from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import NEVER, count, duration, many, rate
 from robolaser.report.document import Cell, Column, Table
 
@@ -27,17 +27,16 @@ def standing_table(comparison: BenchmarkResult, standings: Standings, colours: M
         Column("Rank", brief="rank"),
         Column("Success", brief="success"),
         Column("Evaluations to the target (ERT)", brief="evaluations"),
-        Column("Time to the target", brief="time"),
         Column("Significantly worse than the first?", brief="worse than the first?"),
         Column("Failed", brief="failed"),
     ]
     rows = [_standing(comparison, standings, one, colours) for one in standings.order.places]
-    told = [i for i in range(len(columns)) if i < len(columns) - 1 or any(row[i].text for row in rows)]
+    shown = [i for i in range(len(columns)) if i < len(columns) - 1 or any(row[i].text for row in rows)]
     note = (
-        "Evaluations and time are what it takes on average to get to the target; over several problems, × times as many"
-        " as the first where both reached it, with the 95 % interval."
+        "Evaluations are what it takes on average to get to the target; over several problems, × times as many as the"
+        " first where both reached it, with the 95 % interval."
     )
-    return Table([columns[i] for i in told], [[row[i] for i in told] for row in rows], note=note, printed=most)
+    return Table([columns[i] for i in shown], [[row[i] for i in shown] for row in rows], note=note, printed=most)
 
 
 def _standing(
@@ -49,36 +48,35 @@ def _standing(
     solved = [f"{standing.solved} of {problems} problems"] if standing.solved < problems > 1 and standing.runs else []
     about = [comparison.solvers[name], *(["knows its budget"] if name in comparison.know_budget else [])]
     success = standing.success
-    seconds = [] if len(results) > MANY else [duration(one.seconds) for one in results if one.seconds is not None]
     return [
         Cell(name, below=about, note=standing.unranked, line=colours.get(name, -1)),
-        Cell("–" if standing.rank is None else str(standing.rank), order=standing.rank or np.inf),
+        _rank(standing),
         Cell("" if success.value is None else share(success), below=solved, order=success.value),
-        _price(standing, results),
-        Cell("; ".join(seconds) if standing.solved else ""),
+        _running_time(standing, results),
         _against(standing),
         Cell(f"{standing.failed} of {standing.runs}" if standing.failed else ""),
     ]
 
 
-def _price(standing: Standing, results: Sequence[Result]) -> Cell:
-    """The price itself on one problem, times the first's over several; nobody is compared with who never got there."""
+def _rank(standing: Standing) -> Cell:
+    return Cell("–" if standing.rank is None else str(standing.rank), order=standing.rank or np.inf)
+
+
+def _running_time(standing: Standing, results: Sequence[ResultOnProblem]) -> Cell:
+    """The ERT on one problem, the ratio to the first's over several; none to an algorithm that never got there."""
     if not standing.runs:
         return Cell("")
     if not standing.solved:
         return Cell(NEVER)
-    ratio = "" if standing.against_first is None else _ratio(standing.against_first)
+    pair = standing.against_first
+    ratio = "" if pair is None or pair.ratio.value is None else f"{many(pair.ratio.value)}{between(pair.ratio)}"
     if len(results) == 1 and (spent := results[0].evaluations).value is not None:
         return Cell(
             f"{count(spent.value)}{between(spent) if spent.lower else ''}", [ratio] if ratio else [], order=spent.value
         )
-    prices = [f"{one.problem} {count(one.evaluations.value)}" for one in results if one.evaluations.value is not None]
+    each = [f"{one.problem} {count(one.evaluations.value)}" for one in results if one.evaluations.value is not None]
     shown = ratio or ("the first" if standing.rank == 1 else "–")
-    return Cell(shown, prices if len(prices) <= MANY else [])
-
-
-def _ratio(pair: Pair) -> str:
-    return "" if pair.ratio.value is None else f"{many(pair.ratio.value)}{between(pair.ratio)}"
+    return Cell(shown, each if len(each) <= MANY else [])
 
 
 def _against(standing: Standing) -> Cell:
@@ -93,44 +91,36 @@ def _against(standing: Standing) -> Cell:
 
 
 def result_table(problem: ProblemSummary, on: OnProblem, tolerance: float, colours: Mapping[str, int]) -> Table:
-    """All algorithms on a problem, the best first: time and success at some targets, and final results."""
+    """All algorithms on a problem, the best first: running time, success, and final results."""
     of = {result.algorithm: result for result in on.results}
-    every = [one.tolerance for one in on.results[0].targets] if on.results else []
-    wanted = sorted(
-        {min(every, key=lambda t: abs(math.log(t / one))) for one in (1.0, tolerance, every[-1])}, reverse=True
-    )
     rows = [
         [
             Cell(place.algorithm, line=colours.get(place.algorithm, -1)),
-            Cell("–" if place.rank is None else str(place.rank), order=place.rank or np.inf),
-            *(_reached(of[place.algorithm], one) for one in wanted),
+            _rank(place),
+            _reached(of[place.algorithm]),
+            Cell("" if of[place.algorithm].run_seconds is None else duration(of[place.algorithm].run_seconds or 0.0)),
             _quality(problem, of[place.algorithm]),
         ]
         for place in on.order.places
     ]
-    columns = [Column("Algorithm", "name", 23), Column("Rank"), *(Column(f"ERT to {number(one)}") for one in wanted)]
+    columns = [Column("Algorithm", "name", 23), Column("Rank"), Column("ERT [evaluations]"), Column("Time of a run")]
     columns.append(Column("Final result above the best known: median, quartiles"))
     return Table(
         columns,
         rows,
-        "Expected evaluations to three targets, and final results",
+        "Expected evaluations to the target, and final results",
         note=f"Ranked by the target: {target(problem, tolerance)}.",
     )
 
 
-def _reached(result: Result, tolerance: float) -> Cell:
-    one = next(one for one in result.targets if one.tolerance == tolerance)
+def _reached(result: ResultOnProblem) -> Cell:
     if not result.runs:
         return Cell("")
-    success = f"{one.successes} of {result.runs} runs"
-    return (
-        Cell(NEVER, (success,))
-        if one.evaluations is None
-        else Cell(count(one.evaluations), (success,), order=one.evaluations)
-    )
+    success, spent = f"{result.successes} of {result.runs} runs", result.evaluations.value
+    return Cell(NEVER if spent is None else count(spent), (success,), order=spent)
 
 
-def _quality(problem: ProblemSummary, result: Result) -> Cell:
+def _quality(problem: ProblemSummary, result: ResultOnProblem) -> Cell:
     """Median, and quartiles unless they are alike; the violation where most runs found nothing feasible."""
     if result.final is None:
         return Cell("")
@@ -154,7 +144,7 @@ def pairwise_matrix(order: Order) -> Table:
     return Table(columns, rows if len(names) > 1 else [], "Pairwise comparison", note, FEW, kind="matrix")
 
 
-def _pair(of: Mapping[tuple[str, str], Pair], one: str, other: str) -> Cell:
+def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str) -> Cell:
     if one == other:
         return Cell("·")
     pair = of.get((one, other)) or of.get((other, one))
@@ -202,14 +192,11 @@ def effect_table(standings: Standings) -> Table | None:
 
 
 def failure_rows(comparison: BenchmarkResult) -> list[tuple[str, str, int, str]]:
-    """Algorithm, reason, runs, and on which problems with which seeds, those with one reason together."""
-    grouped: dict[tuple[str, str], dict[str, list[int]]] = {}
+    """Algorithm, reason, runs, and on which problems, those with one reason together."""
+    grouped: dict[tuple[str, str], list[str]] = {}
     for run in comparison.failures:
-        grouped.setdefault((run.algorithm, run.reason), {}).setdefault(run.problem, []).append(run.seed)
-    return [
-        (name, reason, sum(map(len, where.values())), "; ".join(f"{p}: seed {spans(of)}" for p, of in where.items()))
-        for (name, reason), where in grouped.items()
-    ]
+        grouped.setdefault((run.algorithm, run.reason), []).append(run.problem)
+    return [(name, reason, len(on), ", ".join(dict.fromkeys(on))) for (name, reason), on in grouped.items()]
 
 
 def refusal_rows(comparison: BenchmarkResult) -> list[tuple[str, str, str]]:

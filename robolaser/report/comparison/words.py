@@ -4,10 +4,16 @@ import importlib.metadata
 import math
 import platform
 from collections.abc import Sequence
-from itertools import groupby
 
-from robolaser.benchmark.measures import OUR_OWN, THEORY, ProblemSummary
-from robolaser.benchmark.problem import CALIBRATION, OWN, SEVERAL, TEST_FUNCTION
+from robolaser.benchmark.problem_summary import (
+    CALIBRATION,
+    OUR_OWN,
+    OWN,
+    SEVERAL,
+    TEST_FUNCTION,
+    THEORY,
+    ProblemSummary,
+)
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.report.digits import duration, plain, rate, times
@@ -118,8 +124,8 @@ def missing(comparison: BenchmarkResult) -> str:
 
 def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
     """Conditions of the runs, and the effort."""
-    effort = comparison.effort
-    versions = ", ".join(f"{name} {of}" for name in PACKAGES if (of := _version(name)))
+    effort, seeds = comparison.effort, comparison.seeds
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in PACKAGES)
     ended = sum(bool(run.reason) for run in comparison.runs) - len(comparison.failures)
     return (
         ("Budget", f"{budget(comparison)} a run; one is one candidate's cost, or its residuals once"),
@@ -127,19 +133,12 @@ def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
             "Time limit",
             f"{duration(comparison.time_limit_s)} a run; {ended} runs were ended by it and count as they are",
         ),
-        ("Seeds", f"{spans(comparison.seeds)}, the same for all"),
+        ("Seeds", f"{_many(len(seeds), 'seed')} from {min(seeds)} to {max(seeds)}, the same for all"),
         ("Runs", f"{len(comparison.runs):,} of {comparison.wanted:,}, {len(comparison.failures):,} of them failed"),
         ("Run on", f"{effort.engine or 'nothing yet'}, {_many(effort.workers, 'run')} at a time"),
         ("Took", f"{duration(effort.seconds)}; {rate(effort.busy)} of the workers' time went into runs"),
         ("Versions", f"robolaser {version()}, {versions}, Python {platform.python_version()}"),
     )
-
-
-def spans(numbers: Sequence[int]) -> str:
-    """Whole numbers, neighbours as from-to."""
-    runs = [[number for _, number in group]
-            for _, group in groupby(enumerate(sorted(numbers)), key=lambda pair: pair[1] - pair[0])]  # fmt: skip
-    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
 
 
 def _percent(share: float) -> str:
@@ -148,10 +147,3 @@ def _percent(share: float) -> str:
 
 def _many(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
-
-
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return ""

@@ -1,0 +1,179 @@
+"""Searches besides pymoo's algorithms: SciPy's, pycma, random candidates, and `calibrate`'s own.
+
+Each is a function of an evaluator and a seed, as those of users are; its settings are its keywords.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import numpy as np
+
+from robolaser.algorithms.registry import SCREENING
+from robolaser.arrays import Array
+from robolaser.benchmark.evaluator import BudgetedEvaluator
+from robolaser.benchmark.problem import BenchmarkProblem
+from robolaser.benchmark.solvers.solver import Refusal, applies_to_all, one_objective_of_reals, within
+
+SILENT = -9
+"""pycma's setting for no output, neither on the terminal nor in files."""
+BATCH = 100
+"""Random candidates that are evaluated together."""
+
+
+def random_search(evaluator: BudgetedEvaluator, seed: int) -> None:
+    """Evaluate candidates that are uniform within the bounds."""
+    rng = np.random.default_rng(seed)
+    while True:
+        evaluator.evaluate(evaluator.problem.sample_uniform(rng, BATCH))
+
+
+def scipy_evolution(
+    evaluator: BudgetedEvaluator,
+    seed: int,
+    *,
+    popsize: int = 15,
+    maxiter: int = 1000,
+    tol: float = 0.01,
+    recombination: float = 0.7,
+    strategy: Any = "best1bin",
+    polish: bool = True,
+) -> None:
+    """Run `scipy.optimize.differential_evolution`, whole populations at once, and restart it when it ends."""
+    from scipy.optimize import Bounds, differential_evolution  # noqa: PLC0415 - half a second to import
+
+    problem, rng = evaluator.problem, np.random.default_rng(seed)
+
+    def costs(x: Array, /) -> Any:
+        found = evaluator.cost(within(np.atleast_2d(x.T), problem))
+        return found if x.ndim == 2 else found[0]
+
+    while True:
+        differential_evolution(
+            costs,
+            Bounds(problem.lower, problem.upper),
+            vectorized=True,
+            updating="deferred",
+            seed=int(rng.integers(1, 2**31)),
+            popsize=popsize,
+            maxiter=maxiter,
+            tol=tol,
+            recombination=recombination,
+            strategy=strategy,
+            polish=polish,
+        )
+
+
+def pycma(
+    evaluator: BudgetedEvaluator,
+    seed: int,
+    *,
+    sigma: float = 0.3,
+    bipop: bool = True,
+    restarts: int = 9,
+    tolfun: float = 1e-11,
+) -> None:
+    """Run Hansen's pycma in the unit box, with restarts that alternate large and small populations (BIPOP, 2009).
+
+    Args:
+        evaluator: Of the problem.
+        seed: Of the run.
+        sigma: Initial step size in the unit box; 0.3 is the authors' advice.
+        bipop: Whether restarts alternate small and large populations; if not, each is larger than the last.
+        restarts: Restarts after which the search begins anew.
+        tolfun: Restart when costs differ by less, in the cost's unit.
+    """
+    import cma  # noqa: PLC0415 - half a second to import
+
+    from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
+
+    problem, rng = evaluator.problem, np.random.default_rng(seed)
+    width = problem.upper - problem.lower
+
+    def start() -> Array:
+        return rng.uniform(size=problem.dimension)
+
+    def costs(y: list[Array]) -> list[float]:
+        found: list[float] = evaluator.cost(within(problem.lower + np.array(y) * width, problem)).tolist()
+        return found
+
+    with seeded(seed):
+        warnings.simplefilter("ignore")
+        while True:
+            options = {"bounds": [0, 1], "seed": int(rng.integers(1, 2**31)), "verbose": SILENT, "tolfun": tolfun}
+            cma.fmin2(None, start, sigma, options, restarts=restarts, bipop=bipop, parallel_objective=costs)
+
+
+def least_squares(
+    evaluator: BudgetedEvaluator, seed: int, *, method: Literal["trf", "dogbox"] = "trf", tol: float = 1e-12
+) -> None:
+    """Run `scipy.optimize.least_squares` within the bounds, with its differences, from one random start after another.
+
+    More exact derivatives would not help: descents that find nothing then go on for five times as many candidates.
+    SciPy's default tolerance of 1e-8 stops in a flat valley before the optimum.
+    """
+    from scipy import optimize  # noqa: PLC0415 - half a second to import
+
+    problem, rng = evaluator.problem, np.random.default_rng(seed)
+    free = problem.upper > problem.lower
+    bounds = problem.lower[free], problem.upper[free]
+    options: dict[str, Any] = {"bounds": bounds, "x_scale": bounds[1] - bounds[0], "method": method}
+    options |= dict.fromkeys(("ftol", "xtol", "gtol"), tol)
+    while True:
+        x, before = problem.sample_uniform(rng)[0], evaluator.evaluations
+
+        def residuals(z: Array, x: Array = x) -> Any:
+            x[free] = z
+            return evaluator.residuals(x[None])[0]
+
+        try:
+            optimize.least_squares(residuals, x[free], **options)
+        except (ValueError, np.linalg.LinAlgError):  # the start or a column of the Jacobian is at a pole
+            if evaluator.evaluations == before:
+                raise
+
+
+def screening(evaluator: BudgetedEvaluator, seed: int) -> None:
+    """Run `robolaser.estimation.multistart` until descents agree; each round is counted, with J of all rows.
+
+    `calibrate` also starts a descent from the nominal values. Here it must not: no other solver knows them.
+    """
+    from robolaser.estimation.multistart import SoFar, multistart  # noqa: PLC0415 - test functions need no models
+
+    model = evaluator.problem.model
+    if model is None:
+        raise TypeError(f"{evaluator.problem.name} is not a calibration")
+    counted, whole = 0, evaluator.problem.dimension == len(model.parameters)
+
+    def record(evaluations: int, cost: float, x: Array) -> None:
+        nonlocal counted
+        evaluator.record(evaluations - counted + 1, cost, x if whole else None)  # and one on all rows, for J
+        counted = evaluations
+
+    def after_round(so_far: SoFar) -> None:
+        record(so_far.evaluations, float(model.cost(so_far.x[None])[0]), so_far.x)
+
+    found = multistart(model, seed=seed, progress=after_round)
+    record(found.evaluations, found.cost, found.x)
+
+
+def _calibrations_only(problem: BenchmarkProblem) -> str | None:
+    return None if problem.model is not None else "it knows calibrations only, by their closed forms"
+
+
+def _sums_of_squares_only(problem: BenchmarkProblem) -> str | None:
+    return None if problem.residuals is not None else "it needs residuals, and the cost is not a sum of squares"
+
+
+SEARCHES: Mapping[str, tuple[Callable[..., None], str, Refusal]] = {
+    SCREENING: (
+        screening,
+        "robolaser's default: the best of random candidates refined until enough end at one optimum",
+        _calibrations_only,
+    ),
+    "pycma": (pycma, "pycma: covariance matrix adaptation with BIPOP restarts", one_objective_of_reals),
+    "least-squares": (least_squares, "SciPy's least squares from random starts", _sums_of_squares_only),
+    "scipy-de": (scipy_evolution, "SciPy's differential evolution", one_objective_of_reals),
+    "random": (random_search, "uniformly random candidates: what every search has to beat", applies_to_all),
+}
+"""The searches by name, each with its title and the problems that it refuses."""
