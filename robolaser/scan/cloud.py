@@ -22,7 +22,6 @@ from robolaser.errors import ScanError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.stages import Stage
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.joint_sensitivity import joint_sensitivity
 from robolaser.scan.ply import VERTEX, Vertices
 from robolaser.scan.scanner_model import ScannerModel
 from robolaser.scan.sources import Source, as_points, check_poses, no_line_centres
@@ -140,5 +139,6 @@ def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:
     sigma = calibrated.noise.get("joint", 0.0)
     axis = replace(scanner, effects=tuple(one for one in scanner.effects if one.stage is not Stage.PIXELS))
     seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's position
-    arms = joint_sensitivity(robot, poses.q, apply(scanner.camera, seen))
-    return np.asarray(sigma * np.linalg.norm(arms, axis=1))
+    points = apply(scanner.camera, seen)
+    moves = robot.jacobian(poses.q[None], points[None])[0][:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
+    return np.asarray(sigma * np.linalg.norm(np.linalg.norm(moves, axis=1), axis=1))

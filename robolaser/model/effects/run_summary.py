@@ -1,11 +1,11 @@
 """What must be known of a run to apply the effects found in it to another one."""
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Annotated, final
 
 import numpy as np
+from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.run import Course, Run
@@ -16,7 +16,7 @@ from robolaser.model.effects.run import Course, Run
 class RunSummary:
     """The run that a calibration was made from."""
 
-    poses: int  # number of poses
+    poses: Annotated[int, Meta(ge=1)]  # number of poses
     sha256: str  # of their names, readings and times: tells whether another run has the same poses
     # middle of all flanges by the nominal arm, about which `base_shift` turns, (3,) [m]
     middle_m: tuple[float, float, float]
@@ -38,15 +38,6 @@ class RunSummary:
             middle_m=(x, y, z),
             temperature_c=None if read is None else (float(read.min()), float(read.max())),
         )
-
-    def as_json(self) -> Mapping[str, Any]:
-        """What calibration.json holds of it."""
-        return {
-            "poses": self.poses,
-            "sha256": self.sha256,
-            "middle_m": list(self.middle_m),
-            "temperature_c": None if self.temperature_c is None else list(self.temperature_c),
-        }
 
 
 def continued(summary: RunSummary | None, dataset: Dataset) -> Run:
