@@ -1,6 +1,7 @@
 """The lens that distorted the images of a recording, and where the board's plane lay in each of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import final
 
@@ -97,9 +98,10 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
     best = unknown
     for model, freed in MODELS:
         try:
-            _, matrix, distortion, _, _, doubts, *_ = cv2.calibrateCameraExtended(
-                boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
-            )
+            with _one_thread():
+                _, matrix, distortion, _, _, doubts, *_ = cv2.calibrateCameraExtended(
+                    boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
+                )
         except cv2.error:
             continue
         lens = Lens(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True)
@@ -108,6 +110,17 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
         if FOCAL_RANGE[0] < matrix[0, 0] / width_px < FOCAL_RANGE[1] and surely:
             best = lens
     return best
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep OpenCV to one thread: several add up in any order, and the last digits differ from run to run."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def _intrinsics(lens: Lens) -> Array:

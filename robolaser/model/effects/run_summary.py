@@ -1,8 +1,9 @@
 """What must be known of a run to apply the effects found in it to another one."""
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, final
+from typing import Annotated, Any, final
 
 import numpy as np
 from msgspec import Meta
@@ -38,6 +39,15 @@ class RunSummary:
             middle_m=(x, y, z),
             temperature_c=None if read is None else (float(read.min()), float(read.max())),
         )
+
+    def as_json(self) -> Mapping[str, Any]:
+        """What calibration.json holds of it."""
+        return {
+            "poses": self.poses,
+            "sha256": self.sha256,
+            "middle_m": list(self.middle_m),
+            "temperature_c": None if self.temperature_c is None else list(self.temperature_c),
+        }
 
 
 def continued(summary: RunSummary | None, dataset: Dataset) -> Run:
