@@ -16,7 +16,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
-from robolaser.cell.camera import Image, Warn
+from robolaser.cell.camera import Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
 from robolaser.cell.route import Waypoint, read_route, route_text
@@ -26,6 +26,7 @@ from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError, OutputError, PlanError, output_exists, unreadable, unwritable
 from robolaser.robot.kinematics import Robot
+from robolaser.vision.board import Image
 
 DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
 IMAGE_OFF = UNLIT
