@@ -61,7 +61,7 @@ def looked_at(scan):
 def test_ball_and_step_have_their_size(recording, truly):
     said, _ = recording
     scan = prepare(truly, said)
-    assert scan.cloud.source.what == "images"
+    assert scan.cloud.what == "images"
     found = measure(looked_at(scan), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
     plane, step, sphere = found.primitives
     assert abs(step.error_m) < 5e-5
