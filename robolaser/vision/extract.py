@@ -1,7 +1,7 @@
 """From images to points: which pixels of the stripe show which places on the board."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -131,22 +131,27 @@ def extract_points(
     views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
     length = search.camera.size_px[1 if search.axis == "v" else 0]
     apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
-    cuts = [
-        _cut(shots.pose, one.centres, views.get(i), lens, board, search.axis, apart)
-        for i, (shots, one) in enumerate(zip(images, seen, strict=True))
+    found = [
+        [] if i not in views else _on_board(one.centres, views[i], lens, board, search.axis, apart)
+        for i, one in enumerate(seen)
     ]
-    scatter = np.concatenate([cut.scatter for cut in cuts]) if cuts else np.zeros(0)
+    stripes = [(shots.pose, one) for shots, ones in zip(images, found, strict=True) for one in ones]
+    scatter = np.concatenate([np.zeros(0), *(jumps(one.off) for _, one in stripes)])
+    is_noise = len(scatter) > 0 and search.detector not in SMOOTHING
     return Extraction(
-        pose=tuple(cut.frame.pose for cut in cuts for _ in cut.point),
-        point=tuple(name for cut in cuts for name in cut.point),
-        repeat=np.concatenate([np.zeros(0, dtype=np.int64), *(cut.repeat for cut in cuts)]),
-        pixel=np.concatenate([np.zeros((0, 2)), *(cut.pixel for cut in cuts)]),
-        place=np.concatenate([np.zeros((0, 3)), *(cut.place for cut in cuts)]),
-        frames=tuple(cut.frame for cut in cuts),
+        pose=tuple(pose for pose, one in stripes for _ in one.line),
+        point=tuple(f"{search.axis}{line:04d}" for _, one in stripes for line in one.line),
+        repeat=np.concatenate(
+            [np.zeros(0, dtype=np.int64), *(np.full(len(one.line), one.repeat) for _, one in stripes)]
+        ),
+        pixel=np.concatenate([np.zeros((0, 2)), *(one.pixel for _, one in stripes)]),
+        place=np.concatenate([np.zeros((0, 3)), *(one.place for _, one in stripes)]),
+        frames=tuple(
+            _frame(shots.pose, one.centres, views.get(i), found[i])
+            for i, (shots, one) in enumerate(zip(images, seen, strict=True))
+        ),
         lens=lens,
-        pixel_noise_px=float(np.sqrt(np.mean(scatter**2)))
-        if len(scatter) and search.detector not in SMOOTHING
-        else float("nan"),
+        pixel_noise_px=float(np.sqrt(np.mean(scatter**2))) if is_noise else float("nan"),
         corners={images[i].pose: grid for i, grid in grids.items()},
         channel=search.channel,
     )
@@ -168,32 +173,23 @@ def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
 
 @final
 @dataclass(frozen=True)
-class _Cut:
-    """The points of one pose."""
+class _OnBoard:
+    """The stripe in one image, as far as it is on the board's plane."""
 
-    frame: Frame
-    point: tuple[str, ...] = ()
-    repeat: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    pixel: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    place: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    scatter: Array = field(default_factory=lambda: np.zeros(0))
+    repeat: int  # number of the image at its pose, from 1
+    line: Ints  # lines of pixels of the points, (n,)
+    pixel: Array  # (n, 2) [px]
+    place: Array  # (n, 3) [m]
+    off: Array  # distance of each of its centres from a straight line, whether it is a point or not, (k,) [px]
+    crosses: bool  # whether it crosses the board's squares
+    left_out: float  # share of its lines of pixels beyond a step beside the squares
 
 
-def _cut(
-    pose: str,
-    shots: tuple[LineCentres, ...],
-    view: BoardPlane | None,
-    lens: Lens,
-    board: Board,
-    stripe_axis: Axis,
-    step: int,
-) -> _Cut:
-    if view is None:
-        return _Cut(Frame(pose, skipped="no board"))
-    if not any(map(len, shots)):
-        return _Cut(Frame(pose, skipped="no stripe", corner_rms_px=view.corner_rms_px))
-    names: list[str] = []
-    pixels, places, repeats, offs, scatter, crosses, beyond = [], [], [], [], [], [], []
+def _on_board(
+    shots: tuple[LineCentres, ...], view: BoardPlane, lens: Lens, board: Board, stripe_axis: Axis, step: int
+) -> list[_OnBoard]:
+    """The stripe in each image of a pose that shows enough of it on the board."""
+    found = []
     size, surely_m = board.square_m * np.array([board.columns - 1, board.rows - 1]), SQUARES_BEYOND * board.square_m
     for number, centres in enumerate(shots, start=1):
         straight = lens.undistort(centres.pixel)
@@ -205,31 +201,34 @@ def _cut(
             continue
         lines = np.flatnonzero(kept)
         taken = lines[every(centres.line[lines], step)]
-        names += [f"{stripe_axis}{line:04d}" for line in centres.line[taken]]
-        pixels.append(centres.pixel[taken])
-        places.append(np.pad(place[taken], ((0, 0), (0, 1))))
-        repeats.append(np.full(len(taken), number))
-        offs.append(off[kept])
-        crosses.append(crosses_squares(centres, on_squares))
-        beyond.append(_beyond(centres, kept) if crosses[-1] else 0.0)
-        scatter.append(jumps(off[kept]))
-    if not offs:
-        return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px))
-    frame = Frame(
+        crosses = crosses_squares(centres, on_squares)
+        found.append(
+            _OnBoard(
+                number,
+                centres.line[taken],
+                centres.pixel[taken],
+                np.pad(place[taken], ((0, 0), (0, 1))),
+                off[kept],
+                crosses,
+                _beyond(centres, kept) if crosses else 0.0,
+            )
+        )
+    return found
+
+
+def _frame(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[_OnBoard]) -> Frame:
+    if view is None:
+        return Frame(pose, skipped="no board")
+    if not found:
+        skipped = "no stripe on the board" if any(map(len, shots)) else "no stripe"
+        return Frame(pose, skipped=skipped, corner_rms_px=view.corner_rms_px)
+    return Frame(
         pose,
-        points=len(names),
+        points=sum(len(one.line) for one in found),
         corner_rms_px=view.corner_rms_px,
-        line_rms_px=float(np.sqrt(np.mean(np.concatenate(offs) ** 2))),
-        beside=not all(crosses),
-        left_out=float(np.mean(beyond)),
-    )
-    return _Cut(
-        frame,
-        tuple(names),
-        np.concatenate(repeats),
-        np.concatenate(pixels),
-        np.concatenate(places),
-        np.concatenate(scatter),
+        line_rms_px=float(np.sqrt(np.mean(np.concatenate([one.off for one in found]) ** 2))),
+        beside=not all(one.crosses for one in found),
+        left_out=float(np.mean([one.left_out for one in found])),
     )
 
 
