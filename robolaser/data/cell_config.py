@@ -41,7 +41,7 @@ class ArmLine:
     home: bool = False  # whether it searches its home before it measures
     # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
     unattended_s: Positive = UNATTENDED_S
-    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl_axes`; stated for each of them
+    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl`; stated for each of them
 
 
 @final

@@ -14,8 +14,8 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.emulator.world import load_world
 from robolaser.scan import prepare, read_calibration
+from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.quality import measure
-from robolaser.scan.subsample import Subsample
 
 THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"
 THERE = 54  # its first poses: on the way back play would part what a nominal scanner sees

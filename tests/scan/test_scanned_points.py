@@ -14,8 +14,8 @@ from robolaser.model.effects.effect import Effect, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 from robolaser.scan import Cloud, prepare, read_calibration, sources
+from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.ply import VERTEX, positions_of
-from robolaser.scan.subsample import Subsample
 
 EFFECTS = {
     "none": ([], {}),
