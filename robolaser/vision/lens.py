@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.vision.board import off_pattern
 
 FEWEST_VIEWS = 3  # boards from which focal length and distortion are told apart at all
 MOST_VIEWS = 40  # boards, spread over the recording, that the lens is found from; more cost much and add little
@@ -139,18 +140,13 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> BoardPlane:
     straight = lens.undistort(pixel)
     lay = _rigid if lens.known else _loose
     H_pixel_board, R = lay(board, straight, lens)
-    off = _misfit(H_pixel_board, board, straight)
+    off = off_pattern(H_pixel_board, board, straight)
     near = off <= max(STRAY_MEDIANS * float(np.median(off)), STRAY_LEAST_PX)
     if not near.all():
         H_pixel_board, R = lay(board[near], straight[near], lens)
-        off = _misfit(H_pixel_board, board[near], straight[near])
+        off = off_pattern(H_pixel_board, board[near], straight[near])
     H_board_pixel = np.asarray(np.linalg.inv(H_pixel_board), dtype=np.float64)
     return BoardPlane(H_board_pixel, R, float(np.sqrt(np.mean(off**2))))
-
-
-def _misfit(H_pixel_board: Array, board: Array, straight: Array) -> Array:
-    shown = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2)
-    return np.asarray(np.linalg.norm(shown - straight, axis=-1))
 
 
 def _loose(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:
