@@ -8,7 +8,6 @@ import cv2
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.cell.camera import Camera, Warn, cannot_open, check_image, grey, no_more_images
-from robolaser.data.cell_config import CameraLine
 from robolaser.data.image_list import images_of_poses
 from robolaser.data.loading import load
 from robolaser.vision.board import Image
@@ -23,12 +22,12 @@ class RecordedImages(Camera):
     A recording's shots come in the order in which they were taken, a folder's images by name.
     """
 
-    def __init__(self, source: Path, line: CameraLine, size: tuple[int, int], warn: Warn) -> None:
+    def __init__(self, source: Path, size: tuple[int, int], warn: Warn, channel: str = "grey", bits: int = 16) -> None:
         self._source = source
         self._size = size
         self._warn = warn
         frames = _of_folder(source) if source.is_dir() else _of_film(source)
-        self._pictures: Iterator[Image] = (grey(source, frame, line.channel, line.bits) for frame in frames)
+        self._pictures: Iterator[Image] = (grey(source, frame, channel, bits) for frame in frames)
 
     def shot(self, settle_s: float) -> Image:
         """An image of what is there from now on."""
