@@ -43,7 +43,7 @@ class SavedModel:
 @final
 @dataclass(frozen=True)
 class SavedParameter:
-    """A parameter as it was found, and the scanner's as they were before; without a nominal value, `start` says so."""
+    """A number as it was found; of the scanner's, nominal value and bounds, or where it started without these, too."""
 
     value: float
     nominal: float | None = None
