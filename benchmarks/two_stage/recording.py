@@ -15,6 +15,7 @@ from robolaser.vision.board import find_board
 from robolaser.vision.board_orientation import orient_by_robot
 from robolaser.vision.extract import extract_points
 from robolaser.vision.lens import find_lens
+from robolaser.vision.stripe_trace import StripeSearch
 
 
 @final
@@ -33,16 +34,9 @@ def measure(folder: Path) -> Recording:
     if board is None or image_px is None or T is None or dataset.poses.image is None:
         raise SystemExit(f"{folder}: not a recording of a board with flange poses.")
     images = [(name, folder / file) for name, file in zip(dataset.poses.names, dataset.poses.image, strict=True)]
-    found = extract_points(
-        [PoseImages(row, name, (file,)) for row, (name, file) in enumerate(images)],
-        columns=board.columns,
-        rows=board.rows,
-        square_m=board.square_m,
-        stripe_axis=dataset.stripe_axis,
-        width_px=image_px[0],
-        height_px=image_px[1],
-        R_base_flange=dict(zip(dataset.poses.names, T[:, :3, :3], strict=True)),
-    )
+    shots = [PoseImages(row, name, (file,)) for row, (name, file) in enumerate(images)]
+    search = StripeSearch.of(dataset, shots, channel="grey")
+    found = extract_points(shots, search, board, R_base_flange=T[:, :3, :3])
     number = {name: i for i, name in enumerate(dataset.poses.names)}
     pose = np.array([number[name] for name in found.pose], dtype=np.int64)
     points = Points(pose, found.point, pixel=found.pixel, xyz=found.place)

@@ -6,16 +6,16 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.acl_axes import AXES, pitch_in_world, radians_per_count
 from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import joints_differ, line_lost, unclear
 from robolaser.cell.serial_line import SerialLine, connect
-from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.data.cell_config import ArmLine, Axes, Cell
 from robolaser.errors import ArmError, DataError
 from robolaser.robot.kinematics import Robot
 
+AXES = 5
 PER_QUARTER = 33
 """PAR 33 to 37: counts of axes 1 to 5 for 90 degrees; the sign is the encoder's."""
 AT_REFERENCE = 52
@@ -49,7 +49,7 @@ HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
 class AclArm(Arm):
     """A SCORBOT: encoder counts become joint angles by the controller's own parameters and the type of the arm.
 
-    angles = reference_rad + direction M (counts - PAR(51 + axis)), M as in `robolaser.cell.acl_axes`.
+    angles = reference_rad + direction M (counts - PAR(51 + axis)), M as in `radians_per_count`.
     """
 
     outputs: ClassVar[int | None] = 16
@@ -245,6 +245,36 @@ class AclArm(Arm):
         counts = self._at_reference + self._counts_per_rad @ (self._direction * (q - self._reference))
         nearest: Ints = np.rint(counts).astype(np.int64)
         return nearest
+
+
+def radians_per_count(axes: Axes, per_quarter: Array) -> Array:
+    """Matrix from counts since the reference posture to joint angles since then, (j, j) [rad].
+
+    The ER VII counts each joint by itself. The ER V plus is decoupled: all its motors sit in the base, so the elbow's
+    encoder counts the forearm's angle in the world, and the hand's pitch in the world and its roll are half the
+    difference and half the sum of encoders 4 and 5 (ACL reference guide for Controller-A, p. 7-10).
+
+    Args:
+        axes: Type of the arm.
+        per_quarter: Counts of each axis for 90 degrees, PAR 33 to 37, (j,).
+    """
+    scaled = np.diag(np.pi / 2 / per_quarter)
+    if axes == "er7":
+        return scaled
+    in_joints = np.eye(AXES) - np.diag([0.0, 1.0, 1.0, 0.0], -1)
+    return in_joints @ scaled @ _differential()
+
+
+def pitch_in_world(per_quarter: Array, counts: Array) -> float:
+    """Pitch of an ER V plus's hand, by counts since the horizontal reference posture, (5,) [rad]."""
+    return float((_differential() @ counts)[3] * np.pi / 2 / per_quarter[3])
+
+
+def _differential() -> Array:
+    """From counts of axes 1 to 5 to those of base, shoulder, elbow, pitch and roll, (5, 5)."""
+    mixed = np.eye(AXES)
+    mixed[3:, 3:] = [[0.5, -0.5], [0.5, 0.5]]
+    return mixed
 
 
 def _listed(answer: str, axes: int) -> Ints | None:

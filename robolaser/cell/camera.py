@@ -7,11 +7,11 @@ from typing import Any, Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from robolaser.errors import CameraError
+from robolaser.vision.board import Image
+from robolaser.vision.images import eight_bits
 
-Image = NDArray[np.uint8]
 Warn = Callable[[str], None]
 
 WHITE = 250
@@ -77,20 +77,21 @@ CHANNELS = ("blue", "green", "red")
 """Of a colour image, as OpenCV orders them."""
 
 
-def grey(source: object, frame: Any, channel: str = "grey") -> Image:
-    """Any image as OpenCV delivers it, as (h, w) uint8; sixteen bits keep their upper eight.
+def grey(source: object, frame: Any, channel: str = "grey", bits: int = 16) -> Image:
+    """Any image as OpenCV delivers it, as (h, w) uint8.
 
     Args:
         source: What messages call the camera.
         frame: (h, w) or (h, w, colours), of 8 or 16 bits.
         channel: "grey", or the colour that is kept.
+        bits: How many of sixteen bits the camera uses; the upper eight of them are kept.
 
     Raises:
         CameraError: It is no image.
     """
-    plain: Any = (frame >> 8).astype(np.uint8) if frame.dtype == np.uint16 else frame
-    if plain.dtype != np.uint8:
-        raise cannot_open(source, f"its images hold {plain.dtype}, expected integers of 8 or 16 bits")
+    if frame.dtype not in (np.uint8, np.uint16):
+        raise cannot_open(source, f"its images hold {frame.dtype}, expected integers of 8 or 16 bits")
+    plain: Any = eight_bits(frame, bits)
     if plain.ndim == 3 and plain.shape[2] > 1 and channel in CHANNELS:
         plain = plain[..., CHANNELS.index(channel)]
     elif plain.ndim == 3 and plain.shape[2] > 1:

@@ -45,4 +45,4 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
         raise cannot_open(source, f"{scheme}:// is not allowed, only {', '.join(STREAMS)}")
     if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
         return LiveCamera(cell.camera, size, clock, warn)
-    return RecordedImages(cell.beside(source), size, warn, cell.camera.channel)
+    return RecordedImages(cell.beside(source), size, warn, cell.camera.channel, cell.camera.bits)

@@ -5,10 +5,10 @@ from typing import final
 
 import numpy as np
 
-from robolaser.cell.camera import Image
 from robolaser.data.board import Board
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import CameraError
+from robolaser.vision.board import Image
 from robolaser.vision.target_corners import target_in
 
 LOOKS = 3

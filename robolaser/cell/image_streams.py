@@ -5,7 +5,8 @@ from typing import Any, final
 import cv2
 
 from robolaser.bounded_reading import decoded
-from robolaser.cell.camera import Image, cannot_open
+from robolaser.cell.camera import cannot_open
+from robolaser.vision.board import Image
 
 OPENING_MS = 8000
 READING_MS = 2000

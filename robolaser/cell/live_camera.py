@@ -6,11 +6,12 @@ from typing import Any, final
 import cv2
 import numpy as np
 
-from robolaser.cell.camera import DARK, WHITE, Camera, Image, Warn, cannot_open, check_image, grey, no_more_images
+from robolaser.cell.camera import DARK, WHITE, Camera, Warn, cannot_open, check_image, grey, no_more_images
 from robolaser.cell.clock import Clock
 from robolaser.cell.image_streams import open_stream
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError, RobolaserError
+from robolaser.vision.board import Image
 
 SILENT_S = 2.0
 """A camera that sends no image for so long is lost."""
@@ -27,7 +28,7 @@ class LiveCamera(Camera):
     """A device or a stream, read in a thread of its own."""
 
     def __init__(self, line: CameraLine, size: tuple[int, int], clock: Clock, warn: Warn) -> None:
-        self._source, self._channel = line.source, line.channel
+        self._source, self._channel, self._bits = line.source, line.channel, line.bits
         self._size = size
         self._clock = clock
         self._warn = warn
@@ -102,7 +103,7 @@ class LiveCamera(Camera):
                 self._exposure = None
             try:
                 there, frame = self._capture.read()
-                image = grey(self._source, frame, self._channel) if there else None
+                image = grey(self._source, frame, self._channel, self._bits) if there else None
                 end = None if there else no_more_images(self._source, "it has ended or was unplugged")
             except RobolaserError as error:
                 image, end = None, error

@@ -7,9 +7,10 @@ from typing import Any, final
 import cv2
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
-from robolaser.cell.camera import Camera, Image, Warn, cannot_open, check_image, grey, no_more_images
+from robolaser.cell.camera import Camera, Warn, cannot_open, check_image, grey, no_more_images
 from robolaser.data.image_list import images_of_poses
 from robolaser.data.loading import load
+from robolaser.vision.board import Image
 
 ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
@@ -21,11 +22,12 @@ class RecordedImages(Camera):
     A recording's shots come in the order in which they were taken, a folder's images by name.
     """
 
-    def __init__(self, source: Path, size: tuple[int, int], warn: Warn, channel: str = "grey") -> None:
+    def __init__(self, source: Path, size: tuple[int, int], warn: Warn, channel: str = "grey", bits: int = 16) -> None:
         self._source = source
         self._size = size
         self._warn = warn
-        self._pictures = _of_folder(source, channel) if source.is_dir() else _of_film(source, channel)
+        frames = _of_folder(source) if source.is_dir() else _of_film(source)
+        self._pictures: Iterator[Image] = (grey(source, frame, channel, bits) for frame in frames)
 
     def shot(self, settle_s: float) -> Image:
         """An image of what is there from now on."""
@@ -40,7 +42,7 @@ class RecordedImages(Camera):
         self._pictures = iter(())
 
 
-def _of_folder(folder: Path, channel: str) -> Iterator[Image]:
+def _of_folder(folder: Path) -> Iterator[Any]:
     if (folder / "poses.csv").is_file():
         names = _shots(folder)
     else:
@@ -48,14 +50,14 @@ def _of_folder(folder: Path, channel: str) -> Iterator[Image]:
     if not names:
         raise cannot_open(folder, "there is no image in it")
 
-    def pictures() -> Iterator[Image]:
+    def frames() -> Iterator[Any]:
         for name in names:
             frame = decoded(read_bytes(folder / name, IMAGE_BYTES), cv2.IMREAD_UNCHANGED)
             if frame is None:
                 raise no_more_images(folder, f"{name} cannot be read")
-            yield grey(folder, frame, channel)
+            yield frame
 
-    return pictures()
+    return frames()
 
 
 def _shots(folder: Path) -> list[str]:
@@ -63,16 +65,16 @@ def _shots(folder: Path) -> list[str]:
     return [str(file.relative_to(folder)) for shots in images_of_poses(load(folder)) for file in shots.files]
 
 
-def _of_film(source: Path, channel: str) -> Iterator[Image]:
+def _of_film(source: Path) -> Iterator[Any]:
     capture: Any = cv2.VideoCapture(str(source))
     if not capture.isOpened():
         raise cannot_open(source, "it is neither a folder nor a film or numbered images")
 
-    def pictures() -> Iterator[Image]:
+    def frames() -> Iterator[Any]:
         while True:
             there, frame = capture.read()
             if not there:
                 return
-            yield grey(source, frame, channel)
+            yield frame
 
-    return pictures()
+    return frames()

@@ -9,25 +9,26 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self, final
+from typing import Self, final
 
 import cv2
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
-from robolaser.cell.camera import Image, Warn
+from robolaser.cell.camera import Warn
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
-from robolaser.cell.recovery import begun_in_another_cell, check_same_cell, is_number, named, same, whole
+from robolaser.cell.recovery import IMAGES, POSES, check_same_cell, pictured, same, whole_rows
 from robolaser.cell.route import Waypoint, read_route, route_text
 from robolaser.data.atomic_write import clear_staged, finish_writing, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
-from robolaser.errors import DataError, OutputError, PlanError, output_exists, unreadable, unwritable
+from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
 from robolaser.robot.kinematics import Robot
+from robolaser.vision.board import Image
 
-DATASET, POSES, PLAN, IMAGES = "dataset.toml", "poses.csv", "plan.csv", "images"
+DATASET, PLAN = "dataset.toml", "plan.csv"
 IMAGE_OFF = UNLIT
 LEAST_PAUSE_S = 1.0
 """Between the last pose before an interruption and the first after it, where the disk's clock says less."""
@@ -230,19 +231,9 @@ class RecordingWriter:
 
     def _there(self) -> list[str]:
         """Names of the files of a recording that is thrown away."""
-        return [str(file.relative_to(self.folder)) for file in (*self._pictured(), *self._files()) if file.is_file()]
-
-    def _pictured(self) -> list[Path]:
-        """Images that a recording that is thrown away has taken."""
-        if not (self.folder / POSES).is_file():
-            return []
-        try:
-            _, rows = _table(self.folder / POSES)
-        except DataError:  # a table that cannot be read names none
-            return []
-        names = [name for row in rows for name in named(row)]
-        images = [self.folder / IMAGES / Path(name).name for name in names if Path(name).parent == Path(IMAGES)]
-        return [image for image in images if image.is_file()]
+        return [
+            str(file.relative_to(self.folder)) for file in (*pictured(self.folder), *self._files()) if file.is_file()
+        ]
 
     def _tidy_up(self) -> None:
         """Clear away what a power cut left of files."""
@@ -285,35 +276,12 @@ class RecordingWriter:
 
     def _take_up(self, table: Path) -> None:
         """Read the rows that are whole and whose images are; the others' poses are visited again."""
-        columns = self._columns()
-        header, rows = _table(table)
-        if header is not None and header != set(columns):
-            differing = ", ".join(sorted(header ^ set(columns)))
-            raise begun_in_another_cell(
-                self.folder, f"its poses.csv and what would be recorded now differ in {differing}"
-            )
-        for cells in rows:
-            row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
-            images = [row[name] for name in columns if name.startswith("image") and row.get(name)]
-            readings = [row.get(name, "") for name in columns if name == "time_s" or name.startswith("q_")]
-            complete = len(row) == len(columns) and all(map(is_number, readings))
-            if complete and all(whole(self.folder / image) for image in images):
-                self._rows.append(row)
-                self.time_s = max(self.time_s, float(row["time_s"]))
+        self._rows = whole_rows(table, self._columns())
+        self.time_s = max([0.0, *(float(row["time_s"]) for row in self._rows)])
         again = {waypoint.approach_name for waypoint in self.remaining}
         self._rows = [row for row in self._rows if row["pose"] not in again]
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
-
-
-def _table(path: Path) -> tuple[set[str] | None, list[dict[str | Any, str | Any]]]:
-    """Columns, None where their line is torn, and rows as they are."""
-    text = read_text(path)
-    reader = csv.DictReader(io.StringIO(text, newline=""))
-    try:
-        return set(reader.fieldnames or ()) if "\n" in text else None, list(reader)
-    except csv.Error as error:
-        raise unreadable(path, str(error)) from None
 
 
 @contextmanager

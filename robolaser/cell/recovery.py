@@ -1,16 +1,20 @@
 """Whether what an interruption left of a recording is complete and belongs to the cell."""
 
+import csv
+import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+from robolaser.bounded_reading import IMAGE_BYTES, read_bytes, read_text
 from robolaser.cell.quantization_noise import KEY, SECTION
 from robolaser.cell.route import Waypoint
 from robolaser.data.cell_config import Cell
 from robolaser.data.toml_schema import read_toml
-from robolaser.errors import DataError
+from robolaser.errors import DataError, unreadable
 
+POSES, IMAGES = "poses.csv", "images"
 MERE_WORDS = ("name", "source", "licence")
 PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
@@ -43,7 +47,54 @@ def same(waypoints: Sequence[Waypoint], planned: Sequence[Waypoint]) -> bool:
     return [text(waypoint) for waypoint in waypoints] == [text(waypoint) for waypoint in planned]
 
 
-def whole(image: Path) -> bool:
+def whole_rows(table: Path, columns: Sequence[str]) -> list[dict[str, str]]:
+    """Rows of a recording's poses.csv that are whole and whose images are.
+
+    Args:
+        table: The file.
+        columns: What it would have if it were recorded now.
+
+    Raises:
+        DataError: It has other columns, or cannot be read.
+    """
+    header, rows = _table(table)
+    if header is not None and header != set(columns):
+        differing = ", ".join(sorted(header ^ set(columns)))
+        raise begun_in_another_cell(table.parent, f"its poses.csv and what would be recorded now differ in {differing}")
+    found = []
+    for cells in rows:
+        row = {name: cells[name] for name in columns if isinstance(cells.get(name), str)}
+        readings = [row.get(name, "") for name in columns if name == "time_s" or name.startswith("q_")]
+        complete = len(row) == len(columns) and all(map(_is_number, readings))
+        if complete and all(_is_whole(table.parent / image) for image in _named(row)):
+            found.append(row)
+    return found
+
+
+def pictured(folder: Path) -> list[Path]:
+    """Images that a recording has taken; none where its poses.csv cannot be read."""
+    if not (folder / POSES).is_file():
+        return []
+    try:
+        _, rows = _table(folder / POSES)
+    except DataError:
+        return []
+    names = [Path(name) for row in rows for name in _named(row)]
+    images = [folder / IMAGES / name.name for name in names if name.parent == Path(IMAGES)]
+    return [image for image in images if image.is_file()]
+
+
+def _table(path: Path) -> tuple[set[str] | None, list[dict[str | Any, str | Any]]]:
+    """Columns, None where their line is torn, and rows as they are."""
+    text = read_text(path)
+    reader = csv.DictReader(io.StringIO(text, newline=""))
+    try:
+        return set(reader.fieldnames or ()) if "\n" in text else None, list(reader)
+    except csv.Error as error:
+        raise unreadable(path, str(error)) from None
+
+
+def _is_whole(image: Path) -> bool:
     """Whether a PNG file is there from its first byte to its last."""
     try:
         data = read_bytes(image, IMAGE_BYTES)
@@ -52,13 +103,14 @@ def whole(image: Path) -> bool:
     return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)
 
 
-def named(row: Mapping[str | None, object]) -> list[str]:
+def _named(row: Mapping[str | Any, object]) -> list[str]:
     """Images that a row of poses.csv names."""
-    return [value for name, value in row.items() if name and name.startswith("image") and isinstance(value, str)]
+    return [
+        value for name, value in row.items() if name and name.startswith("image") and value and isinstance(value, str)
+    ]
 
 
-def is_number(cell: str) -> bool:
-    """Whether a cell of a table holds a finite number."""
+def _is_number(cell: str) -> bool:
     try:
         return math.isfinite(float(cell))
     except ValueError:

@@ -11,8 +11,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.cell.bus_arm import BusArm
 from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
 from robolaser.cell.serial_line import LETTERS, SerialLine
-from robolaser.cell.servo_packets import READ_ALL, WRITE_ALL
-from robolaser.cell.servo_registers import SERVOS
+from robolaser.cell.servo_protocols import READ_ALL, SERVOS, WRITE_ALL, Register
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
@@ -22,10 +21,6 @@ QUIET_S = 0.25
 TRIES = 4
 SAGGED = 20
 """Steps that the goal of a motor that does not hold yet may be off: some servos let it follow where they are."""
-RAMP = 0.25
-"""Share of a motion's time in which it gains speed."""
-BRAKING = 100, 254
-"""Speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop."""
 TIMED = 4
 """Bit of Dynamixel's drive mode: profiles are stated as times."""
 ADVICE = "Free the arm, let it cool down, check its supply, and switch its power off and on."
@@ -44,30 +39,30 @@ class ServoArm(BusArm):
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
         super().__init__(line, arm, robot)
-        self._at = SERVOS[arm.kind]
-        if self._at.drive_mode is not None:
-            self._state_times(self._at.drive_mode)
+        self._protocol = SERVOS[arm.kind]
+        if self._protocol.drive_mode is not None:
+            self._state_times(self._protocol.drive_mode)
         self.read()
 
     def read(self) -> Array:
         """Where it is now, (j,)."""
-        return self._angles(self._positions(self._at.present) - MIDDLE)
+        return self._angles(self._positions(self._protocol.present) - MIDDLE)
 
     def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
-        for joint, bits in zip(self._joints, self._numbers(self._at.status), strict=True):
+        for joint, bits in zip(self._joints, self._numbers(self._protocol.status), strict=True):
             if bits:
-                what = ", ".join(said for bit, said in self._at.trouble.items() if bits & bit) or f"error {bits}"
+                what = ", ".join(said for bit, said in self._protocol.trouble.items() if bits & bit) or f"error {bits}"
                 raise alarm(self._line.port, joint, what, ADVICE)
 
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,), of all servos at once."""
         goal = MIDDLE + self._counts(q)
-        start = self._positions(self._at.present)
-        if not all(self._numbers(self._at.torque)):
+        start = self._positions(self._protocol.present)
+        if not all(self._numbers(self._protocol.torque)):
             # a motor that begins to hold goes to the goal that it has
             self._send_checked(start, start, seconds, slack=SAGGED)
-            self._write(self._at.torque, [b"\1"] * len(self._ids))
+            self._write(self._protocol.torque, [b"\1"] * len(self._ids))
         self._send_checked(start, goal, seconds)
 
     def stop(self) -> None:
@@ -76,22 +71,22 @@ class ServoArm(BusArm):
         Raises:
             AnswerUnclear: They do not say that they heard it.
         """
-        if not any(self._numbers(self._at.torque)):
+        if not any(self._numbers(self._protocol.torque)):
             return
         for _ in range(TRIES):
-            at = self._positions(self._at.present)
+            at = self._positions(self._protocol.present)
             self._send_on(at, at, 0.0)
-            heard = self._positions(self._at.goal)
+            heard = self._positions(self._protocol.goal)
             if (heard == at).all():
                 return
         raise unclear(self._line.port, f"stop at {at.tolist()}", str(heard.tolist()), TRIES)
 
-    def _state_times(self, drive_mode: tuple[int, int]) -> None:
+    def _state_times(self, drive_mode: Register) -> None:
         """Let Dynamixels take times for their motions, which they keep when switched off."""
         modes = self._numbers(drive_mode)
         if all(mode & TIMED for mode in modes):
             return
-        if any(self._numbers(self._at.torque)):
+        if any(self._numbers(self._protocol.torque)):
             raise ArmError(
                 f"The servos on {self._line.port} have their torque on, and the drive mode that lets motions be given a"
                 " time (bit 2) can only be set with torque off. Support the arm, switch their power off and on, and try"
@@ -107,7 +102,7 @@ class ServoArm(BusArm):
         """
         for _ in range(TRIES):
             self._send_on(start, goal, seconds)
-            heard = self._positions(self._at.goal)
+            heard = self._positions(self._protocol.goal)
             if (np.abs(heard - goal) <= slack).all():
                 return
         with suppress(AnswerUnclear):
@@ -117,42 +112,29 @@ class ServoArm(BusArm):
 
     def _send_on(self, start: Ints, goal: Ints, seconds: float) -> None:
         """Send all servos from where they are to where they are to be, (j,) each, with the same ramps; in 0 s: stop."""
-        address, length = self._at.motion
-        motions = []
-        for way, position in zip(np.abs(goal - start).tolist(), goal.tolist(), strict=True):
-            if self._at.signed_by_bit:  # acceleration [100 steps/s2], goal, a time that is not used, speed [steps/s]
-                speed, ramp = BRAKING
-                if seconds:
-                    speed = max(1, round(way / (seconds * (1 - RAMP))))
-                    ramp = min(254, max(1, round(speed / (RAMP * seconds) / 100)))
-                signed = abs(position) | (0x8000 if position < 0 else 0)
-                motions.append(bytes([ramp]) + signed.to_bytes(2, "little") + b"\0\0" + speed.to_bytes(2, "little"))
-            else:  # times of ramp and motion [ms], goal
-                times = round(1000 * RAMP * seconds), round(1000 * seconds), position
-                motions.append(b"".join(number.to_bytes(4, "little", signed=True) for number in times))
-        self._write((address, length), motions)
+        ways = zip(np.abs(goal - start).tolist(), goal.tolist(), strict=True)
+        self._write(
+            self._protocol.motion, [self._protocol.motion_data(way, position, seconds) for way, position in ways]
+        )
 
-    def _positions(self, register: tuple[int, int]) -> Ints:
+    def _positions(self, register: Register) -> Ints:
         """Positions of all servos, (j,) [steps]."""
-        bits = 8 * register[1]
-        raw = np.array(self._numbers(register), dtype=np.int64)
-        highest = 1 << bits - 1
-        return np.where(raw < highest, raw, highest - raw if self._at.signed_by_bit else raw - 2 * highest)
+        return self._protocol.positions(np.array(self._numbers(register), dtype=np.int64), register[1])
 
-    def _numbers(self, register: tuple[int, int]) -> list[int]:
+    def _numbers(self, register: Register) -> list[int]:
         """What all servos have in a register, without its sign."""
-        packets, (address, length) = self._at.packets, register
-        parameters = b"".join(number.to_bytes(packets.wide, "little") for number in register) + bytes(self._ids)
+        address, length = register
+        parameters = b"".join(number.to_bytes(self._protocol.wide, "little") for number in register) + bytes(self._ids)
         heard = ""
         for _ in range(TRIES):
             heard += self._line.discard()
-            self._line.send(packets.instruction(READ_ALL, parameters).decode(LETTERS))
+            self._line.send(self._protocol.instruction(READ_ALL, parameters).decode(LETTERS))
             found = []
             for servo in self._ids:
-                pattern = re.compile(packets.answer(servo, length).decode(LETTERS))
+                pattern = re.compile(self._protocol.answer(servo, length).decode(LETTERS))
                 text, answer = self._line.until(pattern, QUIET_S)
                 heard += text
-                if answer is None or not packets.is_whole(answer[0].encode(LETTERS)):
+                if answer is None or not self._protocol.is_whole(answer[0].encode(LETTERS)):
                     break
                 found.append(int.from_bytes(answer["data"].encode(LETTERS), "little"))
             if len(found) == len(self._ids):
@@ -162,8 +144,7 @@ class ServoArm(BusArm):
             raise line_lost(self._line.port, f"servo {servo} ({self._joints[len(found)]}) gave no answer")
         raise unclear(self._line.port, f"read {address} of servo {servo}", heard, TRIES)
 
-    def _write(self, register: tuple[int, int], data: Sequence[bytes]) -> None:
-        packets = self._at.packets
-        parameters = b"".join(number.to_bytes(packets.wide, "little") for number in register)
+    def _write(self, register: Register, data: Sequence[bytes]) -> None:
+        parameters = b"".join(number.to_bytes(self._protocol.wide, "little") for number in register)
         parameters += b"".join(bytes([servo]) + one for servo, one in zip(self._ids, data, strict=True))
-        self._line.send(packets.instruction(WRITE_ALL, parameters).decode(LETTERS))
+        self._line.send(self._protocol.instruction(WRITE_ALL, parameters).decode(LETTERS))

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
-from robolaser.cell.camera import Camera, Image, Warn
+from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.first_look import BoardCutOff, FirstLook
@@ -20,6 +20,7 @@ from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
 from robolaser.robot.kinematics import Robot
+from robolaser.vision.board import Image
 
 LIGHT_GREY = 40
 """A visible laser brightens some pixel at least by this; noise alone by a dozen."""

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -66,28 +67,53 @@ def extract(
     to_scan = has_stripe and dataset.board is None and dataset.poses.image is not None
     if output is not None and output.resolve() == recording.resolve():
         output = None
-    folder = output or recording
     both = has_stripe and not to_scan
     files = {STRIPES if to_scan else POINTS, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
-    write = _stripes if to_scan else _points
     images = [] if output is None else _images(dataset, recording)
-    with results_in(folder, command="extract", files=[*sorted(files), *images], force=force):
+    place = _Place(recording, output, images)
+    with results_in(place.folder, command="extract", files=[*sorted(files), *images], force=force):
         if not has_stripe:
-            _corners(dataset, recording, output, images, terminal=terminal)
+            _corners(dataset, place, terminal)
             return
         seen: StripeOptions = {"step": step, "detector": centre, "channel": channel, "exposures": exposures}
-        write(dataset, recording, output, images, seen, terminal=terminal)
+        (_stripes if to_scan else _points)(dataset, place, seen, terminal)
 
 
-def _points(
-    recording: "Dataset",
-    source: Path,
-    output: Path | None,
-    copied: Sequence[str],
-    seen: "StripeOptions",
-    *,
-    terminal: Terminal,
-) -> None:
+@dataclass(frozen=True)
+class _Place:
+    """Where the points go: into the recording, or with it into a new data set."""
+
+    recording: Path
+    output: Path | None  # folder of the new data set; None: there is none
+    images: Sequence[str]  # names of the images that the new data set has, too
+
+    @property
+    def folder(self) -> Path:
+        return self.output or self.recording
+
+    def save(self, dataset: "Dataset") -> None:
+        """Write a data set's points, or all of it where it is a new one."""
+        from robolaser.data.result_folder import write_results
+        from robolaser.data.writing import point_texts, texts_of
+
+        if self.output is None:
+            write_results(self.recording, point_texts(dataset))
+        else:
+            self.write_new(texts_of(dataset))
+
+    def write_new(self, files: "Mapping[str, str | Contents | None]") -> None:
+        """Write a new data set with its images."""
+        from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+        from robolaser.data.result_folder import write_results
+
+        copies = {name: partial(read_bytes, self.recording / name, IMAGE_BYTES) for name in self.images}
+        write_results(self.folder, {**copies, **files})
+        for name in self.images:
+            taken = (self.recording / name).stat()
+            os.utime(self.folder / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
+
+
+def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal: Terminal) -> None:
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
@@ -105,8 +131,8 @@ def _points(
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
     for doubt in found.doubts:
         terminal.warn(doubt)
-    _save(dataset, source, output, copied)
-    file = (output or source) / POINTS
+    place.save(dataset)
+    file = place.folder / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     known = found.pixel_noise_px > 0
     noise = f"{found.pixel_noise_px:.2f} px" if known else "not known: neighbouring lines share it"
@@ -127,9 +153,7 @@ def _points(
     )
 
 
-def _corners(
-    recording: "Dataset", source: Path, output: Path | None, copied: Sequence[str], *, terminal: Terminal
-) -> None:
+def _corners(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
     from robolaser.vision.target_corners import points_of_target
 
     with terminal.progress() as progress:
@@ -138,8 +162,8 @@ def _corners(
     for one in seen:
         rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
         terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
-    _save(dataset, source, output, copied)
-    file = (output or source) / POINTS
+    place.save(dataset)
+    file = place.folder / POINTS
     skipped = {one.pose: "no target" for one in seen if not one.points}
     points, images = len(dataset.points), len(seen) - len(skipped)
     terminal.show(
@@ -148,21 +172,13 @@ def _corners(
     )
 
 
-def _stripes(
-    recording: "Dataset",
-    source: Path,
-    output: Path | None,
-    copied: Sequence[str],
-    seen: "StripeOptions",
-    *,
-    terminal: Terminal,
-) -> None:
+def _stripes(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal: Terminal) -> None:
     from robolaser.data.atomic_write import STAGED
     from robolaser.data.stripe_file import write_stripes
     from robolaser.data.writing import texts_of
     from robolaser.vision.recordings import stripes_from_images
 
-    file = (output or source) / STRIPES
+    file = place.folder / STRIPES
     images = blank = 0
 
     def counted(blocks: "Iterator[Stripes]") -> "Iterator[Stripes]":
@@ -172,12 +188,12 @@ def _stripes(
             blank += not len(block)
             yield block
 
-    written = file if output is None else file.with_name(f"{STAGED}{STRIPES}")
+    written = file if place.output is None else file.with_name(f"{STAGED}{STRIPES}")
     with terminal.progress() as progress:
         blocks = stripes_from_images(recording, **seen, progress=progress)
         centres = write_stripes(written, counted(blocks))
-    if output is not None:
-        _write(output, source, copied, {**texts_of(recording), STRIPES: written})
+    if place.output is not None:
+        place.write_new({**texts_of(recording), STRIPES: written})
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
@@ -189,25 +205,3 @@ def _images(recording: "Dataset", source: Path) -> list[str]:
     from robolaser.data.image_list import images_of_poses
 
     return [str(file.relative_to(source)) for shots in images_of_poses(recording) for file in shots.files]
-
-
-def _save(dataset: "Dataset", source: Path, output: Path | None, copied: Sequence[str]) -> None:
-    """Write a data set's points, or all of it where it is a new one."""
-    from robolaser.data.result_folder import write_results
-    from robolaser.data.writing import point_texts, texts_of
-
-    if output is None:
-        write_results(source, point_texts(dataset))
-    else:
-        _write(output, source, copied, texts_of(dataset))
-
-
-def _write(output: Path, source: Path, copied: Sequence[str], files: "Mapping[str, str | Contents | None]") -> None:
-    """Write a new data set with its images."""
-    from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
-    from robolaser.data.result_folder import write_results
-
-    write_results(output, {**{name: partial(read_bytes, source / name, IMAGE_BYTES) for name in copied}, **files})
-    for name in copied:
-        taken = (source / name).stat()
-        os.utime(output / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes

@@ -100,9 +100,8 @@ def scan(
     from robolaser.report.cloud import page, print_cloud
     from robolaser.scan import merged, prepare, read_calibration
     from robolaser.scan.cloud_files import write_cloud
-    from robolaser.scan.cloud_filters import one_per_voxel, with_colours, with_normals, within
+    from robolaser.scan.cloud_filters import Subsample, one_per_voxel, with_colours, with_normals, within
     from robolaser.scan.quality import measure
-    from robolaser.scan.subsample import Subsample
 
     files = [output, *([output.with_suffix(".html")] if report else [])]
     recordings = [load(one) for one in (recording, *more)]

@@ -41,7 +41,7 @@ class ArmLine:
     home: bool = False  # whether it searches its home before it measures
     # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
     unattended_s: Positive = UNATTENDED_S
-    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl_axes`; stated for each of them
+    axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl`; stated for each of them
 
 
 @final
@@ -56,6 +56,7 @@ class CameraLine:
     gain: float | None = None  # likewise
     # what is kept of a colour camera: grey, or the one of its colours that shows both board and laser
     channel: Literal["grey", "red", "green", "blue"] = "grey"
+    bits: Literal[8, 10, 12, 14, 16] = 16  # how many it uses of images of sixteen bits
     settle_s: Positive = USUAL_SETTLE_S  # wait between the arm's rest, or the laser's switching, and the shot [s]
     kind: str = ""  # name under which an installed package announces it; empty: the source decides
 

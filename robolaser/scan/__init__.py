@@ -6,10 +6,10 @@ from typing import final
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stripe_file import FILE
-from robolaser.scan.calibrated import Calibrated, read_calibration
+from robolaser.scan.calibrated import Calibrated
+from robolaser.scan.calibration_file import read_calibration
 from robolaser.scan.carry_over import carried_over
-from robolaser.scan.cloud import Cloud, arm_scatter
-from robolaser.scan.merged_cloud import MergedCloud
+from robolaser.scan.cloud import Cloud, Part, arm_scatter
 from robolaser.scan.sources import newer_images, sample_points, source_of
 
 __all__ = ["Calibrated", "Cloud", "Scan", "merged", "prepare", "read_calibration"]
@@ -36,7 +36,7 @@ class Scan:
 
     calibrated: Calibrated
     recording: Dataset
-    cloud: Cloud | MergedCloud
+    cloud: Cloud
     warnings: tuple[str, ...]
 
     def comments(self) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))
     scanner, notes = carried_over(calibrated, fitted, sample_points(source, fitted))
     warnings = (*notes, *_outdated(fitted)) if source.what == FILE else notes
-    return Scan(calibrated, fitted, Cloud(scanner, source, arm_scatter(scanner, calibrated)), warnings)
+    return Scan(calibrated, fitted, Cloud((Part(scanner, source, arm_scatter(scanner, calibrated)),)), warnings)
 
 
 def merged(scans: Sequence[Scan]) -> Scan:
@@ -86,10 +86,10 @@ def merged(scans: Sequence[Scan]) -> Scan:
     first = scans[0]
     if len(scans) == 1:
         return first
-    clouds = tuple(cloud for scan in scans if isinstance(cloud := scan.cloud, Cloud))
+    cloud = Cloud(tuple(part for scan in scans for part in scan.cloud.parts))
     recording = replace(first.recording, name=", ".join(scan.recording.name for scan in scans))
     warnings = tuple(dict.fromkeys(warning for scan in scans for warning in scan.warnings))
-    return replace(first, recording=recording, cloud=MergedCloud(clouds), warnings=warnings)
+    return replace(first, recording=recording, cloud=cloud, warnings=warnings)
 
 
 def _outdated(recording: Dataset) -> tuple[str, ...]:

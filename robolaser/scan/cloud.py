@@ -22,7 +22,6 @@ from robolaser.errors import ScanError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.stages import Stage
 from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.joint_sensitivity import joint_sensitivity
 from robolaser.scan.ply import VERTEX, Vertices
 from robolaser.scan.scanner_model import ScannerModel
 from robolaser.scan.sources import Source, as_points, check_poses, no_line_centres
@@ -42,73 +41,15 @@ class Counts:
 
 @final
 @dataclass(frozen=True)
-class Cloud:
-    """The points that a scanner shows of a source.
+class Part:
+    """The points that a scanner shows of one recording."""
 
-    Attributes:
-        scanner: What the scanner sees.
-        source: The stripes.
-        arm: Scatter from the noise of the joints' readings at each pose, (n,) [m].
-        counts: Counts what passes.
+    scanner: ScannerModel  # what the scanner sees
+    source: Source  # the stripes
+    arm: Array  # scatter from the noise of the joints' readings at each pose, (n,) [m]
 
-    Examples:
-        >>> from robolaser.scan import prepare, read_calibration
-        >>> robolaser.calibrate(dataset).save("for_cloud")
-        >>> cloud = prepare(read_calibration("for_cloud"), dataset).cloud
-        >>> sum(len(piece) for piece in cloud.pieces())
-        25
-    """
-
-    scanner: ScannerModel
-    source: Source
-    arm: Array
-    counts: Counts = field(default_factory=Counts)
-
-    @property
-    def what(self) -> str:
-        """Where the stripes come from, for people."""
-        return self.source.what
-
-    @property
-    def cameras(self) -> Array:
-        """Positions of the camera in the base frame by pose, (n, 3) [m]."""
-        return self.scanner.camera[:, :3, 3]
-
-    def pieces(self, progress: Progress | None = None) -> Iterator[Vertices]:
-        """The points in the order of the line centres; rays that do not meet the laser plane are left out.
-
-        Args:
-            progress: Is called with the share that is done.
-
-        Raises:
-            DataError: Line centres are of poses that the recording does not have.
-            ScanError: No image shows a stripe, or no line centre gave a point.
-            RobolaserError: A file or an image cannot be read.
-        """
-        waiting, done = iter(self.source.pieces), 0
-        seen = np.zeros(len(self.scanner.dataset.poses), dtype=bool)
-        self.counts.centres = self.counts.points = 0
-        with ThreadPoolExecutor(cores(), thread_name_prefix="robolaser") as threads:
-            while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
-                for centres, piece in threads.map(self._piece, batch):
-                    self.counts.centres += centres
-                    self.counts.points += len(piece)
-                    seen[piece["pose"]] = True
-                    yield piece
-                done += len(batch)
-                if progress is not None:
-                    progress("scanning", done / len(self.source.pieces))
-        self.counts.poses = int(seen.sum())
-        if self.counts.centres == 0:
-            raise no_line_centres(self.source.what)
-        if self.counts.points == 0:
-            raise ScanError(
-                f"For none of {self.counts.centres} line centres does the ray meet the laser plane in front of the"
-                " camera. Check stripe_axis, and that calibration and recording belong to the same scanner."
-            )
-
-    def _piece(self, read: Callable[[], Stripes]) -> tuple[int, Vertices]:
-        """How many line centres there are, and the points that they give."""
+    def piece(self, read: Callable[[], Stripes]) -> tuple[int, Vertices]:
+        """How many line centres a piece of the source has, and the points that they give."""
         stripes = read()
         check_poses(stripes, self.scanner.dataset)
         points = self.source.points or as_points(stripes)
@@ -119,6 +60,82 @@ class Cloud:
         out["std"] = np.hypot(across, self.arm[points.pose])
         out["pose"], out["intensity"] = stripes["pose"], stripes["intensity"]
         return len(stripes), out[np.isfinite(places).all(axis=1)]
+
+
+@final
+@dataclass(frozen=True)
+class Cloud:
+    """The points of one recording, or of several one after the other, whose poses are numbered on.
+
+    Attributes:
+        parts: Each recording.
+        counts: Counts what passes.
+
+    Examples:
+        >>> from robolaser.scan import prepare, read_calibration
+        >>> robolaser.calibrate(dataset).save("for_cloud")
+        >>> cloud = prepare(read_calibration("for_cloud"), dataset).cloud
+        >>> sum(len(piece) for piece in cloud.pieces())
+        25
+    """
+
+    parts: tuple[Part, ...]
+    counts: Counts = field(default_factory=Counts)
+
+    @property
+    def what(self) -> str:
+        """Where the stripes come from, for people."""
+        return " and ".join(dict.fromkeys(part.source.what for part in self.parts))
+
+    @property
+    def cameras(self) -> Array:
+        """Positions of the camera in the base frame by pose, (n, 3) [m]."""
+        return np.concatenate([part.scanner.camera[:, :3, 3] for part in self.parts])
+
+    def pieces(self, progress: Progress | None = None) -> Iterator[Vertices]:
+        """The points in the order of the line centres; rays that do not meet the laser plane are left out.
+
+        Args:
+            progress: Is called with the share that is done.
+
+        Raises:
+            DataError: Line centres are of poses that their recording does not have.
+            ScanError: No image of a recording shows a stripe, or no line centre gave a point.
+            RobolaserError: A file or an image cannot be read.
+        """
+        self.counts.centres = self.counts.points = self.counts.poses = 0
+        first_pose = 0
+        for number, part in enumerate(self.parts):
+            poses = len(part.scanner.dataset.poses)
+            before, seen = replace(self.counts), np.zeros(poses, dtype=bool)
+            for share, (centres, piece) in _in_threads(part):
+                self.counts.centres += centres
+                self.counts.points += len(piece)
+                seen[piece["pose"]] = True
+                piece["pose"] += first_pose
+                yield piece
+                if progress is not None:
+                    progress("scanning", (number + share) / len(self.parts))
+            self.counts.poses += int(seen.sum())
+            first_pose += poses
+            if self.counts.centres == before.centres:
+                raise no_line_centres(part.source.what)
+            if self.counts.points == before.points:
+                raise ScanError(
+                    f"For none of {self.counts.centres - before.centres} line centres does the ray meet the laser plane"
+                    " in front of the camera. Check stripe_axis, and that calibration and recording belong to the same"
+                    " scanner."
+                )
+
+
+def _in_threads(part: Part) -> Iterator[tuple[float, tuple[int, Vertices]]]:
+    """The pieces of a part in their order, computed on all cores, each with the share that is done."""
+    waiting, done, count = iter(part.source.pieces), 0, len(part.source.pieces)
+    with ThreadPoolExecutor(cores(), thread_name_prefix="robolaser") as threads:
+        while batch := list(islice(waiting, PIECES_AT_ONCE * cores())):
+            for found in threads.map(part.piece, batch):
+                done += 1
+                yield done / count, found
 
 
 def cores() -> int:
@@ -140,5 +157,6 @@ def arm_scatter(scanner: ScannerModel, calibrated: Calibrated) -> Array:
     sigma = calibrated.noise.get("joint", 0.0)
     axis = replace(scanner, effects=tuple(one for one in scanner.effects if one.stage is not Stage.PIXELS))
     seen = np.nan_to_num(axis.in_camera(axis.at_poses))  # where none is seen: the camera's position
-    arms = joint_sensitivity(robot, poses.q, apply(scanner.camera, seen))
-    return np.asarray(sigma * np.linalg.norm(arms, axis=1))
+    points = apply(scanner.camera, seen)
+    moves = robot.jacobian(poses.q[None], points[None])[0][:, :3, list(robot.chain)]  # by each joint, (n, 3, j)
+    return np.asarray(sigma * np.linalg.norm(np.linalg.norm(moves, axis=1), axis=1))

@@ -1,13 +1,13 @@
-"""What is kept of a cloud on its way to its file, and what is added: a region, voxels, normals, colours."""
+"""What is kept of a cloud on its way to its file, and what is added: a region, voxels, normals, colours, a sample."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from robolaser.arrays import Array, Ints
-from robolaser.scan.ply import COLOURS, NORMALS, Vertices, positions_of
+from robolaser.scan.ply import COLOURS, NORMALS, VERTEX, Vertices, positions_of
 
 NEIGHBOURS = 16
 """Points, itself among them, whose plane gives a point's normal."""
@@ -15,6 +15,8 @@ BLOCK = 100_000
 """Points whose neighbours are in memory at a time: 50 MB."""
 GATHERED = 2_000_000
 """Points, at least, after which voxels are gathered anew."""
+SAMPLED = 200_000
+"""Points of a sample: more say no more about a plane, and show no more in a picture."""
 
 
 def within(pieces: Iterable[Vertices], region: Array) -> Iterator[Vertices]:
@@ -91,3 +93,41 @@ def _extended(cloud: Vertices, fields: list[tuple[str, str]], columns: Iterable[
     for (name, _), column in zip(fields, columns, strict=True):
         out[name] = column
     return out
+
+
+@final
+class Subsample:
+    """Evenly taken points of a cloud of unknown size: every one at first, then ever fewer.
+
+    Args:
+        most: Points remembered, at most.
+    """
+
+    def __init__(self, most: int = SAMPLED) -> None:
+        self._most, self._every, self._ahead = most, 1, 0
+        self._kept: list[Vertices] = []
+        self._count = 0
+
+    def watch(self, pieces: Iterable[Vertices]) -> Iterator[Vertices]:
+        """Hand on pieces, (n,) of VERTEX each, and remember some of their points."""
+        for piece in pieces:
+            taken = piece[self._ahead :: self._every].copy()
+            self._ahead = (self._ahead - len(piece)) % self._every
+            self._kept.append(taken)
+            self._count += len(taken)
+            while self._count > self._most:
+                self._thin()
+            yield piece
+
+    @property
+    def vertices(self) -> Vertices:
+        """What was remembered, in the order in which it came, (m,) of VERTEX."""
+        return np.concatenate([np.empty(0, VERTEX), *self._kept])
+
+    def _thin(self) -> None:
+        """Forget every other point."""
+        whole = self.vertices
+        self._ahead += self._every * (len(whole) % 2)
+        self._kept = [whole[::2].copy()]
+        self._count = len(self._kept[0])
+        self._every *= 2

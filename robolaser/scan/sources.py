@@ -59,8 +59,14 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
             f"{folder} has neither stripes.npy nor points.csv nor images named in poses.csv: there is nothing to scan."
             " Record images, or run `robolaser extract` on them."
         )
-    channel = _channel(recording)
-    return Source("images", [partial(_from_images, recording, one, channel) for one in shots])
+    from robolaser.vision.stripe_trace import StripeSearch  # noqa: PLC0415 - OpenCV is slow to load
+
+    search = StripeSearch.of(recording, shots)
+
+    def found(one: PoseImages) -> Stripes:
+        return np.asarray(np.concatenate(list(search.traces(one))))
+
+    return Source("images", [partial(found, one) for one in shots])
 
 
 def newer_images(recording: Dataset) -> int:
@@ -159,21 +165,3 @@ def _from_points(points: Points, pixel_px: float) -> Stripes:
     stripes["pose"], stripes["std"], stripes["intensity"] = points.pose, pixel_px, np.nan
     stripes["u"], stripes["v"] = points["pixel"].T
     return stripes
-
-
-def _channel(recording: Dataset) -> str:
-    """The channel of its images in which the laser stands out."""
-    from robolaser.vision.light_channel import find_channel  # noqa: PLC0415 - OpenCV is slow to load
-
-    assert recording.image_px is not None  # a stripe's data set has a size
-    return find_channel(images_of_poses(recording), recording.image_px, "u" if recording.stripe_axis == "u" else "v")
-
-
-def _from_images(recording: Dataset, shots: PoseImages, channel: str) -> Stripes:
-    """The line centres in the images of one pose, repeats among them."""
-    from robolaser.vision.stripe_trace import traces  # noqa: PLC0415 - OpenCV is slow to load
-
-    size = recording.image_px
-    assert size is not None  # a stripe's data set has one
-    found = list(traces(shots, size, "u" if recording.stripe_axis == "u" else "v", channel=channel))
-    return np.asarray(np.concatenate(found))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import cv2
 import numpy as np
@@ -80,6 +80,18 @@ def heading(grid: Array) -> complex:
     return complex(x[0], x[1])
 
 
+def off_pattern(H_pixel_board: Any, places: Array, pixel: Array) -> Array:
+    """Distance of pixels from where a perspective puts their places on the board, both (n, 2), (n,) [px]."""
+    shown = np.asarray(cv2.perspectiveTransform(places.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2)
+    return np.asarray(np.linalg.norm(shown - pixel, axis=-1))
+
+
+def quarter_turns(grid: Array) -> tuple[Array, ...]:
+    """Every turn of a grid in its plane that keeps its columns and rows, (rows, columns, ...) each."""
+    quarter = 1 if grid.shape[0] == grid.shape[1] else 2
+    return tuple(np.ascontiguousarray(np.rot90(grid, k)) for k in range(0, 4, quarter))
+
+
 def _pitch(grid: Array, axis: int) -> Array:
     """Typical step from a corner to the next, (2,) [px]."""
     steps = np.diff(grid, axis=axis).reshape(-1, 2)
@@ -140,7 +152,7 @@ def _pattern(grid: Array) -> tuple[Array, Bools]:
     if np.shape(H) != (3, 3):
         return np.eye(3), near.reshape(rows, columns)
     for _ in range(3):
-        off = np.linalg.norm(cv2.perspectiveTransform(lattice.reshape(-1, 1, 2), H).reshape(-1, 2) - pixel, axis=-1)
+        off = off_pattern(H, lattice, pixel)
         typical = float(np.median(off))
         near = (off <= max(STRAY_MEDIANS * typical, STRAY_LEAST_PX)) & (typical <= LARGEST_UNEVENNESS * square_px)
         if near.mean() < LEAST_ON_PATTERN:
@@ -178,11 +190,9 @@ def _orientations(grid: Array, shades: Array) -> tuple[Array, ...]:
     x, y = _pitch(grid, 1), _pitch(grid, 0)
     if x[0] * y[1] - x[1] * y[0] < 0:
         grid, shades = grid[:, ::-1], shades[:, ::-1]
-    quarter = 1 if grid.shape[0] == grid.shape[1] else 2
-    turns = [(np.rot90(grid, k), np.rot90(shades, k)) for k in range(0, 4, quarter)]
-    dark = [turned for turned, tone in turns if _starts_dark(tone)]
-    orientations = dark or [turned for turned, _ in turns]
-    return tuple(sorted((np.ascontiguousarray(one) for one in orientations), key=lambda g: abs(np.angle(heading(g)))))
+    ways = quarter_turns(grid)
+    dark = [way for way, tones in zip(ways, quarter_turns(shades), strict=True) if _starts_dark(tones)]
+    return tuple(sorted(dark or ways, key=lambda way: abs(np.angle(heading(way)))))
 
 
 def _starts_dark(shades: Array) -> bool:

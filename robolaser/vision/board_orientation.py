@@ -12,6 +12,21 @@ Orientations = Sequence[Array]
 """Every way to lay the frame on the board of one image, each a grid of corners (rows, columns, 2) [px]."""
 
 
+def oriented(orientations: Sequence[Orientations], R_base_flange: Array | None, lens: Lens) -> list[Array]:
+    """Choose for each image the way that lays the same frame on the board as in the others, (rows, columns, 2) [px].
+
+    By the robot's turns where lens and turns are known, else by sight.
+
+    Args:
+        orientations: The ways for each of n images, in the order taken.
+        R_base_flange: Turn of the flange in each, (n, 3, 3); None where it is not known.
+        lens: Of the camera.
+    """
+    if R_base_flange is None or not lens.known or all(len(ways) == 1 for ways in orientations):
+        return orient_by_continuity(orientations)
+    return orient_by_robot(orientations, R_base_flange, lens)
+
+
 def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
     """Let x point as nearly as can be as it did in the image before.
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.board import Board
-from robolaser.vision.board import LARGEST_UNEVENNESS, Image
+from robolaser.vision.board import LARGEST_UNEVENNESS, Image, off_pattern, quarter_turns
 
 LARGER = 1.15
 """Times the usual diameter, from which a circle is the one that marks the origin."""
@@ -45,9 +45,8 @@ def _is_even(grid: Array, *, staggered: bool) -> bool:
     H, _ = cv2.findHomography(places, pixel)
     if np.shape(H) != (3, 3):
         return False
-    off = np.linalg.norm(cv2.perspectiveTransform(places.reshape(-1, 1, 2), H).reshape(-1, 2) - pixel, axis=-1)
     pitch = float(np.median(np.linalg.norm(np.diff(grid, axis=0), axis=-1)))
-    return bool(off.max() <= LARGEST_UNEVENNESS * pitch)
+    return bool(off_pattern(H, places, pixel).max() <= LARGEST_UNEVENNESS * pitch)
 
 
 def _from_the_largest(ways: tuple[Array, ...], ground: Image) -> tuple[Array, ...]:
@@ -75,5 +74,4 @@ def _ways(grid: Array, *, staggered: bool) -> tuple[Array, ...]:
     if staggered:
         turned = grid[::-1, ::-1]
         return (grid, turned) if len(grid) % 2 == 0 else (grid,)
-    quarter = 1 if grid.shape[0] == grid.shape[1] else 2
-    return tuple(np.ascontiguousarray(np.rot90(grid, k)) for k in range(0, 4, quarter))
+    return quarter_turns(grid)

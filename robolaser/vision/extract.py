@@ -1,22 +1,21 @@
 """From images to points: which pixels of the stripe show which places on the board."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.board import Board
 from robolaser.data.image_list import PoseImages
 from robolaser.vision.board import BoardCorners, find_board
-from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
+from robolaser.vision.board_orientation import oriented
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
-from robolaser.vision.candidates import Axis, LineCentres, every
-from robolaser.vision.images import ambient, lights
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
-from robolaser.vision.light_channel import CHANNELS
-from robolaser.vision.line_centres import DEFAULT, SMOOTHING
-from robolaser.vision.stripe_detection import find_line_centres
+from robolaser.vision.line_centres import SMOOTHING
+from robolaser.vision.stripe_detection import Axis, LineCentres, every, find_line_centres
+from robolaser.vision.stripe_trace import StripeSearch
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
@@ -93,18 +92,11 @@ class _Seen:
 
 def extract_points(
     images: Sequence[PoseImages],
+    search: StripeSearch,
+    board: Board,
     *,
-    columns: int,
-    rows: int,
-    square_m: float,
-    stripe_axis: Axis,
-    width_px: int,
-    height_px: int,
     step: int | None = None,
-    detector: str = DEFAULT,
-    channel: str = "grey",
-    exposures: bool = False,
-    R_base_flange: Mapping[str, Array] | None = None,
+    R_base_flange: Array | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Extraction:
     """Find at each pose the board and the stripe on its plane, and give the stripe's pixels their places.
@@ -113,19 +105,12 @@ def extract_points(
 
     Args:
         images: Files of each pose, in the order taken.
-        columns: Inner corners of the board along its x.
-        rows: Inner corners along its y.
-        square_m: Side of a square [m].
-        stripe_axis: Image axis the stripe runs along.
-        width_px: Width that every image must have [px].
-        height_px: Height that every image must have [px].
+        search: How the stripe is looked for.
+        board: The checkerboard.
         step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
             POINTS_PER_IMAGE.
-        detector: Name of the way to the stripe's centre, one of PEAK_DETECTORS.
-        channel: Name of the channel in which the light stands out, one of CHANNELS.
-        exposures: Whether the images of a pose are an exposure series, and no repeats.
-        R_base_flange: Turn of the flange at each pose, (3, 3). Only used for boards whose colours allow
-            several frames; where a pose is missing the frame is followed by sight from image to image.
+        R_base_flange: Turn of the flange at each pose, (n, 3, 3). Only used for boards whose colours allow several
+            frames; without, the frame is followed by sight from image to image.
         progress: Called with poses done and poses in all.
 
     Returns:
@@ -136,142 +121,114 @@ def extract_points(
     """
     seen = []
     for done, shots in enumerate(images, start=1):
-        seen.append(
-            _look(shots, (columns, rows), (width_px, height_px), stripe_axis, detector, channel, exposures=exposures)
-        )
+        seen.append(_look(shots, search, board))
         if progress is not None:
             progress(done, len(images))
     boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
-    lens = find_lens([orientations[0] for orientations in boards.values()], square_m, width_px, height_px)
-    grids = _settle([(images[i].pose, orientations) for i, orientations in boards.items()], R_base_flange, lens)
-    views = {i: view_board(grid, square_m, lens) for i, grid in zip(boards, grids, strict=True)}
-    length = height_px if stripe_axis == "v" else width_px
+    lens = find_lens([ways[0] for ways in boards.values()], board.square_m, *search.camera.size_px)
+    turns = None if R_base_flange is None else R_base_flange[list(boards)]
+    grids = dict(zip(boards, oriented(list(boards.values()), turns, lens), strict=True))
+    views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
+    length = search.camera.size_px[1 if search.axis == "v" else 0]
     apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
-    board_m = (square_m * (columns - 1), square_m * (rows - 1))
-    cuts = [
-        _cut(shots.pose, one.centres, views.get(i), lens, (board_m, SQUARES_BEYOND * square_m), stripe_axis, apart)
-        for i, (shots, one) in enumerate(zip(images, seen, strict=True))
+    found = [
+        [] if i not in views else _on_board(one.centres, views[i], lens, board, search.axis, apart)
+        for i, one in enumerate(seen)
     ]
-    scatter = np.concatenate([cut.scatter for cut in cuts]) if cuts else np.zeros(0)
+    stripes = [(shots.pose, one) for shots, ones in zip(images, found, strict=True) for one in ones]
+    scatter = np.concatenate([np.zeros(0), *(jumps(one.off) for _, one in stripes)])
+    is_noise = len(scatter) > 0 and search.detector not in SMOOTHING
     return Extraction(
-        pose=tuple(cut.frame.pose for cut in cuts for _ in cut.point),
-        point=tuple(name for cut in cuts for name in cut.point),
-        repeat=np.concatenate([np.zeros(0, dtype=np.int64), *(cut.repeat for cut in cuts)]),
-        pixel=np.concatenate([np.zeros((0, 2)), *(cut.pixel for cut in cuts)]),
-        place=np.concatenate([np.zeros((0, 3)), *(cut.place for cut in cuts)]),
-        frames=tuple(cut.frame for cut in cuts),
+        pose=tuple(pose for pose, one in stripes for _ in one.line),
+        point=tuple(f"{search.axis}{line:04d}" for _, one in stripes for line in one.line),
+        repeat=np.concatenate(
+            [np.zeros(0, dtype=np.int64), *(np.full(len(one.line), one.repeat) for _, one in stripes)]
+        ),
+        pixel=np.concatenate([np.zeros((0, 2)), *(one.pixel for _, one in stripes)]),
+        place=np.concatenate([np.zeros((0, 3)), *(one.place for _, one in stripes)]),
+        frames=tuple(
+            _frame(shots.pose, one.centres, views.get(i), found[i])
+            for i, (shots, one) in enumerate(zip(images, seen, strict=True))
+        ),
         lens=lens,
-        pixel_noise_px=float(np.sqrt(np.mean(scatter**2)))
-        if len(scatter) and detector not in SMOOTHING
-        else float("nan"),
-        corners={images[i].pose: grid for i, grid in zip(boards, grids, strict=True)},
-        channel=channel,
+        pixel_noise_px=float(np.sqrt(np.mean(scatter**2))) if is_noise else float("nan"),
+        corners={images[i].pose: grid for i, grid in grids.items()},
+        channel=search.channel,
     )
 
 
-def _look(
-    shots: PoseImages,
-    corners: tuple[int, int],
-    size_px: tuple[int, int],
-    axis: Axis,
-    detector: str,
-    channel: str,
-    *,
-    exposures: bool,
-) -> _Seen:
-    without = ambient(shots, size_px)
-    board = None if without is None else find_board(without, columns=corners[0], rows=corners[1])
+def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
+    without = None if shots.unlit is None else search.camera.grey(shots.unlit)
+    seen = None if without is None else find_board(without, columns=board.columns, rows=board.rows)
     found: list[LineCentres] = []
-    for image, light in lights(shots, size_px, CHANNELS[channel], axis if exposures else None):
-        if board is None and not found:
-            board = find_board(image, columns=corners[0], rows=corners[1])
-        centres = find_line_centres(light, axis, detector)
-        if board is not None and without is None and channel == "grey" and not exposures:
-            centres = centres.at(centres.peak > BRIGHTER * board.white_level)
+    for image, light in search.lights(shots):
+        if seen is None and not found:
+            seen = find_board(image, columns=board.columns, rows=board.rows)
+        centres = find_line_centres(light, search.axis, search.detector)
+        if seen is not None and without is None and search.channel == "grey" and not search.exposures:
+            centres = centres.at(centres.peak > BRIGHTER * seen.white_level)
         found.append(centres)
-    return _Seen(board, tuple(found))
-
-
-def _settle(
-    boards: Sequence[tuple[str, tuple[Array, ...]]], R_base_flange: Mapping[str, Array] | None, lens: Lens
-) -> list[Array]:
-    orientations = [ways for _, ways in boards]
-    turns = R_base_flange or {}
-    if not lens.known or any(pose not in turns for pose, _ in boards) or all(len(ways) == 1 for ways in orientations):
-        return orient_by_continuity(orientations)
-    return orient_by_robot(orientations, np.stack([turns[pose] for pose, _ in boards]), lens)
-
-
-def _rms(scatter: Array) -> float:
-    """Of speckle a part of the rows is noisier than the rest: they count, and a median would not see them."""
-    return float(np.sqrt(np.mean(scatter**2))) if len(scatter) else float("nan")
+    return _Seen(seen, tuple(found))
 
 
 @final
 @dataclass(frozen=True)
-class _Cut:
-    """The points of one pose."""
+class _OnBoard:
+    """The stripe in one image, as far as it is on the board's plane."""
 
-    frame: Frame
-    point: tuple[str, ...] = ()
-    repeat: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    pixel: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    place: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    scatter: Array = field(default_factory=lambda: np.zeros(0))
+    repeat: int  # number of the image at its pose, from 1
+    line: Ints  # lines of pixels of the points, (n,)
+    pixel: Array  # (n, 2) [px]
+    place: Array  # (n, 3) [m]
+    off: Array  # distance of each of its centres from a straight line, whether it is a point or not, (k,) [px]
+    crosses: bool  # whether it crosses the board's squares
+    left_out: float  # share of its lines of pixels beyond a step beside the squares
 
 
-def _cut(
-    pose: str,
-    shots: tuple[LineCentres, ...],
-    view: BoardPlane | None,
-    lens: Lens,
-    board: tuple[tuple[float, float], float],
-    stripe_axis: Axis,
-    step: int,
-) -> _Cut:
-    if view is None:
-        return _Cut(Frame(pose, skipped="no board"))
-    if not any(map(len, shots)):
-        return _Cut(Frame(pose, skipped="no stripe", corner_rms_px=view.corner_rms_px))
-    names: list[str] = []
-    pixels, places, repeats, offs, scatter, crosses, beyond = [], [], [], [], [], [], []
-    board_m, surely_m = board
+def _on_board(
+    shots: tuple[LineCentres, ...], view: BoardPlane, lens: Lens, board: Board, stripe_axis: Axis, step: int
+) -> list[_OnBoard]:
+    """The stripe in each image of a pose that shows enough of it on the board."""
+    found = []
+    size, surely_m = board.square_m * np.array([board.columns - 1, board.rows - 1]), SQUARES_BEYOND * board.square_m
     for number, centres in enumerate(shots, start=1):
         straight = lens.undistort(centres.pixel)
         place = view.intersect(straight)
         along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
-        size = np.asarray(board_m)
         on_squares = np.all(np.abs(place - size / 2) <= size / 2 + surely_m, axis=-1)
-        kept, off = on_plane(centres, along, across, _nearness(place, board_m), on_squares)
+        kept, off = on_plane(centres, along, across, _nearness(place, size), on_squares)
         if kept.sum() < FEWEST_LINES:
             continue
         lines = np.flatnonzero(kept)
         taken = lines[every(centres.line[lines], step)]
-        names += [f"{stripe_axis}{line:04d}" for line in centres.line[taken]]
-        pixels.append(centres.pixel[taken])
-        places.append(np.pad(place[taken], ((0, 0), (0, 1))))
-        repeats.append(np.full(len(taken), number))
-        offs.append(off[kept])
-        crosses.append(crosses_squares(centres, on_squares))
-        beyond.append(_beyond(centres, kept) if crosses[-1] else 0.0)
-        scatter.append(jumps(off[kept]))
-    if not offs:
-        return _Cut(Frame(pose, skipped="no stripe on the board", corner_rms_px=view.corner_rms_px))
-    frame = Frame(
+        crosses = crosses_squares(centres, on_squares)
+        found.append(
+            _OnBoard(
+                number,
+                centres.line[taken],
+                centres.pixel[taken],
+                np.pad(place[taken], ((0, 0), (0, 1))),
+                off[kept],
+                crosses,
+                _beyond(centres, kept) if crosses else 0.0,
+            )
+        )
+    return found
+
+
+def _frame(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[_OnBoard]) -> Frame:
+    if view is None:
+        return Frame(pose, skipped="no board")
+    if not found:
+        skipped = "no stripe on the board" if any(map(len, shots)) else "no stripe"
+        return Frame(pose, skipped=skipped, corner_rms_px=view.corner_rms_px)
+    return Frame(
         pose,
-        points=len(names),
+        points=sum(len(one.line) for one in found),
         corner_rms_px=view.corner_rms_px,
-        line_rms_px=float(np.sqrt(np.mean(np.concatenate(offs) ** 2))),
-        beside=not all(crosses),
-        left_out=float(np.mean(beyond)),
-    )
-    return _Cut(
-        frame,
-        tuple(names),
-        np.concatenate(repeats),
-        np.concatenate(pixels),
-        np.concatenate(places),
-        np.concatenate(scatter),
+        line_rms_px=float(np.sqrt(np.mean(np.concatenate([one.off for one in found]) ** 2))),
+        beside=not all(one.crosses for one in found),
+        left_out=float(np.mean([one.left_out for one in found])),
     )
 
 
@@ -282,8 +239,7 @@ def _beyond(centres: LineCentres, kept: Bools) -> float:
     return float(((lines < first) | (lines > last)).mean())
 
 
-def _nearness(place: Array, board_m: tuple[float, float]) -> Array:
-    """Weigh places, (n, 2) [m], by how far beyond the corners they are, in sizes of the board, (n,)."""
-    size = np.asarray(board_m)
+def _nearness(place: Array, size: Array) -> Array:
+    """Weigh places, (n, 2) [m], by how far beyond the corners they are, in sizes of the board, (2,) [m], (n,)."""
     beyond = np.linalg.norm(np.maximum(np.abs(place - size / 2) - size / 2, 0.0), axis=-1) / size.max()
     return np.asarray(1.0 / (1.0 + beyond**2))

@@ -1,8 +1,10 @@
 """Image files as arrays of grey, and what a laser alone lights in them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import cv2
 import numpy as np
@@ -12,8 +14,8 @@ from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
-from robolaser.vision.candidates import Axis
 from robolaser.vision.profiles import FULL
+from robolaser.vision.stripe_detection import Axis
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
 PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off
@@ -25,14 +27,34 @@ Weights = tuple[float, float, float]  # of blue, green and red in a channel
 Raw = NDArray[Any]
 
 
-def read_grey(path: Path, width_px: int, height_px: int) -> Image:
-    """Read an image as eight bits of grey, (height, width).
+@final
+@dataclass(frozen=True)
+class CameraImages:
+    """How the image files of one camera are read."""
 
-    Raises:
-        ImageError: It is missing, no image, or of another size.
-    """
-    image = _read(path, (width_px, height_px), cv2.IMREAD_GRAYSCALE)
-    return _eight_bits(image, depth_of([image]))
+    size_px: tuple[int, int]  # width and height that each must have
+    depth: int = 8  # bits of grey that the camera tells apart
+
+    @classmethod
+    def of(cls, files: Iterable[Path], size_px: tuple[int, int]) -> "CameraImages":
+        """The depth is what all files together need: a dark image of twelve bits does not show that it has them.
+
+        Raises:
+            ImageError: A file is missing, no image, or of another size.
+        """
+        raw = (_read(file, size_px, cv2.IMREAD_UNCHANGED) for file in files)
+        deep = takewhile(
+            lambda image: image.dtype != np.uint8, raw
+        )  # they are of one camera: one of eight bits will do
+        return cls(size_px, max(map(depth_of, deep), default=8))
+
+    def grey(self, file: Path) -> Image:
+        """An image as eight bits of grey, (height, width).
+
+        Raises:
+            ImageError: It is missing, no image, or of another size.
+        """
+        return eight_bits(_read(file, self.size_px, cv2.IMREAD_GRAYSCALE), self.depth)
 
 
 def _read(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
@@ -53,14 +75,17 @@ def _read(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
     return np.asarray(image)
 
 
-def depth_of(images: Sequence[Raw]) -> int:
-    """Bits of grey of the camera that took some images: 8, or 10, 12, 14 or 16, whichever hold all of them."""
-    used = max((int(image.max(initial=0)).bit_length() for image in images), default=8)
+def depth_of(image: Raw) -> int:
+    """Bits of grey that an image needs: 8, or 10, 12, 14 or 16, as cameras have."""
+    used = int(image.max(initial=0)).bit_length()
     return next(bits for bits in DEPTHS if used <= bits)
 
 
-def _eight_bits(image: Raw, depth: int) -> Image:
-    return np.asarray(image if image.dtype == np.uint8 else image >> (depth - 8), dtype=np.uint8)
+def eight_bits(image: Raw, depth: int) -> Image:
+    """An image of a camera of some depth as eight bits; brighter than that depth is full."""
+    if image.dtype == np.uint8:
+        return np.asarray(image, np.uint8)
+    return np.asarray(np.minimum(image >> (depth - 8), FULL), np.uint8)
 
 
 def _light(image: Raw, depth: int, weights: Weights | None) -> Image:
@@ -104,17 +129,8 @@ def laser_alone(lit: Image, unlit: Image) -> Image:
     return np.asarray(np.clip(alone, 0, FULL), dtype=lit.dtype)
 
 
-def ambient(shots: PoseImages, size_px: tuple[int, int]) -> Image | None:
-    """What a pose shows without the laser, eight bits of grey, (height, width); None where no such image was taken.
-
-    Raises:
-        ImageError: The image is missing, broken or of another size.
-    """
-    return None if shots.unlit is None else read_grey(shots.unlit, *size_px)
-
-
 def lights(
-    shots: PoseImages, size_px: tuple[int, int], weights: Weights | None = None, exposed_along: Axis | None = None
+    shots: PoseImages, camera: CameraImages, weights: Weights | None = None, exposed_along: Axis | None = None
 ) -> Iterator[tuple[Image, Image]]:
     """Give each image with the laser on as eight bits of grey, and in it the laser's light as far as that is known.
 
@@ -122,7 +138,7 @@ def lights(
 
     Args:
         shots: Of a pose.
-        size_px: Width and height that each must have.
+        camera: How they are read.
         weights: Of blue, green and red in the light; grey when absent.
         exposed_along: The images are an exposure series of a stripe along this axis: they give one light, in which each
             line of pixels is that of the longest exposure that saturates no more of it than the shortest does.
@@ -131,10 +147,9 @@ def lights(
         ImageError: An image is missing, broken or of another size.
     """
     colours = cv2.IMREAD_GRAYSCALE if weights is None else cv2.IMREAD_COLOR
-    raw = [_read(path, size_px, colours) for path in shots.files]
-    depth = depth_of(raw)
-    grey = [_eight_bits(one if weights is None else cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), depth) for one in raw]
-    light = [_light(one, depth, weights) for one in raw]
+    raw = [_read(path, camera.size_px, colours) for path in shots.files]
+    grey = [eight_bits(one if weights is None else cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), camera.depth) for one in raw]
+    light = [_light(one, camera.depth, weights) for one in raw]
     lit = len(shots.lit)
     if exposed_along is not None:
         yield grey[0], _exposed(light[:lit], exposed_along)

@@ -1,6 +1,7 @@
 """The lens that distorted the images of a recording, and where the board's plane lay in each of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import final
 
@@ -8,6 +9,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.vision.board import off_pattern
 
 FEWEST_VIEWS = 3  # boards from which focal length and distortion are told apart at all
 MOST_VIEWS = 40  # boards, spread over the recording, that the lens is found from; more cost much and add little
@@ -97,9 +99,10 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
     best = unknown
     for model, freed in MODELS:
         try:
-            _, matrix, distortion, _, _, doubts, *_ = cv2.calibrateCameraExtended(
-                boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
-            )
+            with _one_thread():
+                _, matrix, distortion, _, _, doubts, *_ = cv2.calibrateCameraExtended(
+                    boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
+                )
         except cv2.error:
             continue
         lens = Lens(np.asarray(matrix, float), np.asarray(distortion, float).ravel(), known=True)
@@ -108,6 +111,17 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
         if FOCAL_RANGE[0] < matrix[0, 0] / width_px < FOCAL_RANGE[1] and surely:
             best = lens
     return best
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep OpenCV to one thread: several add up in any order, and the last digits differ from run to run."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def _intrinsics(lens: Lens) -> Array:
@@ -126,18 +140,13 @@ def view_board(grid: Array, square_m: float, lens: Lens) -> BoardPlane:
     straight = lens.undistort(pixel)
     lay = _rigid if lens.known else _loose
     H_pixel_board, R = lay(board, straight, lens)
-    off = _misfit(H_pixel_board, board, straight)
+    off = off_pattern(H_pixel_board, board, straight)
     near = off <= max(STRAY_MEDIANS * float(np.median(off)), STRAY_LEAST_PX)
     if not near.all():
         H_pixel_board, R = lay(board[near], straight[near], lens)
-        off = _misfit(H_pixel_board, board[near], straight[near])
+        off = off_pattern(H_pixel_board, board[near], straight[near])
     H_board_pixel = np.asarray(np.linalg.inv(H_pixel_board), dtype=np.float64)
     return BoardPlane(H_board_pixel, R, float(np.sqrt(np.mean(off**2))))
-
-
-def _misfit(H_pixel_board: Array, board: Array, straight: Array) -> Array:
-    shown = np.asarray(cv2.perspectiveTransform(board.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2)
-    return np.asarray(np.linalg.norm(shown - straight, axis=-1))
 
 
 def _loose(board: Array, straight: Array, lens: Lens) -> tuple[Array, Array]:

@@ -9,10 +9,9 @@ import numpy as np
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError
-from robolaser.vision.candidates import Axis
-from robolaser.vision.images import Weights, lights
+from robolaser.vision.images import CameraImages, Weights, lights
 from robolaser.vision.line_tracking import track_stripe
-from robolaser.vision.stripe_detection import find_line_centres
+from robolaser.vision.stripe_detection import Axis, find_line_centres
 
 CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
     {
@@ -33,14 +32,14 @@ BETTER = 1.1
 """How many times the longest stripe in grey another channel's must be to be taken instead: grey has the least noise."""
 
 
-def find_channel(shots: Sequence[PoseImages], size_px: tuple[int, int], axis: Axis) -> str:
+def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: Axis) -> str:
     """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
 
     Where the laser was also off, that is taken away in each channel first.
 
     Args:
         shots: Images of all poses.
-        size_px: Width and height that each must have.
+        camera: How they are read.
         axis: Image axis that the stripe runs along.
 
     Raises:
@@ -49,7 +48,7 @@ def find_channel(shots: Sequence[PoseImages], size_px: tuple[int, int], axis: Ax
     some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
     if not any(_is_colourful(one) for one in some):
         return "grey"
-    found = {name: sum(_length(one, size_px, axis, weights) for one in some) for name, weights in CHANNELS.items()}
+    found = {name: sum(_length(one, camera, axis, weights) for one in some) for name, weights in CHANNELS.items()}
     best = max(found, key=lambda name: found[name])
     return best if found[best] > BETTER * found["grey"] else "grey"
 
@@ -65,9 +64,9 @@ def _is_colourful(shots: PoseImages) -> bool:
     return bool((cv2.absdiff(red, green) > COLOURFUL).any() or (cv2.absdiff(blue, green) > COLOURFUL).any())
 
 
-def _length(shots: PoseImages, size_px: tuple[int, int], axis: Axis, weights: Weights | None) -> float:
+def _length(shots: PoseImages, camera: CameraImages, axis: Axis, weights: Weights | None) -> float:
     """Lines of pixels that show the stripe, each as much as its centre is sure to a tenth of a pixel or so."""
-    _, light = next(iter(lights(shots, size_px, weights)))
+    _, light = next(iter(lights(shots, camera, weights)))
     centres = find_line_centres(light, axis)
     chosen, excess = track_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
     return float((1.0 / (1.0 + (excess * centres.std[chosen] / 0.1) ** 2)).sum())

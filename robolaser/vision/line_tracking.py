@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.candidates import LineCentres
+from robolaser.vision.stripe_detection import LineCentres
 
 STEEPEST = 3.0
 """Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""

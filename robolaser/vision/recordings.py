@@ -1,23 +1,24 @@
 """A recording is a data set whose points are still in its images."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TypedDict, Unpack
 
 import numpy as np
 
-from robolaser.arrays import Array, Progress
+from robolaser.arrays import Progress
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages, images_of_poses, repeat_columns
 from robolaser.data.several_sensors import scanner_with_corners, with_points_of
 from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
-from robolaser.vision.candidates import Axis, every
 from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.light_channel import AUTO, find_channel
+from robolaser.vision.light_channel import AUTO
 from robolaser.vision.line_centres import DEFAULT
-from robolaser.vision.stripe_trace import traces
+from robolaser.vision.stripe_detection import every
+from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.target_corners import corner_points
 
 
 class StripeOptions(TypedDict, total=False):
@@ -49,21 +50,16 @@ def points_from_images(
         ImageError: The recording has no board or images; an image is missing, broken or of another size; no image gave
             a point.
     """
-    shots, axis, size = _images(recording)
-    board = recording.board
-    if board is None:
+    shots, search = _images(recording, options)
+    if recording.board is None:
         raise _no_points("dataset.toml has no [board] with columns, rows and square_m")
     found = extract_points(
         shots,
-        columns=board.columns,
-        rows=board.rows,
-        square_m=board.square_m,
-        stripe_axis=axis,
-        width_px=size[0],
-        height_px=size[1],
-        R_base_flange=dict(zip(recording.poses.names, recording.flange()[:, :3, :3], strict=True)),
+        search,
+        recording.board,
+        step=options.get("step"),
+        R_base_flange=recording.flange()[[one.row for one in shots], :3, :3],
         progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
-        **_with_channel(options, shots, size, axis),
     )
     if not len(found):
         reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in found.frames[:3])
@@ -79,7 +75,7 @@ def points_from_images(
         pixel=found.pixel,
         xyz=found.place,
     )
-    corners = _corner_points(found.corners, number, board.square_m)
+    corners = corner_points(recording.board, [number[pose] for pose in found.corners], list(found.corners.values()))
     if len(recording.sensors) > 1:
         kinds = [sensor.data.kind for sensor in recording.sensors]
         both = with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
@@ -100,20 +96,6 @@ def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
     return replace(dataset, noise=stated, members=tuple(members))
 
 
-def _corner_points(corners: Mapping[str, Array], number: Mapping[str, int], square_m: float) -> Points:
-    """Corners of all images, by column and row on the board."""
-    poses, names, pixels, places = [], [], [], []
-    for pose, grid in corners.items():
-        row, column = np.nonzero(np.isfinite(grid).all(axis=-1))
-        poses += [number[pose]] * len(row)
-        names += [f"{i}-{j}" for i, j in zip(column.tolist(), row.tolist(), strict=True)]
-        pixels.append(grid[row, column])
-        places.append(square_m * np.column_stack([column, row, np.zeros(len(row))]))
-    return Points(
-        np.array(poses, dtype=np.int64), tuple(names), pixel=np.concatenate(pixels), xyz=np.concatenate(places)
-    )
-
-
 def stripes_from_images(
     recording: Dataset, *, progress: Progress | None = None, **options: Unpack[StripeOptions]
 ) -> Iterator[Stripes]:
@@ -131,46 +113,40 @@ def stripes_from_images(
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
         ImageError: The recording has no images; an image is missing, broken or of another size; none shows a stripe.
     """
-    shots, axis, size = _images(recording)
-    some = False
-    options = _with_channel(options, shots, size, axis)
-    step, detector = options.pop("step", None), options.pop("detector", DEFAULT)
+    shots, search = _images(recording, options)
+    some, step = False, options.get("step")
     for done, one in enumerate(shots, start=1):
-        for found in traces(
-            one, size, axis, detector, channel=options["channel"], exposures=options.get("exposures", False)
-        ):
-            stripes = found if step is None else found[every(np.rint(found[axis]).astype(np.int64), step)]
+        for found in search.traces(one):
+            stripes = found if step is None else found[every(np.rint(found[search.axis]).astype(np.int64), step)]
             some = some or len(stripes) > 0
             yield stripes
         if progress is not None:
             progress("looking at images", done / len(shots))
     if not some:
-        lines = "rows" if axis == "v" else "columns"
+        lines = "rows" if search.axis == "v" else "columns"
         raise ImageError(
             f"None of {len(shots)} images shows a stripe that crosses the {lines} of pixels. Check that the laser"
-            f" is on, the exposure, and [sensor] stripe_axis, which is '{axis}'."
+            f" is on, the exposure, and [sensor] stripe_axis, which is '{search.axis}'."
         )
-
-
-def _with_channel(
-    options: StripeOptions, shots: list[PoseImages], size_px: tuple[int, int], axis: Axis
-) -> StripeOptions:
-    """The same with the channel in which the light stands out."""
-    channel = options.get("channel", AUTO)
-    return {**options, "channel": find_channel(shots, size_px, axis) if channel == AUTO else channel}
 
 
 def _no_points(reason: str) -> ImageError:
     return ImageError(f"There are no points to extract: {reason}.")
 
 
-def _images(recording: Dataset) -> tuple[list[PoseImages], Axis, tuple[int, int]]:
-    """The images of each pose that has any, the stripe's axis, and the images' size."""
-    size = recording.image_px
-    if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or size is None:
+def _images(recording: Dataset, options: StripeOptions) -> tuple[list[PoseImages], StripeSearch]:
+    """The images of each pose that has any, and how the stripe is looked for in them."""
+    if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or recording.image_px is None:
         raise _no_points("only stripe scanners take images")
     shots = images_of_poses(recording)
     if not shots:
         board = "" if recording.board is not None else ", and dataset.toml no [board]"
         raise _no_points(f"poses.csv has no column 'image' with images{board}")
-    return shots, "u" if recording.stripe_axis == "u" else "v", size
+    search = StripeSearch.of(
+        recording,
+        shots,
+        detector=options.get("detector", DEFAULT),
+        channel=options.get("channel", AUTO),
+        exposures=options.get("exposures", False),
+    )
+    return shots, search

@@ -1,36 +1,37 @@
 """One stripe traced through one image of anything, as a scan keeps it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
+from robolaser.data.dataset import Dataset
 from robolaser.data.image_list import PoseImages
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
-from robolaser.vision.candidates import Axis
-from robolaser.vision.images import laser_alone, lights
-from robolaser.vision.light_channel import CHANNELS
+from robolaser.vision.images import CameraImages, lights
+from robolaser.vision.light_channel import AUTO, CHANNELS, find_channel
 from robolaser.vision.line_centres import DEFAULT
 from robolaser.vision.line_tracking import track_stripe
-from robolaser.vision.stripe_detection import find_line_centres
+from robolaser.vision.stripe_detection import Axis, find_line_centres
 
 
-def trace(image: Image, axis: Axis, off: Image | None = None, detector: str = DEFAULT) -> Stripes:
+def trace(image: Image, axis: Axis, detector: str = DEFAULT) -> Stripes:
     """Find the stripe in an image, one centre at most in each line of pixels.
 
     A centre's standard deviation is what the image's noise makes of it, or what the scatter along the stripe shows
     where that is more (speckle, rough surfaces).
 
     Args:
-        image: Grey image with the laser on, (height, width).
+        image: Grey image of the laser's light, (height, width).
         axis: Image axis that the stripe runs along.
-        off: The same view with the laser off; what both show is no stripe.
         detector: Name of the way to the centre, one of PEAK_DETECTORS.
 
     Returns:
         The centres, (n,) of STRIPE, along the stripe; their pose is 0.
     """
-    centres = find_line_centres(image if off is None else laser_alone(image, off), axis, detector)
+    centres = find_line_centres(image, axis, detector)
     chosen, excess = track_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
     found = centres.at(chosen)
     stripes = np.zeros(len(found), STRIPE)
@@ -40,32 +41,53 @@ def trace(image: Image, axis: Axis, off: Image | None = None, detector: str = DE
     return stripes
 
 
-def traces(
-    shots: PoseImages,
-    size_px: tuple[int, int],
-    axis: Axis,
-    detector: str = DEFAULT,
-    *,
-    channel: str = "grey",
-    exposures: bool = False,
-) -> Iterator[Stripes]:
-    """Trace the stripe in each image of a pose that was taken with the laser on.
+@final
+@dataclass(frozen=True)
+class StripeSearch:
+    """How the stripe is looked for in the images of a recording."""
 
-    Args:
-        shots: The images.
-        size_px: Width and height that each must have.
-        axis: Image axis that the stripe runs along.
-        detector: Name of the way to the stripe's centre.
-        channel: Name of the channel in which the light stands out, one of CHANNELS.
-        exposures: Whether the images of the pose are an exposure series: they are one stripe.
+    camera: CameraImages
+    axis: Axis  # image axis that the stripe runs along
+    channel: str = "grey"  # name of the channel in which the light stands out, one of CHANNELS
+    exposures: bool = False  # whether the images of a pose are an exposure series, and no repeats
+    detector: str = DEFAULT  # name of the way to the stripe's centre, one of PEAK_DETECTORS
 
-    Yields:
-        The centres of each, repeats among them, (n,) of STRIPE.
+    @classmethod
+    def of(
+        cls,
+        recording: Dataset,
+        shots: Sequence[PoseImages],
+        *,
+        detector: str = DEFAULT,
+        channel: str = AUTO,
+        exposures: bool = False,
+    ) -> "StripeSearch":
+        """How to look in the images of a stripe scanner's recording; AUTO is the channel in which the light stands out.
 
-    Raises:
-        ImageError: An image is missing, broken or of another size.
-    """
-    for _, light in lights(shots, size_px, CHANNELS[channel], axis if exposures else None):
-        stripes = trace(light, axis, detector=detector)
-        stripes["pose"] = shots.row
-        yield stripes
+        Raises:
+            ImageError: An image is missing, broken or of another size.
+        """
+        assert recording.image_px is not None  # a stripe's data set has a size
+        camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
+        axis: Axis = "u" if recording.stripe_axis == "u" else "v"
+        channel = find_channel(shots, camera, axis) if channel == AUTO else channel
+        return cls(camera, axis, channel, exposures, detector)
+
+    def lights(self, shots: PoseImages) -> Iterator[tuple[Image, Image]]:
+        """Give each image of a pose with the laser on, and in it the laser's light.
+
+        Raises:
+            ImageError: An image is missing, broken or of another size.
+        """
+        return lights(shots, self.camera, CHANNELS[self.channel], self.axis if self.exposures else None)
+
+    def traces(self, shots: PoseImages) -> Iterator[Stripes]:
+        """Trace the stripe in each image of a pose with the laser on, repeats among them, (n,) of STRIPE.
+
+        Raises:
+            ImageError: An image is missing, broken or of another size.
+        """
+        for _, light in self.lights(shots):
+            stripes = trace(light, self.axis, self.detector)
+            stripes["pose"] = shots.row
+            yield stripes

@@ -1,6 +1,6 @@
 """From images to the points of a target: which pixels show which corners or circles of a board."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -12,10 +12,10 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
 from robolaser.vision.board import Image, find_board
-from robolaser.vision.board_orientation import orient_by_continuity, orient_by_robot
+from robolaser.vision.board_orientation import oriented
 from robolaser.vision.charuco import find_charuco
 from robolaser.vision.circle_grid import find_circles, lattice
-from robolaser.vision.images import read_grey
+from robolaser.vision.images import CameraImages
 from robolaser.vision.lens import find_lens, view_board
 
 FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
@@ -36,7 +36,7 @@ class SeenTarget:
 @final
 @dataclass(frozen=True)
 class _Found:
-    pose: str
+    row: int  # of poses.csv
     repeat: int
     ways: tuple[Array, ...]
 
@@ -61,12 +61,13 @@ def points_of_target(recording: Dataset, progress: Progress | None = None) -> tu
         raise ImageError("There are no points to extract: dataset.toml has no [board] with columns, rows and square_m.")
     if not shots:
         raise ImageError("There are no points to extract: poses.csv has no column 'image' with images.")
-    images = [(one.pose, number, path) for one in shots for number, path in enumerate(one.lit, start=1)]
+    images = [(one.row, number, path) for one in shots for number, path in enumerate(one.lit, start=1)]
+    camera = CameraImages.of((path for _, _, path in images), size)
 
     def look(wanted: Board, *, staggered: bool = False) -> list[_Found]:
         found = []
-        for done, (pose, number, path) in enumerate(images, start=1):
-            found.append(_Found(pose, number, target_in(read_grey(path, *size), wanted, staggered=staggered)))
+        for done, (row, number, path) in enumerate(images, start=1):
+            found.append(_Found(row, number, target_in(camera.grey(path), wanted, staggered=staggered)))
             if progress is not None:
                 progress("looking at images", done / len(images))
         return found
@@ -132,52 +133,40 @@ def _as_points(
             " is not known which point is which from image to image. Use a ChArUco board, or one with different"
             " numbers of columns and rows."
         )
-    grids = _settled(recording, board, seen, staggered=staggered)
-    there = [_there(grid) for grid in grids]
-    rms = dict.fromkeys(range(len(seen)), float("nan"))
-    if not staggered:
-        lens = find_lens(
-            [grid for grid, one in zip(grids, there, strict=True) if one.sum() >= ENOUGH],
-            board.square_m,
-            *_size(recording),
-        )
-        whole = [i for i, one in enumerate(there) if one.sum() >= ENOUGH]
-        rms |= {i: view_board(grids[i], board.square_m, lens).corner_rms_px for i in whole}
-    number = {name: i for i, name in enumerate(recording.poses.names)}
-    place = _places(board, staggered=staggered)
-    rows, columns = (np.asarray(each) for each in np.indices(place.shape[:2]))
-    counts = [int(one.sum()) for one in there]
-    names = [f"{column}_{row}" for one in there for column, row in zip(columns[one], rows[one], strict=True)]
-    points = Points(
-        pose=np.repeat([number[one.pose] for one in seen], counts),
-        names=tuple(names),
-        repeat=np.repeat([one.repeat for one in seen], counts) if repeat_columns(recording.poses) else None,
-        pixel=np.concatenate([grid[one] for grid, one in zip(grids, there, strict=True)]),
-        xyz=np.concatenate([place[one] for one in there]),
-    )
-    seen_by_id = {id(one): SeenTarget(one.pose, counts[i], rms[i]) for i, one in enumerate(seen)}
-    per_image = [seen_by_id.get(id(one), SeenTarget(one.pose, 0, float("nan"))) for one in found]
+    assert recording.image_px is not None  # was asked for before any image
+    whole = [] if staggered else [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
+    lens = find_lens(whole, board.square_m, *recording.image_px)
+    turns = None if staggered else recording.flange()[[one.row for one in seen], :3, :3]
+    grids = oriented([one.ways for one in seen], turns, lens)
+    points = corner_points(board, [one.row for one in seen], grids, staggered=staggered)
+    counts = [int(_there(grid).sum()) for grid in grids]
+    if repeat_columns(recording.poses):
+        points = replace(points, repeat=np.repeat([one.repeat for one in seen], counts))
+    judged = [
+        view_board(grid, board.square_m, lens).corner_rms_px if count >= ENOUGH and not staggered else float("nan")
+        for grid, count in zip(grids, counts, strict=True)
+    ]
+    each = iter(zip(counts, judged, strict=True))
+    names = recording.poses.names
+    per_image = [SeenTarget(names[one.row], *(next(each) if one.ways else (0, float("nan")))) for one in found]
     return per_image, replace(recording, points=points)
 
 
-def _settled(recording: Dataset, board: Board, seen: Sequence[_Found], *, staggered: bool) -> list[Array]:
-    """One way to lay the frame on the target through all images, (rows, columns, 2) [px] each."""
-    ways = [one.ways for one in seen]
-    if all(len(each) == 1 for each in ways):
-        return [each[0] for each in ways]
-    lens = find_lens([each[0] for each in ways], board.square_m, *_size(recording))
-    if staggered or not lens.known:
-        return orient_by_continuity(ways)
-    turns: Mapping[str, Array] = dict(zip(recording.poses.names, recording.flange()[:, :3, :3], strict=True))
-    return orient_by_robot(ways, np.stack([turns[one.pose] for one in seen]), lens)
+def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array], *, staggered: bool = False) -> Points:
+    """The corners or circles that images show as points of a data set, named by column and row: `3_0`.
 
-
-def _size(recording: Dataset) -> tuple[int, int]:
-    assert recording.image_px is not None  # was asked for before any image
-    return recording.image_px
-
-
-def _places(board: Board, *, staggered: bool) -> Array:
-    """The target's points in its own frame, (rows, columns, 3) [m]."""
-    places = lattice(board.columns, board.rows, staggered=staggered)
-    return np.asarray(board.square_m * np.pad(places, ((0, 0), (0, 0), (0, 1))))
+    Args:
+        board: Whose they are.
+        poses: Rows of poses.csv, one for each image.
+        grids: Where they are seen, (rows, columns, 2) [px] each; NaN where one is hidden.
+        staggered: Whether every other row of circles is shifted.
+    """
+    pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
+    image, row, column = np.nonzero(_there(pixel))
+    places = board.square_m * np.pad(lattice(board.columns, board.rows, staggered=staggered), ((0, 0), (0, 0), (0, 1)))
+    return Points(
+        np.asarray(poses, dtype=np.int64)[image],
+        tuple(f"{i}_{j}" for i, j in zip(column.tolist(), row.tolist(), strict=True)),
+        pixel=pixel[image, row, column],
+        xyz=places[row, column],
+    )

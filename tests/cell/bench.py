@@ -14,7 +14,7 @@ from fake_ur import UrRig
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.arms import ARMS
-from robolaser.cell.camera import Camera, Image, no_more_images
+from robolaser.cell.camera import Camera, no_more_images
 from robolaser.cell.clock import Clock
 from robolaser.cell.first_look import FirstLook
 from robolaser.cell.recording_writer import RecordingWriter
@@ -27,6 +27,7 @@ from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
 from robolaser.emulator.faults import read_fault
 from robolaser.emulator.faulty import FaultyController
+from robolaser.vision.board import Image
 
 BITS_A_BYTE = 10
 BAUD = 9600

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from emulated_cell import cell_folder
 
-from robolaser.cell.acl_axes import radians_per_count
+from robolaser.cell.acl import radians_per_count
 from robolaser.cell.failures import AnswerUnclear, ArmRefused, ArmRestarted
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import load_cell

@@ -15,8 +15,8 @@ from robolaser.data.loading import load
 from robolaser.emulator.serving import EmulatorProcess
 from robolaser.emulator.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration
+from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.quality import Measured, measure
-from robolaser.scan.subsample import Subsample
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HIDDEN = ("joint_3", 2.4e-3)

@@ -16,12 +16,13 @@ import numpy as np
 import pytest
 
 from robolaser.cell import live_camera
-from robolaser.cell.camera import Camera, Image, grey
+from robolaser.cell.camera import Camera, grey
 from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import Clock, WallClock
 from robolaser.cell.live_camera import LiveCamera
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError
+from robolaser.vision.board import Image
 
 SIZE = (24, 16)
 FRAME_S = 0.005
@@ -114,6 +115,8 @@ def test_colours_and_sixteen_bits_become_grey(running: Callable[..., LiveCamera]
     assert colour.shot(0.0).shape == SIZE[::-1]
     deep = running(lambda number: noisy(number).astype(np.uint16) << 8)
     assert 50 <= deep.shot(0.0).max() < 56
+    twelve = running(lambda number: noisy(number).astype(np.uint16) << 4, bits=12)
+    assert 50 <= twelve.shot(0.0).max() < 56
 
 
 def test_a_camera_that_sends_nothing_is_lost(

@@ -8,10 +8,10 @@ import cv2
 import pytest
 
 import robolaser
-from robolaser.cell.camera import Image
 from robolaser.data.cell_config import load_cell
 from robolaser.data.image_list import images_of_poses
 from robolaser.errors import DataError
+from robolaser.vision.board import Image
 
 
 class Exposing(bench.Painted):

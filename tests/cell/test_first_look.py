@@ -6,10 +6,10 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell.camera import Image
 from robolaser.cell.first_look import FirstLook
 from robolaser.data.board import Board
 from robolaser.errors import CameraError, Interrupted
+from robolaser.vision.board import Image
 
 BOARD = Board(7, 5, 0.01)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from emulated_cell import cell_folder
 
-from robolaser.cell.servo_packets import READ_ALL, StsPackets, crc16
+from robolaser.cell.servo_protocols import READ_ALL, Feetech, crc16
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.emulated_cell import controller_of
 
@@ -24,7 +24,7 @@ def test_the_crc_is_that_of_the_e_manual(packet: str) -> None:
 
 
 def test_a_sync_read_is_that_of_the_feetech_manual() -> None:
-    assert StsPackets().instruction(READ_ALL, bytes.fromhex("38 08 01 02")).hex(" ") == "ff ff fe 06 82 38 08 01 02 36"
+    assert Feetech().instruction(READ_ALL, bytes.fromhex("38 08 01 02")).hex(" ") == "ff ff fe 06 82 38 08 01 02 36"
 
 
 def test_an_emulated_servo_answers_what_the_manual_asks(tmp_path: Path) -> None:

@@ -10,9 +10,9 @@ from terminal import Rig, emulated
 
 import robolaser
 from robolaser.arrays import Array
-from robolaser.cell.camera import Image
 from robolaser.cell.watch import watch
 from robolaser.errors import OutputError
+from robolaser.vision.board import Image
 
 COUNT = 30
 

@@ -29,7 +29,7 @@ from robolaser.robot.by_name import find_robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import map_ply
 from robolaser.trials.trial import read_diagnosis
-from robolaser.vision.images import read_grey
+from robolaser.vision.images import CameraImages
 
 SOON_S = 5.0
 READERS = {
@@ -43,7 +43,7 @@ READERS = {
     "a.npy": open_stripes,
     "a.npz": lambda path: read_arrays(path, ["x"]),
     "a.ply": map_ply,
-    "a.png": lambda path: read_grey(path, 640, 480),
+    "a.png": lambda path: CameraImages((640, 480)).grey(path),
 }
 
 
@@ -123,7 +123,7 @@ def test_the_size_of_an_image_is_looked_at_before_it_is_decoded(tmp_path, monkey
     for width, height, said in ((30_000, 30_000, "larger than any camera"), (4_000, 3_000, "is 4000 x 3000 pixels")):
         (tmp_path / "a.png").write_bytes(png(width, height, 10))
         with pytest.raises(RobolaserError, match=said):
-            read_grey(tmp_path / "a.png", 640, 480)
+            CameraImages((640, 480)).grey(tmp_path / "a.png")
 
 
 def test_what_is_no_image_has_no_pixels():

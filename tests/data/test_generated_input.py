@@ -40,7 +40,7 @@ from robolaser.simulation.effect_specs import sizes_of
 from robolaser.trials.outcome import outcome
 from robolaser.trials.sealed_truth import unseal
 from robolaser.trials.trial import read_diagnosis
-from robolaser.vision.images import read_grey
+from robolaser.vision.images import CameraImages
 
 ONE_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 """Each example writes its file anew."""
@@ -127,9 +127,9 @@ FILES = {
     "arm.urdf.xacro": lambda path: find_robot(str(path)),
     "diagnosis.json": read_diagnosis,
     "trial/seal.txt": lambda path: unseal(path.parent, path.parents[1] / "trial.truth"),
-    "i.png": lambda path: read_grey(path, 40, 30),
-    "i.jpg": lambda path: read_grey(path, 40, 30),
-    "i.tiff": lambda path: read_grey(path, 40, 30),
+    "i.png": lambda path: CameraImages((40, 30)).grey(path),
+    "i.jpg": lambda path: CameraImages((40, 30)).grey(path),
+    "i.tiff": lambda path: CameraImages((40, 30)).grey(path),
     "stripes.npy": open_stripes,
     "cloud.ply": map_ply,
     "search.npz": lambda path: read_arrays(path, ["header", "x"]),

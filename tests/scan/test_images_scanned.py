@@ -64,7 +64,7 @@ def cloud_of(scanner, folder):
 
 def test_an_image_of_nothing_gives_no_points_and_stops_nobody(scanner, folder):
     scan, cloud = cloud_of(scanner, folder)
-    assert scan.cloud.source.what == "images"
+    assert scan.cloud.what == "images"
     assert set(cloud["pose"]) == set(range(POSES)) - {BLANK, THROUGH}
 
 
@@ -78,7 +78,7 @@ def test_a_scan_of_the_images_is_a_scan_of_what_is_extracted_from_them(scanner, 
     _, direct = cloud_of(scanner, folder)
     assert main(["extract", str(folder)]) == 0
     scan, extracted = cloud_of(scanner, folder)
-    assert scan.cloud.source.what == "stripes.npy"
+    assert scan.cloud.what == "stripes.npy"
     np.testing.assert_array_equal(direct, extracted)
     width = load(folder).image_px[0]
     assert len(direct) > 0.95 * 2 * (POSES - 2) * width

@@ -14,8 +14,8 @@ from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.emulator.world import load_world
 from robolaser.scan import prepare, read_calibration
+from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.quality import measure
-from robolaser.scan.subsample import Subsample
 
 THINGS = Path(__file__).parents[2] / "examples" / "scan-cell"
 THERE = 54  # its first poses: on the way back play would part what a nominal scanner sees
@@ -61,7 +61,7 @@ def looked_at(scan):
 def test_ball_and_step_have_their_size(recording, truly):
     said, _ = recording
     scan = prepare(truly, said)
-    assert scan.cloud.source.what == "images"
+    assert scan.cloud.what == "images"
     found = measure(looked_at(scan), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
     plane, step, sphere = found.primitives
     assert abs(step.error_m) < 5e-5

@@ -13,9 +13,9 @@ from robolaser.model.effects import candidate_effects
 from robolaser.model.effects.effect import Effect, parameter
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
-from robolaser.scan import prepare, read_calibration, sources
+from robolaser.scan import Cloud, prepare, read_calibration, sources
+from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.ply import VERTEX, positions_of
-from robolaser.scan.subsample import Subsample
 
 EFFECTS = {
     "none": ([], {}),
@@ -113,10 +113,11 @@ class Smudge(Effect):
 def test_effects_of_ones_own_are_scanned_too(data, tmp_path):
     scan = scan_of(calibrated(data), recorded(data, tmp_path / "data", line_centres(data, per_pose=200)), tmp_path)
     straight = places(scan)
-    cloud = replace(scan.cloud, scanner=replace(scan.cloud.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
-    smudged = np.concatenate([positions_of(piece) for piece in cloud.pieces()])
-    stripes = np.concatenate([read() for read in scan.cloud.source.pieces])
-    wanted = cloud.scanner.in_base(sources.as_points(stripes))
+    part = scan.cloud.parts[0]
+    part = replace(part, scanner=replace(part.scanner, effects=(Smudge("camera", np.array([1e-5])),)))
+    smudged = np.concatenate([positions_of(piece) for piece in Cloud((part,)).pieces()])
+    stripes = np.concatenate([read() for read in part.source.pieces])
+    wanted = part.scanner.in_base(sources.as_points(stripes))
     np.testing.assert_allclose(smudged, wanted[np.isfinite(wanted).all(axis=1)], atol=2e-6)
     assert len(smudged) > 1000
     assert len(smudged) != len(straight) or np.abs(smudged - straight).max() > 1e-5
@@ -138,7 +139,7 @@ def test_std_is_how_far_noise_moves_a_point(data, tmp_path):
     calibration = replace(calibration, noise={"joint": 1e-4})
     away = scan_of(calibration, recorded(misread, tmp_path / "misread", stripes), tmp_path)
     distance = np.linalg.norm(places(away) - places(still), axis=1).reshape(-1, 2000)[:, 0]
-    assert np.sqrt(np.mean((distance / away.cloud.arm) ** 2)) == pytest.approx(1.0, abs=0.4)
+    assert np.sqrt(np.mean((distance / away.cloud.parts[0].arm) ** 2)) == pytest.approx(1.0, abs=0.4)
 
 
 def test_drifts_of_the_calibrated_run_are_taken_as_at_its_end_and_their_size_is_told(data, tmp_path):
@@ -150,9 +151,13 @@ def test_drifts_of_the_calibrated_run_are_taken_as_at_its_end_and_their_size_is_
     assert said.count(" mm.") == 3
     last = int(np.argmax(data.poses.time_s))
     same = scan_of(calibrated(data, names, numbers), recorded(data, tmp_path / "same"), tmp_path)
-    np.testing.assert_allclose(scan.cloud.scanner.camera[last], same.cloud.scanner.camera[last], atol=1e-12)
     np.testing.assert_allclose(
-        scan.cloud.scanner.laser_plane, same.cloud.scanner.laser_plane[last][None].repeat(20, 0), atol=1e-12
+        scan.cloud.parts[0].scanner.camera[last], same.cloud.parts[0].scanner.camera[last], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        scan.cloud.parts[0].scanner.laser_plane,
+        same.cloud.parts[0].scanner.laser_plane[last][None].repeat(20, 0),
+        atol=1e-12,
     )
 
 
@@ -162,7 +167,7 @@ def test_what_warms_up_follows_the_thermometer_of_both_runs(data, tmp_path):
     calibration = calibrated(measured, ["laser_drift"], {"laser_drift.laser.angle": 0.01})
     half = np.full(len(warm), 25.0)
     scan = scan_of(calibration, recorded(elsewhere(measured, temperature_c=half), tmp_path / "r"), tmp_path)
-    theta = np.arctan2(scan.cloud.scanner.laser_plane[:, 2], scan.cloud.scanner.laser_plane[:, 0])
+    theta = np.arctan2(scan.cloud.parts[0].scanner.laser_plane[:, 2], scan.cloud.parts[0].scanner.laser_plane[:, 0])
     np.testing.assert_allclose(theta - data.parameters["theta"].nominal, 0.005, atol=1e-9)
     assert scan.warnings == ()
 
@@ -175,10 +180,10 @@ def test_play_follows_the_recordings_own_path(data, tmp_path):
     up = elsewhere(data, q=q)
     down = elsewhere(data, q=q[::-1].copy())
     cameras = [
-        scan_of(calibration, recorded(one, tmp_path / name), tmp_path).cloud.scanner.camera
+        scan_of(calibration, recorded(one, tmp_path / name), tmp_path).cloud.parts[0].scanner.camera
         for name, one in (("up", up), ("down", down))
     ]
-    free = [scan_of(calibrated(data), recorded(one, tmp_path / f"{name} free"), tmp_path).cloud.scanner.camera
+    free = [scan_of(calibrated(data), recorded(one, tmp_path / f"{name} free"), tmp_path).cloud.parts[0].scanner.camera
             for name, one in (("up", up), ("down", down))]  # fmt: skip
     hung = [np.linalg.norm((one - none)[3:, :3, 3], axis=1) for one, none in zip(cameras, free, strict=True)]
     assert min(hung[0].min(), hung[1].min()) > 1e-3
@@ -200,7 +205,7 @@ def test_without_a_known_path_play_is_left_out_with_a_word(data, tmp_path):
     scan = scan_of(calibration, recorded(lost, tmp_path / "r"), tmp_path)
     assert "left out" in scan.warnings[0]
     assert " mm." in scan.warnings[0]
-    assert not scan.cloud.scanner.effects
+    assert not scan.cloud.parts[0].scanner.effects
 
 
 def test_the_bias_of_tilted_surfaces_is_left_out_where_nobody_knows_the_tilt(data, tmp_path):
@@ -217,7 +222,7 @@ def test_joints_in_another_order_are_the_same_joints(data, tmp_path):
     robot = replace(recording.robot, joints=tuple(recording.robot.joints[i] for i in order))
     turned = replace(recording, robot=robot, poses=replace(recording.poses, q=recording.poses.q[:, order]))
     one, other = (scan_of(calibrated(data), each, tmp_path) for each in (recording, turned))
-    np.testing.assert_array_equal(one.cloud.scanner.camera, other.cloud.scanner.camera)
+    np.testing.assert_array_equal(one.cloud.parts[0].scanner.camera, other.cloud.parts[0].scanner.camera)
 
 
 @pytest.mark.parametrize(

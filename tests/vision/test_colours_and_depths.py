@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.images import lights
+from robolaser.vision.images import CameraImages, lights
 from robolaser.vision.light_channel import CHANNELS, find_channel
-from robolaser.vision.stripe_trace import traces
+from robolaser.vision.stripe_trace import StripeSearch
 
 SIZE = (320, 240)
 RNG = np.random.default_rng(5)
@@ -39,7 +39,8 @@ def shots(tmp_path, *images: np.ndarray, off: np.ndarray | None = None) -> PoseI
 
 def missed(taken: PoseImages, channel: str, **how) -> tuple[int, float]:
     """How many rows show the stripe, and the error of its centre [px]."""
-    (found,) = traces(taken, SIZE, "v", channel=channel, **how)
+    camera = CameraImages.of(taken.files, SIZE)
+    (found,) = StripeSearch(camera, "v", channel, **how).traces(taken)
     off = found["u"] - ACROSS[np.rint(found["v"]).astype(int)]
     near = np.abs(off) < 3
     return int(near.sum()), float(np.sqrt(np.mean(off[near] ** 2))) if near.any() else np.inf
@@ -59,7 +60,7 @@ def test_the_channel_is_found_in_which_a_coloured_laser_stands_out(colour, expec
     """On texture as strong as itself; with an image without the laser, and by the stripe alone."""
     off = picture(colour, 0.0) if dark else None
     taken = shots(tmp_path, picture(colour, 45.0), off=off)
-    channel = find_channel([taken], SIZE, "v")
+    channel = find_channel([taken], CameraImages(SIZE), "v")
     assert channel.startswith(expected), channel
     rows, error = missed(taken, channel)
     in_grey, _ = missed(taken, "grey")
@@ -71,7 +72,7 @@ def test_the_channel_is_found_in_which_a_coloured_laser_stands_out(colour, expec
 def test_grey_images_stay_grey_whatever_their_file_holds(tmp_path) -> None:
     grey = picture((1, 1, 1), 120.0)[..., 1]
     for image in (grey, cv2.merge([grey, grey, grey])):
-        assert find_channel([shots(tmp_path, image)], SIZE, "v") == "grey"
+        assert find_channel([shots(tmp_path, image)], CameraImages(SIZE), "v") == "grey"
 
 
 @pytest.mark.parametrize("bits", [12, 16])
@@ -85,11 +86,16 @@ def test_deep_images_keep_what_eight_bits_lose(bits, tmp_path) -> None:
     assert error < 0.3 * coarse
 
 
-def test_the_depth_is_that_of_all_images_of_a_pose(tmp_path) -> None:
-    """A dark image of twelve bits is not one of ten."""
-    lit, off = picture((1, 1, 1), 150.0, 12)[..., 1], np.minimum(picture((1, 1, 1), 0.0, 12)[..., 1], 1000)
-    ((_, light),) = lights(shots(tmp_path, lit, off=off), SIZE)
-    assert np.median(light) < 40
+def test_the_depth_is_that_of_all_images_of_the_camera(tmp_path) -> None:
+    """A dark image of twelve bits, alone at its pose, is not one of ten."""
+    (tmp_path / "dark").mkdir()
+    lit, dark = picture((1, 1, 1), 150.0, 12)[..., 1], np.minimum(picture((1, 1, 1), 0.0, 12)[..., 1], 1000)
+    bright, alone = shots(tmp_path, lit), shots(tmp_path / "dark", dark)
+    camera = CameraImages.of((*alone.files, *bright.files), SIZE)
+    assert camera.depth == 12
+    ((grey, light),) = lights(alone, camera)
+    np.testing.assert_allclose(light, dark / 16.0)
+    np.testing.assert_array_equal(grey, dark >> 4)
 
 
 def test_an_exposure_series_is_one_stripe_that_is_neither_dark_nor_saturated(tmp_path) -> None:
@@ -113,7 +119,10 @@ def test_channels_weigh_blue_green_and_red_as_opencv_orders_them(tmp_path) -> No
     image = np.zeros((*SIZE[::-1], 3), np.uint8)
     image[...] = (10, 40, 200)
     taken = shots(tmp_path, image)
-    seen = {name: float(next(iter(lights(taken, SIZE, weights)))[1][0, 0]) for name, weights in CHANNELS.items()}
+    seen = {
+        name: float(next(iter(lights(taken, CameraImages(SIZE), weights)))[1][0, 0])
+        for name, weights in CHANNELS.items()
+    }
     assert (seen["blue"], seen["green"], seen["red"]) == (10, 40, 200)
     assert seen["red-excess"] == pytest.approx(200 - 25 + 16)
     assert seen["blue-excess"] == 0

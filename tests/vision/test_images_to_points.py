@@ -9,18 +9,21 @@ import pytest
 from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
 from scipy.spatial.transform import Rotation
 
+from robolaser.data.board import Board
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import ImageError
 from robolaser.vision.board import find_board
 from robolaser.vision.extract import Extraction, extract_points
+from robolaser.vision.images import CameraImages
+from robolaser.vision.stripe_trace import StripeSearch
 
+BOARD = Board(7, 6, SQUARE)
 REAL = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 
-def extracted(images, width=WIDTH, height=HEIGHT, **changes) -> Extraction:
-    setting = {"columns": 7, "rows": 6, "square_m": SQUARE, "stripe_axis": "v"} | changes
+def extracted(images, size=(WIDTH, HEIGHT), axis="v", board=BOARD, **changes) -> Extraction:
     shots = [PoseImages(row, pose, (path,)) for row, (pose, path) in enumerate(images)]
-    return extract_points(shots, width_px=width, height_px=height, **setting)
+    return extract_points(shots, StripeSearch(CameraImages(size), axis), board, **changes)
 
 
 def of_pose(found: Extraction, pose: str):
@@ -84,8 +87,7 @@ def test_a_camera_mounted_turned_sees_the_same_places(quarters, images, scenes, 
         cv2.imwrite(str(target), np.ascontiguousarray(np.rot90(cv2.imread(str(path), 0), quarters)))
         turned.append((pose, target))
     lying = quarters % 2 == 1
-    size = {"width": HEIGHT, "height": WIDTH} if lying else {}
-    found = extracted(turned, **size, stripe_axis="u" if lying else "v")
+    found = extracted(turned, (HEIGHT, WIDTH) if lying else (WIDTH, HEIGHT), "u" if lying else "v")
     for _ in range(quarters):
         width = WIDTH if lying else HEIGHT
         found.pixel[:] = np.stack([width - 1 - found.pixel[:, 1], found.pixel[:, 0]], axis=-1)
@@ -185,13 +187,13 @@ def test_a_file_that_is_missing_or_no_image_is_named(images, tmp_path):
 
 def test_an_image_of_another_size_is_named(images):
     with pytest.raises(ImageError, match=r"image0\.png is 640 x 480 .* 640 x 512"):
-        extracted(images[:1], height=512)
+        extracted(images[:1], (WIDTH, 512))
 
 
 def test_a_real_recording_keeps_board_robot_and_sheet_together():
     rows = list(csv.DictReader((REAL / "poses.csv").read_text().splitlines()))[:4]
     images = [(row["pose"], REAL / row["image"]) for row in rows]
-    found = extracted(images, width=1280, height=1024)
+    found = extracted(images, (1280, 1024))
     assert {frame.skipped for frame in found.frames} == {""}
     assert all(80 <= frame.points <= 250 for frame in found.frames)
     camera = np.array([[2399.0, 0, 640], [0, 2406, 520], [0, 0, 1]])
@@ -217,8 +219,8 @@ def test_flange_turns_keep_a_square_boards_frame_through_a_large_roll(tmp_path):
     """Six by six corners look alike after each quarter turn; between these images the camera rolls further."""
     tilts = [(4, 10, 0), (12, -8, 120), (-10, 6, -125), (8, 12, 75)]
     scenes = [scene(tilt, (-0.014, 0, 0.18), columns=6, rows=6) for tilt in tilts]
-    flange = {f"pose{k}": one.R.T for k, one in enumerate(scenes)}
-    found = extracted(written(scenes, tmp_path), columns=6, rows=6, R_base_flange=flange)
+    flange = np.stack([one.R.T for one in scenes])
+    found = extracted(written(scenes, tmp_path), board=Board(6, 6, SQUARE), R_base_flange=flange)
     for error in misplaced(found, scenes):
         assert len(error) > 60
         assert error.max() < 2e-4

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from robolaser.emulator.rendering import Ball, CameraModel, Cuboid, EmulatedScene, Floor, LaserSheet, photograph
+from robolaser.vision.images import laser_alone
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
 
@@ -46,9 +47,9 @@ def pictured(scene, *, lit=True, power=260.0, tilt=(0.0, 0.0, 0.0), seed=1, **li
     return photograph(scene, eye, sheet, looking_down(tilt), lit=lit, rng=np.random.default_rng(seed), **light)
 
 
-def judged(photo, **how):
+def judged(photo, off=None, **how):
     """Errors of true centres [px] with what they say of themselves, how many are false, and how many there are."""
-    stripes = trace(photo.image, "u", **how)
+    stripes = trace(photo.image if off is None else laser_alone(photo.image, off), "u", **how)
     there = photo.truth.stripe.at
     off = stripes["v"][:, None] - there[np.rint(stripes["u"]).astype(int)]
     nearest = np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)

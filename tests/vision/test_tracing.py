@@ -5,6 +5,7 @@ import pytest
 from drawn import HEIGHT, ROW, STRAIGHT, WAVY, WIDTH, exposed, profile, speckled
 
 from robolaser.data.stripe_file import STRIPE
+from robolaser.vision.images import laser_alone
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
 
@@ -111,7 +112,7 @@ def test_without_the_laser_lamps_edges_and_textures_vanish():
     room = 30 + 40 * rng.random((HEIGHT, 1)) + 30 * (np.arange(WIDTH) // 9 % 2)
     room = room + profile(STRAIGHT + 90, 2, 130)
     lit = exposed(room + profile(STRAIGHT, 2, 80), 2, 11)
-    stripes = trace(lit, "v", exposed(room, 2, 12))
+    stripes = trace(laser_alone(lit, exposed(room, 2, 12)), "v")
     assert len(stripes) >= 0.98 * HEIGHT
     assert abs(missed(stripes, STRAIGHT).mean()) < 0.01
     assert np.abs(missed(stripes, STRAIGHT)).max() < 0.3
@@ -120,14 +121,14 @@ def test_without_the_laser_lamps_edges_and_textures_vanish():
 
 def test_a_difference_keeps_its_noise_and_so_its_deviations():
     light = profile(STRAIGHT, 2, 120)
-    stripes = trace(exposed(3 + light, 2, 13), "v", exposed(np.full_like(light, 3.0), 2, 14))
+    stripes = trace(laser_alone(exposed(3 + light, 2, 13), exposed(np.full_like(light, 3.0), 2, 14)), "v")
     assert 0.7 < missed(stripes, STRAIGHT).std() / np.median(stripes["std"]) < 1.4
 
 
 def test_a_saturated_stripe_stays_saturated_in_the_difference():
     light = profile(STRAIGHT, 3, 800)
     ambient = np.linspace(5, 90, WIDTH) * np.ones((HEIGHT, 1))
-    stripes = trace(exposed(ambient + light, 2, 15), "v", exposed(ambient, 2, 16))
+    stripes = trace(laser_alone(exposed(ambient + light, 2, 15), exposed(ambient, 2, 16)), "v")
     assert abs(missed(stripes, STRAIGHT).mean()) < 0.05
     assert np.sqrt(np.mean(missed(stripes, STRAIGHT) ** 2)) < 0.1
 

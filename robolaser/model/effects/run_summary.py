@@ -3,9 +3,10 @@
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Annotated, Any, final
 
 import numpy as np
+from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.run import Course, Run
@@ -16,7 +17,7 @@ from robolaser.model.effects.run import Course, Run
 class RunSummary:
     """The run that a calibration was made from."""
 
-    poses: int  # number of poses
+    poses: Annotated[int, Meta(ge=1)]  # number of poses
     sha256: str  # of their names, readings and times: tells whether another run has the same poses
     # middle of all flanges by the nominal arm, about which `base_shift` turns, (3,) [m]
     middle_m: tuple[float, float, float]
