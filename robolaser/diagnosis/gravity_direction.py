@@ -11,7 +11,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import millimetres
-from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import CERTAIN, SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects.effect import CandidateEffect
@@ -49,7 +49,8 @@ def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis
         return found
     mended = examine(replace(found.dataset, robot=robot.under(turned)))
     falls = fall_in_sigmas(squares(found.observed, found.after_m), squares(mended.observed, mended.after_m))
-    if mended.verdict != "explained" or falls < SIGMA_OF_95_PERCENT:
+    yields = any(one.name == JointCompliance.cause and one.probability >= CERTAIN for one in mended.classes)
+    if mended.verdict != "explained" or falls < SIGMA_OF_95_PERCENT or not yields:
         return found
     wrong = WrongInput(
         "gravity_direction",
