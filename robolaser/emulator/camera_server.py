@@ -112,7 +112,7 @@ class CameraServer:
     def _draw(self, snapshot: Snapshot) -> None:
         for motor in snapshot.path[-1:]:
             self._world.follow(motor)
-        image = self._world.photograph(self._rng, lit=snapshot.lit).image
+        image = self._world.photograph(self._rng, lit=snapshot.lit)
         spoilt = self._spoilt.frame(image, snapshot.now_s, snapshot.heard, time.monotonic())
         if spoilt is None:
             return
