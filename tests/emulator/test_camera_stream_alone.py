@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from robolaser.emulator.camera_server import CameraServer
+from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.snapshot import Snapshot
 from robolaser.errors import CameraError
 
 SHAPE = (480, 640)
