@@ -21,8 +21,8 @@ class Checkerboard(Solid):
         rows: Inner corners along y.
         square_m: Side of a square [m].
         border_m: Breadth of the border [m].
-        white: Albedo of the paper.
-        black: Albedo of the ink.
+        tone: Of the paper.
+        black: Share of light that the ink reflects.
     """
 
     T_base_board: Array
@@ -30,7 +30,7 @@ class Checkerboard(Solid):
     rows: int
     square_m: float
     border_m: float = 0.01
-    white: float = 0.85
+    tone: float = 0.85
     black: float = 0.09
 
     def hit(self, origin: Array, direction: Array) -> Array:
@@ -62,5 +62,5 @@ class Checkerboard(Solid):
             line = np.clip(np.rint(x), 0.0, last)
             side *= np.clip(2.0 * (x - line) * sharp, -1.0, 1.0) * (1.0 - 2.0 * (line % 2))
             printed *= np.clip((last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5, 0.0, 1.0)
-        albedo: Array = self.white + (self.black - self.white) * (0.5 + 0.5 * side) * printed
+        albedo: Array = self.tone + (self.black - self.tone) * (0.5 + 0.5 * side) * printed
         return albedo

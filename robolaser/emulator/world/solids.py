@@ -16,7 +16,9 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 class Solid(ABC):
-    """A body whose surface reflects light diffusely."""
+    """A body whose surface reflects light diffusely; `tone` is the share of it, 0 to 1."""
+
+    tone: float
 
     @abstractmethod
     def hit(self, origin: Array, direction: Array) -> Array:
@@ -34,21 +36,21 @@ class Solid(ABC):
     def normal(self, point: Array) -> Array:
         """Unit normals, outward, at points of the surface, (n, 3) -> (n, 3)."""
 
-    @abstractmethod
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """Share of light that is reflected where rays meet the surface, 0 to 1, (n,).
+        """Share of light that is reflected where rays meet the surface: `tone` where nothing is printed on it, (n,).
 
         Args:
             point: Where, (n, 3) [m].
             eye: Where the rays come from, (3,) [m].
             breadth: Of a ray [rad]: edges of a print are blurred over it.
         """
+        return np.full(len(point), self.tone)
 
 
 @final
 @dataclass(frozen=True)
 class Floor(Solid):
-    """The plane z = height_m; `tone` is its albedo."""
+    """The plane z = height_m."""
 
     height_m: float = 0.0
     tone: NotNegative = 0.45
@@ -63,15 +65,11 @@ class Floor(Solid):
         """Up."""
         return np.broadcast_to(UP, point.shape)
 
-    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """The same everywhere."""
-        return np.full(len(point), self.tone)
-
 
 @final
 @dataclass(frozen=True)
 class Sphere(Solid):
-    """A ball; `tone` is its albedo."""
+    """A ball."""
 
     centre_m: Vector
     radius_m: Positive
@@ -91,10 +89,6 @@ class Sphere(Solid):
         normal: Array = (point - np.array(self.centre_m)) / self.radius_m
         return normal
 
-    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """The same everywhere."""
-        return np.full(len(point), self.tone)
-
 
 @final
 @dataclass(frozen=True)
@@ -105,7 +99,6 @@ class Block(Solid):
         origin_m: The middle of its underside.
         size_m: Along its x, y and z.
         quat: Its rotation (x, y, z, w).
-        tone: Its albedo.
     """
 
     origin_m: Vector
@@ -129,10 +122,6 @@ class Block(Solid):
         depth = np.concatenate([np.abs(inside - bound) for bound in self._bounds], axis=-1)
         normal: Array = np.concatenate([-self._turn.T, self._turn.T])[depth.argmin(axis=-1)]
         return normal
-
-    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
-        """The same everywhere."""
-        return np.full(len(point), self.tone)
 
     @property
     def _turn(self) -> Array:

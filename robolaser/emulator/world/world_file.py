@@ -58,7 +58,7 @@ class BoardTable:
     quat: Quaternion = (1.0, 0.0, 0.0, 0.0)
     border_m: NotNegative = Checkerboard.border_m
     square_m: Positive | None = None
-    white: NotNegative = Checkerboard.white
+    white: NotNegative = Checkerboard.tone
     black: NotNegative = Checkerboard.black
 
 
