@@ -30,7 +30,8 @@ class TrueStripe:
 
 def true_stripe(scene: Scene, T_base_camera: Array) -> TrueStripe:
     """Halve the way between neighbouring pixels on both sides of the laser's plane."""
-    turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
+    turn, place, light = T_base_camera[:3, :3], T_base_camera[:3, 3], scene.light
+    assert light is not None
     height, width, axis = scene.eye.height_px, scene.eye.width_px, scene.eye.optics.stripe_axis
 
     def met(ray: Array) -> tuple[Array, Array, Ints]:
@@ -38,7 +39,7 @@ def true_stripe(scene: Scene, T_base_camera: Array) -> TrueStripe:
         distance, solid = scene.cast(place, ray @ turn.T)
         with np.errstate(invalid="ignore"):
             seen = ray * distance[:, None]
-            return scene.light.off(seen), seen @ turn.T + place, solid
+            return light.off(seen), seen @ turn.T + place, solid
 
     side = met(scene.eye.all_rays)[0].reshape(height, width) > 0
     step = np.array([1.0, 0.0]) if axis == "v" else np.array([0.0, 1.0])
@@ -53,7 +54,7 @@ def true_stripe(scene: Scene, T_base_camera: Array) -> TrueStripe:
     off, point, solid = met(scene.eye.rays(pixel))
     rows = np.flatnonzero((np.abs(off) < ON_LIGHT_M) & (solid >= 0))
     normal = np.stack([scene.solids[solid[row]].normal(point[[row]])[0] for row in rows]) if len(rows) else point[:0]
-    rows = rows[scene.reaches(point[rows], normal, turn @ scene.light.source + place)]
+    rows = rows[scene.reaches(point[rows], normal, turn @ light.source + place)]
     across = 0 if axis == "v" else 1
     line, at = pixel[rows, 1 - across].astype(np.int64), pixel[rows, across]
     order = np.lexsort((at, line))

@@ -2,6 +2,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pinocchio
 import pytest
@@ -20,7 +21,7 @@ from robolaser.model.sensors.placements import motion
 from robolaser.vision.board import find_board
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"
+CELL, THINGS, HOBBY = EXAMPLES / "cell", EXAMPLES / "scan-cell", EXAMPLES / "so101-cell"
 Q = np.array([0.1, -0.7, 1.2, -0.5, 0.2])
 PLAY = 0.004
 
@@ -142,6 +143,33 @@ def test_a_rolled_sheet_turns_the_stripe(description: Dataset, tmp_path: Path) -
 def _level(description: Dataset) -> Array:
     """A posture from which the camera looks straight down."""
     return np.array([0.0, -0.9, 1.3, -0.4, 0.0])
+
+
+def test_a_camera_without_a_laser_shows_the_board_where_opencv_projects_it() -> None:
+    cell = load_cell(HOBBY)
+    here = load_world(HOBBY / "world.toml", cell.description)
+    truth = here.truth()
+    here.follow(planned(cell.description, count=1, seed=3)[0])
+    image = here.photograph(np.random.default_rng(1), lit=True)
+    found = find_board(image, columns=8, rows=5)
+    assert found is not None
+    x, y = np.meshgrid(np.arange(8), np.arange(5))
+    corners = 0.015 * np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=-1)
+    values = {name: np.array([value]) for name, value in truth.items()}
+    T = np.linalg.inv(here.T_base_flange @ motion(values, "hand_eye")[0]) @ motion(values, "target")[0]
+    K = np.array([[truth["fx"], 0.0, truth["cx"]], [0.0, truth["fy"], truth["cy"]], [0.0, 0.0, 1.0]])
+    lens = np.array([truth[name] for name in ("k1", "k2", "p1", "p2", "k3")])
+    pixel, _ = cv2.projectPoints(corners, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], K, lens)
+    off = [np.linalg.norm(one.reshape(-1, 2) - pixel.reshape(-1, 2), axis=-1) for one in found.orientations]
+    assert min(map(np.median, off)) < 0.1
+
+
+def test_a_camera_has_no_laser_to_go_wrong_and_says_what_is_not_known_of_it(tmp_path: Path) -> None:
+    camera = describe(HOBBY)
+    with pytest.raises(RobolaserError, match="laser_roll cannot be at 'laser'"):
+        world(camera, tmp_path, effect("laser_roll", "laser", 0.1))
+    with pytest.raises(RobolaserError, match=r"\[truth\] fx"):
+        world(replace(camera, parameters={}), tmp_path)
 
 
 def test_while_nothing_moves_noise_is_new_and_speckle_stays(tmp_path: Path, description: Dataset) -> None:

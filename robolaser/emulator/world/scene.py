@@ -58,13 +58,13 @@ class Scene:
     Attributes:
         solids: In the base frame; where two coincide, the later one is on top.
         eye: The camera.
-        light: The laser's sheet, in the camera frame.
+        light: The laser's sheet, in the camera frame; None: there is no laser.
         projector: How bright it is.
     """
 
     solids: tuple[Solid, ...]
     eye: CameraModel
-    light: Light
+    light: Light | None
     projector: Projector = Projector()
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
@@ -113,8 +113,8 @@ class Scene:
             point = place + distance[own, None] * direction[own]
             normal, albedo = solid.normal(point), solid.albedo(point, place, self.eye.pixel_rad)
             room[own] = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * np.maximum(normal @ LAMP, 0.0))
-            if lit:
-                laser[own] = albedo * self._from_laser(point, normal, T_base_camera)
+            if lit and self.light is not None:
+                laser[own] = albedo * self._from_laser(self.light, point, normal, T_base_camera)
         return self._imaged(room), self._imaged(laser)
 
     def expose(self, room: Array, laser: Array, *, rng: np.random.Generator, grain: np.random.Generator) -> Image:
@@ -127,15 +127,15 @@ class Scene:
         grey += np.sqrt(variance) * rng.standard_normal(grey.shape, dtype=np.float32)
         return np.asarray(np.clip(np.rint(grey), 0, 255), dtype=np.uint8)
 
-    def _from_laser(self, point: Array, normal: Array, T_base_camera: Array) -> Array:
+    def _from_laser(self, light: Light, point: Array, normal: Array, T_base_camera: Array) -> Array:
         """Grey of white paper in the laser's direct light at points of surfaces in the base frame, (n, 3) -> (n,)."""
         turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
         seen, out = (point - place) @ turn, np.zeros(len(point))
-        rows = np.flatnonzero(np.abs(self.light.off(seen)) < REACH * self.projector.width_m)
-        point, normal, source = point[rows], normal[rows], turn @ self.light.source + place
+        rows = np.flatnonzero(np.abs(light.off(seen)) < REACH * self.projector.width_m)
+        point, normal, source = point[rows], normal[rows], turn @ light.source + place
         towards = (source - point) / np.linalg.norm(source - point, axis=-1, keepdims=True)
         cosine = np.einsum("ij,ij->i", towards, normal) * self.reaches(point, normal, source)
-        out[rows] = cosine * self.projector.grey(seen[rows], self.light)
+        out[rows] = cosine * self.projector.grey(seen[rows], light)
         return out
 
     def _imaged(self, light: Array) -> Array:

@@ -1,7 +1,7 @@
 """The world that an emulated cell holds: the true arm, scanner and solids, and where they are now."""
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import final
 
@@ -26,15 +26,18 @@ class EmulatedWorld:
     Args:
         arm: As its URDF has it.
         scene: Solids, camera and laser without faults.
+        truth: The sensor's true numbers, by name, SI.
         faults: In what the cell is not what its model says, in the order in which they act.
     """
 
-    def __init__(self, arm: ScrewArm, scene: Scene, faults: Sequence[FaultModel] = ()) -> None:
-        self.arm, self.faults = arm, tuple(faults)
+    def __init__(
+        self, arm: ScrewArm, scene: Scene, truth: Mapping[str, float], faults: Sequence[FaultModel] = ()
+    ) -> None:
+        self.arm, self.faults, self._truth = arm, tuple(faults), truth
         self._motor: Array | None = None
         run, light = self._run(np.zeros(arm.count)), scene.light
         for fault in self.faults:
-            light = fault.light(light, run)
+            light = light and fault.light(light, run)
         self.scene = replace(scene, light=light)
         self._rendered: dict[bool, tuple[bytes, tuple[Array, Array]]] = {}
 
@@ -94,7 +97,7 @@ class EmulatedWorld:
     def truth(self) -> dict[str, float]:
         """The true numbers, by the names that a calibration and a diagnosis give them, SI.
 
-        The scanner's fourteen; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
+        The sensor's; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
         `NAME:WHERE`.
         """
         target: dict[str, float] = {}
@@ -105,7 +108,7 @@ class EmulatedWorld:
                 names = (f"target.{name}" for name in ("x", "y", "z", "w", "phi", "psi"))
                 target = dict(zip(names, values, strict=True))
         faults = {f"{fault.effect}:{fault.where}": fault.size for fault in self.faults}
-        return {**self.scene.eye.optics.truth, **target, **faults}
+        return {**self._truth, **target, **faults}
 
     def _run(self, motor: Array) -> SyntheticRun:
         """What a fault may depend on, at rest at one configuration."""

@@ -1,7 +1,7 @@
 """world.toml: the true state of a cell, and what is in it."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, make_dataclass
+from dataclasses import asdict, dataclass, field, make_dataclass, replace
 from pathlib import Path
 from typing import Any, final
 
@@ -26,12 +26,13 @@ from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.scanner import ScannerOptics
 
 FORMAT = "robolaser-world/1"
+LENS = ("k1", "k2", "p1", "p2", "k3")
 
 
 @final
 @dataclass(frozen=True)
-class TruthTable:
-    """`[truth]`: the scanner's fourteen; None: nominal."""
+class ScannerTruth:
+    """`[truth]` of a stripe scanner: the paper's fourteen; None: nominal."""
 
     f: Positive | None = None
     s_u: Positive | None = None
@@ -47,6 +48,36 @@ class TruthTable:
     t_x: float | None = None
     t_y: float | None = None
     t_z: float | None = None
+
+
+@final
+@dataclass(frozen=True)
+class HandEyeTruth:
+    """`[truth]` hand_eye: where a camera is on the flange; None: nominal."""
+
+    x: float | None = None
+    y: float | None = None
+    z: float | None = None
+    w: float | None = None
+    phi: float | None = None
+    psi: float | None = None
+
+
+@final
+@dataclass(frozen=True)
+class CameraTruth:
+    """`[truth]` of a camera: OpenCV's nine and its place on the flange; None: nominal."""
+
+    fx: Positive | None = None
+    fy: Positive | None = None
+    cx: float | None = None
+    cy: float | None = None
+    k1: float | None = None
+    k2: float | None = None
+    p1: float | None = None
+    p2: float | None = None
+    k3: float | None = None
+    hand_eye: HandEyeTruth = HandEyeTruth()
 
 
 @final
@@ -68,7 +99,7 @@ class WorldFile:
     """The whole file."""
 
     format: str
-    truth: TruthTable = TruthTable()
+    truth: dict[str, Any] = field(default_factory=dict)
     light: Projector = Projector()
     camera: CameraSettings = CameraSettings()
     floor: Floor | None = None
@@ -76,6 +107,10 @@ class WorldFile:
     block: tuple[Block, ...] = ()
     sphere: tuple[Sphere, ...] = ()
     effect: tuple[dict[str, Any], ...] = ()
+
+
+TRUTHS: Mapping[str, type[ScannerTruth | CameraTruth]] = {"stripe": ScannerTruth, "camera": CameraTruth}
+"""`[truth]` by the kind of sensor."""
 
 
 def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
@@ -93,32 +128,55 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     check_format(contents, FORMAT, path.name)
     read = typed(contents, WorldFile, file=path.name)
     robot, size = description.robot, description.image_px
-    if robot is None or size is None:
+    fixed = description.kind == "camera" and description.options.mount == "base"
+    if robot is None or size is None or description.kind not in TRUTHS or fixed:
         raise DataError(
             f"{path.name} describes a world for a camera on an arm, but dataset.toml has no [robot], or its sensor is"
-            " not a stripe scanner with an [image]. Emulate this cell without --world.",
+            " neither a stripe scanner nor a camera on the flange, with an [image]. Emulate this cell without --world.",
             file=path,
         )
-    truth = _truth(path.name, read.truth, description)
-    optics = ScannerOptics(truth, description.bracket_quat, description.angles, description.stripe_axis)
-    eye = CameraModel(optics, *size, read.camera)
-    flat = np.array(0.0)
-    light = Light(truth["b"], np.array(truth["theta"]), flat, flat)
+    truth, camera = _truth(path.name, read.truth, description), read.camera
+    light, lens = None, np.array(camera.lens_error)
+    if description.kind == "stripe":
+        optics = ScannerOptics(truth, description.bracket_quat, description.angles, description.stripe_axis)
+        flat = np.array(0.0)
+        light = Light(truth["b"], np.array(truth["theta"]), flat, flat)
+    else:
+        optics, lens = _optics_of_camera(truth), lens + [truth[name] for name in LENS]
+    k1, k2, p1, p2, k3 = lens.tolist()
+    eye = CameraModel(optics, *size, replace(camera, lens_error=(k1, k2, p1, p2, k3)))
     scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
     arm = ScrewArm(robot)
-    return EmulatedWorld(arm, scene, list(_faults(path.name, read.effect, arm)))
+    return EmulatedWorld(arm, scene, truth, list(_faults(path.name, read.effect, arm, lasers=light is not None)))
 
 
-def _truth(file: str, stated: TruthTable, description: Dataset) -> dict[str, float]:
-    """The paper's fourteen: as stated, else nominal."""
+def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
+    """The sensor's numbers, as stated, else nominal; of a lens of which nothing is said, 0."""
+    values = asdict(typed(stated, TRUTHS[description.kind], file=file, at=("truth",)))
+    values |= {f"hand_eye.{name}": value for name, value in values.pop("hand_eye", {}).items()}
     truth = {}
-    for name, value in asdict(stated).items():
+    for name, value in values.items():
         nominal = description.parameters[name].nominal if name in description.parameters else None
         one = nominal if value is None else value
-        if one is None:
+        if one is None and name not in LENS:
             raise wrong(file, ("truth", name), one, "a finite number")
-        truth[name] = one
+        truth[name] = one or 0.0
     return truth
+
+
+def _optics_of_camera(truth: Mapping[str, float]) -> ScannerOptics:
+    """A camera as a scanner of focal length 1 m without distortion."""
+    pinhole = {
+        "f": 1.0,
+        "s_u": 1 / truth["fx"],
+        "s_v": 1 / truth["fy"],
+        "u_0": truth["cx"],
+        "v_0": truth["cy"],
+        "k": 0.0,
+    }
+    turns = {name: truth[f"hand_eye.{name}"] for name in ("w", "phi", "psi")}
+    place = {f"t_{name}": truth[f"hand_eye.{name}"] for name in "xyz"}
+    return ScannerOptics({**pinhole, **turns, **place}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")
 
 
 def _solids(file: str, read: WorldFile, described: Board | None) -> Iterator[Solid]:
@@ -147,13 +205,13 @@ def _checkerboard(file: str, board: BoardTable, described: Board) -> Checkerboar
     return Checkerboard(T, described.columns, described.rows, square_m, board.border_m, board.white, board.black)
 
 
-def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: ScrewArm) -> Iterator[FaultModel]:
+def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: ScrewArm, *, lasers: bool) -> Iterator[FaultModel]:
     for number, effect in enumerate(stated):
         name, where = effect.get("name"), effect.get("where")
         if not isinstance(name, str) or name not in WORLD_FAULTS:
             raise _wrong_effect(file, "name", f"an emulated world cannot have '{name}'.{near(str(name), WORLD_FAULTS)}")
         kind = WORLD_FAULTS[name]
-        locations = arm.joints if kind.on_joints else ("laser",)
+        locations = arm.joints if kind.on_joints else ("laser",) * lasers
         if not isinstance(where, str) or where not in locations:
             raise _wrong_effect(file, "where", f"{name} cannot be at '{where}'.{near(str(where), locations)}")
         further = [(key, float, usual) for key, usual in kind.parameters.items()]
