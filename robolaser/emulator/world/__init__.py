@@ -1,4 +1,4 @@
-"""What stands in an emulated cell, and where it truly is."""
+"""What is in an emulated cell, and where it truly is."""
 
 from robolaser.emulator.world.world import EmulatedWorld
 from robolaser.emulator.world.world_file import load_world

@@ -26,58 +26,9 @@ from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.scanner import ScannerOptics
 
 FORMAT = "robolaser-world/1"
-LENS = ("k1", "k2", "p1", "p2", "k3")
-
-
-@final
-@dataclass(frozen=True)
-class ScannerTruth:
-    """`[truth]` of a stripe scanner: the paper's fourteen; None: nominal."""
-
-    f: Positive | None = None
-    s_u: Positive | None = None
-    s_v: Positive | None = None
-    u_0: float | None = None
-    v_0: float | None = None
-    k: float | None = None
-    b: float | None = None
-    theta: float | None = None
-    w: float | None = None
-    phi: float | None = None
-    psi: float | None = None
-    t_x: float | None = None
-    t_y: float | None = None
-    t_z: float | None = None
-
-
-@final
-@dataclass(frozen=True)
-class HandEyeTruth:
-    """`[truth]` hand_eye: where a camera is on the flange; None: nominal."""
-
-    x: float | None = None
-    y: float | None = None
-    z: float | None = None
-    w: float | None = None
-    phi: float | None = None
-    psi: float | None = None
-
-
-@final
-@dataclass(frozen=True)
-class CameraTruth:
-    """`[truth]` of a camera: OpenCV's nine and its place on the flange; None: nominal."""
-
-    fx: Positive | None = None
-    fy: Positive | None = None
-    cx: float | None = None
-    cy: float | None = None
-    k1: float | None = None
-    k2: float | None = None
-    p1: float | None = None
-    p2: float | None = None
-    k3: float | None = None
-    hand_eye: HandEyeTruth = HandEyeTruth()
+SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
+PINHOLE, LENS = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
+POSITIVE = ("f", "s_u", "s_v", "fx", "fy")
 
 
 @final
@@ -109,7 +60,16 @@ class WorldFile:
     effect: tuple[dict[str, Any], ...] = ()
 
 
-TRUTHS: Mapping[str, type[ScannerTruth | CameraTruth]] = {"stripe": ScannerTruth, "camera": CameraTruth}
+def _table(name: str, *numbers: str, **tables: type) -> type:
+    """A table of numbers, None where they are nominal, and of tables."""
+    fields = [(key, (Positive if key in POSITIVE else float) | None, None) for key in numbers]
+    return make_dataclass(name, [*fields, *((key, table, table()) for key, table in tables.items())], frozen=True)
+
+
+TRUTHS: Mapping[str, type] = {
+    "stripe": _table("Scanner", *SCANNER),
+    "camera": _table("Camera", *PINHOLE, *LENS, hand_eye=_table("HandEye", "x", "y", "z", "w", "phi", "psi")),
+}
 """`[truth]` by the kind of sensor."""
 
 
