@@ -141,8 +141,5 @@ class Scene:
     def _imaged(self, light: Array) -> Array:
         """Light of each pixel, row by row, as the lens blurs it, (height, width)."""
         image = light.reshape(self.eye.height_px, self.eye.width_px)
-        return (
-            np.asarray(cv2.GaussianBlur(image, (0, 0), self.eye.settings.blur_px))
-            if self.eye.settings.blur_px
-            else image
-        )
+        blur_px = self.eye.settings.blur_px
+        return np.asarray(cv2.GaussianBlur(image, (0, 0), blur_px)) if blur_px else image
