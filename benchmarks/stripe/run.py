@@ -9,28 +9,28 @@ import os
 os.environ["OMP_NUM_THREADS"] = "1"
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 import cv2
 import numpy as np
 from peer import centre_of_mass, curve_fitted
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import (
-    Ball,
-    CameraModel,
-    Cuboid,
-    EmulatedScene,
-    Floor,
-    LaserSheet,
-    Photograph,
-    photograph,
-)
+from robolaser.emulator.world.camera import CameraModel
+from robolaser.emulator.world.scene import Projector, Scene
+from robolaser.emulator.world.solids import Block, Floor, Sphere
+from robolaser.trials.synthetic.light import Light
+from robolaser.trials.synthetic.scanner import ScannerOptics
 from robolaser.vision.board import Image
 from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
+
+sys.path.append(str(Path(__file__).parents[2] / "tests"))
+from true_stripe import TrueStripe, true_stripe
 
 HEIGHT, WIDTH = 480, 640
 NOISE = 2.0
@@ -57,7 +57,7 @@ def speed(rounds: int) -> None:
     images = {
         "ordinary": (drawn(20 + stripe(2, 150), NOISE, 1), None),
         "saturated": (drawn(20 + stripe(4, 900), NOISE, 1), None),
-        "sphere and step, speckle": (np.ascontiguousarray(rendered(0.3, 600.0).image.T), None),
+        "sphere and step, speckle": (np.ascontiguousarray(rendered(600.0)[0].T), None),
         "ordinary, laser on and off": (drawn(20 + stripe(2, 150), NOISE, 1), dark),
     }
     print(
@@ -115,16 +115,11 @@ def saturation() -> None:
 def things() -> None:
     print("\n| scene | way | middles found | lines with a stripe | false | mean [px] | RMS [px] | over own deviation |")
     print("|---" * 8 + "|")
-    for name, shine, power in (
-        ("matt", 0.0, 260.0),
-        ("matt, bright", 0.0, 900.0),
-        ("shiny", 0.3, 260.0),
-        ("shiny, bright", 0.3, 2500.0),
-    ):
-        photo = rendered(shine, power)
-        there = photo.truth.stripe.at
+    for name, power in (("ordinary", 260.0), ("bright", 900.0)):
+        image, stripe = rendered(power)
+        there = stripe.at
         for way in PEAK_DETECTORS:
-            found = trace(photo.image, "u", detector=way)
+            found = trace(image, "u", detector=way)
             off = found["v"][:, None] - there[np.rint(found["u"]).astype(int)]
             error = off[np.arange(len(off)), np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)]
             true = np.abs(error) < FALSE_PX
@@ -168,14 +163,16 @@ def drawn(light: Array, noise: float, seed: int) -> Image:
     return np.clip(np.rint(light), 0, 255).astype(np.uint8)
 
 
-def rendered(shine: float, power: float) -> Photograph:
-    """A sphere and a step of 10 mm on a floor."""
-    on_table, T_base_camera = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
-    on_table[1, 3], T_base_camera[2, 3] = 0.03, 0.297
-    sphere = Ball(np.array([0.002, -0.03, 0.012]), 0.018, shine=shine)
-    scene = EmulatedScene((Floor(0.0, 0.4, shine=shine), sphere, Cuboid(on_table, (0.03, 0.03, 0.01), shine=shine)))
-    eye, sheet = CameraModel(BUILT, stripe_axis="u"), LaserSheet(BUILT["b"], BUILT["theta"], power=power)
-    return photograph(scene, eye, sheet, T_base_camera, lit=True, rng=np.random.default_rng(1))
+def rendered(power: float) -> tuple[Image, TrueStripe]:
+    """A sphere and a step of 10 mm on a floor, and where the stripe is."""
+    T_base_camera = np.diag([1.0, -1.0, -1.0, 1.0])
+    T_base_camera[2, 3] = 0.297
+    bodies = Floor(0.0, 0.4), Sphere((0.002, -0.03, 0.012), 0.018), Block((0.0, 0.03, 0.0), (0.03, 0.03, 0.01))
+    eye = CameraModel(ScannerOptics(BUILT, (0.0, 0.0, 0.0, 1.0), "xyz", "u"))
+    light = Light(BUILT["b"], np.array(BUILT["theta"]), np.array(0.0), np.array(0.0))
+    scene, rng = Scene(bodies, eye, light, Projector(power)), np.random.default_rng(1)
+    image = scene.expose(*scene.render(T_base_camera, lit=True), rng=rng, grain=rng)
+    return image, true_stripe(scene, T_base_camera)
 
 
 def sample(way: Callable[[], object]) -> float:

@@ -17,7 +17,7 @@ def emulate(
     /,
     *,
     world: Annotated[Path | None, Parameter(metavar="WORLD.toml")] = None,
-    hurry: Annotated[float, Parameter(metavar="N", validator=Number(gt=0, lte=FASTEST))] = 1.0,
+    time_scale: Annotated[float, Parameter(metavar="N", validator=Number(gt=0, lte=FASTEST))] = 1.0,
     seed: Seed = 1,
     faults: Annotated[tuple[str, ...], Parameter(name="--fault", metavar="KIND[:AMOUNT][@WHEN]")] = (),
     camera_port: Annotated[int, Parameter(metavar="N", validator=Number(gte=0, lte=65535))] = 0,
@@ -33,12 +33,22 @@ def emulate(
     Args:
         cell: Folder with cell.toml, dataset.toml and the URDF.
         world: What the camera sees; without it, there is no camera.
-        hurry: How many times as fast as real time its clock runs.
+        time_scale: How many times as fast as real time its clock runs.
         seed: Seed of noise and faults.
         faults: For example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again.
         camera_port: Port of the camera; 0 is any that is free.
         socket: Serve the arm as socket://, not as a pseudo terminal.
     """
+    from robolaser.emulator.emulated_cell import EmulatedCell
     from robolaser.emulator.serving import serve
 
-    serve(cell, world=world, time_scale=hurry, seed=seed, faults=faults, camera_port=camera_port, over_socket=socket)
+    emulated = EmulatedCell(
+        cell,
+        world=world,
+        time_scale=time_scale,
+        seed=seed,
+        faults=faults,
+        camera_port=camera_port,
+        over_socket=socket,
+    )
+    serve(emulated)

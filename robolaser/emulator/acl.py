@@ -1,6 +1,6 @@
 """The controller of a SCORBOT: a terminal that speaks ACL, with a prompt, stored positions and a queue of movements.
 
-After the reference guide of ACL for Controller-A (Eshed Robotec).
+After the reference guide of ACL for Controller-A (Eshed Robotec); it knows the commands that our driver sends.
 """
 
 import re
@@ -10,20 +10,23 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.cell_config import Cell
+from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.encoders import Encoders
-from robolaser.emulator.homing import Homing
 from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
-from robolaser.emulator.positions import BAD_COORDINATE, OK, Missing, Positions, number
-from robolaser.robot.kinematics import Robot
 
 FASTEST_RAD_S = 1.0
 """Of every axis, at speed 100 (or m/s)."""
+SEARCH_S, RETURN_S = 14.0, 6.0
+"""What homing takes at least of one axis: it passes its switch, and comes back to it."""
+PASSED_RAD = 0.05
+"""How far an axis overshoots its switch."""
+SEARCH_RAD_S = 0.3
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, BACKSPACE, ENTER, NEWLINE = 0x01, 0x08, 0x0D, 0x0A
 PROMPT = b">"
-BOOT = [
+BOOT = (
     "----RAM TEST COMPLETE.",
     "",
     "----ROM TEST COMPLETE.",
@@ -31,28 +34,38 @@ BOOT = [
     "USER RAM CHECKPOINT ERROR !",
     "INSTALLING DEFAULT SETUP.",
     "SYSTEM READY !",
-]
+)
 """What a controller prints that lost what its battery kept."""
-UNKNOWN = ["*** UNRECOGNIZED REQUEST"]
+OK = ("O.K.",)
+
+
+class Refusal(Exception):
+    """A command that cannot be carried out, by the controller's own words."""
+
+
+UNRECOGNIZED = "UNRECOGNIZED REQUEST"
+BAD_AXIS = "ERROR 310: BAD AXIS"
+BAD_COORDINATE = "ERROR 312: BAD POINT COORDINATE"
 
 
 @final
 class AclController(Controller):
     """One terminal, one group of axes; homed, motors on, at home when it begins."""
 
-    def __init__(self, robot: Robot, encoders: Encoders) -> None:
-        self._encoders = encoders
-        self._axes = [Axis(float(angle)) for angle in encoders.home]
-        self._positions = Positions(robot, encoders)
+    def __init__(self, cell: Cell) -> None:
+        self._encoders = AclEncoders(cell)
+        self._axes = [Axis(float(angle)) for angle in self._encoders.home]
+        self._positions: dict[str, Ints | None] = {}
         self._disabled: set[int] = set()
         self._outputs: set[int] = set()
-        self._homing: Homing | None = None
+        self._homing: tuple[float, int] | None = None
+        """When it ends, and the axis that does not find its home, or 0."""
         self._homeless: set[int] = set()
         self._speed = 50
         self._line = bytearray()
         self._echo = True
         self._unsaid = b""
-        self._words: dict[str, Callable[[list[str], float], list[str]]] = {
+        self._words: dict[str, Callable[[list[str], float], tuple[str, ...]]] = {
             "LISTPV": self._listpv,
             "SHOW": self._show,
             "DEFP": self._defp,
@@ -63,9 +76,7 @@ class AclController(Controller):
             "HOME": self._home,
             "SET": self._set,
             "CON": self._con,
-            "COFF": self._coff,
             "ECHO": self._echo_on,
-            "NOECHO": self._echo_off,
         }
 
     def receive(self, data: bytes, now_s: float) -> bytes:
@@ -74,9 +85,10 @@ class AclController(Controller):
 
     def poll(self, now_s: float) -> bytes:
         """Homing that is over, and the *** lines."""
-        if self._homing is not None and now_s >= self._homing.ends_s:
-            self._unsaid += _lines([self._homing.outcome])
-            if self._homing.found:
+        if self._homing is not None and now_s >= self._homing[0]:
+            missed = self._homing[1]
+            self._unsaid += _lines(f"*** HOME FAILURE AXIS {missed}" if missed else "HOMING COMPLETE (ROBOT)")
+            if not missed:
                 self._encoders.find_home()
             self._homing = None
         said, self._unsaid = self._unsaid, b""
@@ -91,7 +103,7 @@ class AclController(Controller):
         return frozenset(self._outputs)
 
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Bear what befalls the arm."""
+        """Let a fault happen."""
         if fault is ArmFault.STALL:
             self._axes[axis - 1].jam(now_s)
         elif fault is ArmFault.HOMELESS:
@@ -99,8 +111,7 @@ class AclController(Controller):
         elif fault is ArmFault.REBOOT:
             self._reboot(now_s)
         else:
-            what = "IMPACT PROTECTION" if fault is ArmFault.IMPACT else "THERMIC OVERLOAD"
-            self._give_up(f"*** {what} axis {axis}", axis, now_s)
+            self._give_up("IMPACT PROTECTION" if fault is ArmFault.IMPACT else "THERMIC OVERLOAD", axis, now_s)
 
     def _take(self, byte: int, now_s: float) -> bytes:
         if byte == ABORT:
@@ -122,94 +133,122 @@ class AclController(Controller):
 
     def _answer(self, line: str, now_s: float) -> bytes:
         word, *rest = line.upper().split() or [""]
-        if not word:
-            lines = []
-        elif word in self._words:
-            lines = self._words[word](rest, now_s)
-        else:
-            lines = UNKNOWN
-        return _lines(lines) + PROMPT
+        try:
+            if word and word not in self._words:
+                raise Refusal(UNRECOGNIZED)
+            lines = self._words[word](rest, now_s) if word else ()
+        except Refusal as refusal:
+            lines = (f"*** {refusal}",)
+        return _lines(*lines) + PROMPT
 
-    def _listpv(self, rest: list[str], now_s: float) -> list[str]:
-        found = self._counts(now_s) if rest == ["POSITION"] else self._positions.find(rest)
-        return found.lines(rest) if isinstance(found, Missing) else self._positions.show(found)
+    def _listpv(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        here = rest == ["POSITION"]
+        return self._encoders.listed(self._encoders.counts(self.motor(now_s)) if here else self._stored(rest))
 
-    def _show(self, rest: list[str], now_s: float) -> list[str]:
-        which = number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
-        return UNKNOWN if which is None else [f"PAR {which}={self._encoders.par.get(which, 0)}", *OK]
+    def _show(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        which = _number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
+        if which is None:
+            raise Refusal(UNRECOGNIZED)
+        return (f"PAR {which}={self._encoders.par.get(which, 0)}", *OK)
 
-    def _defp(self, rest: list[str], now_s: float) -> list[str]:
-        return self._positions.define(rest)
+    def _defp(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        if len(rest) != 1 or not re.fullmatch(r"[A-Z][A-Z0-9_]*", rest[0]) or rest[0] == "POSITION":
+            raise Refusal(BAD_COORDINATE)
+        if rest[0] in self._positions:
+            raise Refusal(f"POSITION {rest[0]} ALREADY DEFINED")
+        self._positions[rest[0]] = None
+        return OK
 
-    def _here(self, rest: list[str], now_s: float) -> list[str]:
-        return self._positions.store(rest, self._counts(now_s))
+    def _here(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        self._positions[self._defined(rest)] = self._encoders.counts(self.motor(now_s))
+        return OK
 
-    def _setpv(self, rest: list[str], now_s: float) -> list[str]:
-        return self._positions.set_counts(rest)
+    def _setpv(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        changed = self._stored(rest).copy()
+        axis, counts = (_number(word) for word in (*rest[1:3], "", "")[:2])
+        if axis is None or not 1 <= axis <= len(changed):
+            raise Refusal(BAD_AXIS)
+        if counts is None or len(rest) != 3:
+            raise Refusal(BAD_COORDINATE)
+        changed[axis - 1] = counts
+        self._positions[rest[0]] = changed
+        return OK
 
-    def _move(self, rest: list[str], now_s: float) -> list[str]:
-        counts = self._positions.find(rest)
-        if isinstance(counts, Missing):
-            return counts.lines(rest)
-        hundredths = number(rest[1]) if len(rest) == 2 else 0
+    def _move(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        counts = self._stored(rest)
+        hundredths = _number(rest[1]) if len(rest) == 2 else 0
         if hundredths is None or hundredths < 0 or len(rest) > 2:
-            return BAD_COORDINATE
-        if self._disabled or self._homing is not None:
-            return self._unable()
+            raise Refusal(BAD_COORDINATE)
+        self._check_ready()
         goal = self._encoders.angles(counts)
         outside = self._encoders.outside(goal)
         if outside:
-            self._give_up(f"*** OUT OF RANGE axis {outside[0]}", outside[0], now_s)
-            return []
+            self._give_up("OUT OF RANGE", outside[0], now_s)
+            return ()
         self._go(goal, hundredths / 100, now_s)
         return OK
 
-    def _set_speed(self, rest: list[str], now_s: float) -> list[str]:
-        speed = number(rest[0]) if len(rest) == 1 else None
+    def _set_speed(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        speed = _number(rest[0]) if len(rest) == 1 else None
         if speed is None or not 1 <= speed <= 100:
-            return BAD_COORDINATE
+            raise Refusal(BAD_COORDINATE)
         self._speed = speed
         return OK
 
-    def _home(self, rest: list[str], now_s: float) -> list[str]:
-        if self._disabled or self._homing is not None:
-            return self._unable()
+    def _home(self, rest: list[str], now_s: float) -> tuple[str, ...]:
+        """Queue the search of one axis after the other."""
+        self._check_ready()
         self._stop(now_s)
-        self._homing = Homing(self._axes, self._encoders, frozenset(self._homeless), now_s)
-        return ["WAIT!! HOMING..."]
+        encoders, ends_s, missed = self._encoders, now_s, 0
+        for number, (axis, home) in enumerate(zip(self._axes, encoders.home, strict=True), 1):
+            beyond = float(np.clip(home + PASSED_RAD, encoders.lower[number - 1], encoders.upper[number - 1]))
+            search_s = max(SEARCH_S, least_seconds(beyond - axis.goal, SEARCH_RAD_S))
+            axis.queue(beyond, ends_s, search_s)
+            ends_s += search_s
+            if number in self._homeless or axis.jammed:
+                missed = number
+                break
+            axis.queue(float(home), ends_s, RETURN_S)
+            ends_s += RETURN_S
+        self._homing = ends_s, missed
+        return ("WAIT!! HOMING...",)
 
-    def _unable(self) -> list[str]:
-        return [f"*** ERROR 304: AXIS DISABLED {min(self._disabled)}" if self._disabled else "*** HOMING IN PROGRESS"]
-
-    def _set(self, rest: list[str], now_s: float) -> list[str]:
+    def _set(self, rest: list[str], now_s: float) -> tuple[str, ...]:
         said = re.fullmatch(r"OUT\[(\d{1,9})\]=([01])", "".join(rest))
         if said is None:
-            return UNKNOWN
+            raise Refusal(UNRECOGNIZED)
         output = int(said[1])
         if output not in OUTPUTS:
-            return [f"*** BAD OUTPUT {output}"]
+            raise Refusal(f"BAD OUTPUT {output}")
         (self._outputs.add if said[2] == "1" else self._outputs.discard)(output)
         return OK
 
-    def _con(self, rest: list[str], now_s: float) -> list[str]:
+    def _con(self, rest: list[str], now_s: float) -> tuple[str, ...]:
         self._disabled = set()
         return OK
 
-    def _coff(self, rest: list[str], now_s: float) -> list[str]:
-        self._stop(now_s)
-        self._disabled = set(range(1, len(self._axes) + 1))
-        return OK
-
-    def _echo_on(self, rest: list[str], now_s: float) -> list[str]:
+    def _echo_on(self, rest: list[str], now_s: float) -> tuple[str, ...]:
         self._echo = True
         return OK
 
-    def _echo_off(self, rest: list[str], now_s: float) -> list[str]:
-        self._echo = False
-        return OK
+    def _defined(self, rest: list[str]) -> str:
+        """The name of the position that is named first."""
+        if not rest or rest[0] not in self._positions:
+            raise Refusal(" ".join(["UNDEFINED POSITION", *rest[:1]]))
+        return rest[0]
 
-    def _counts(self, now_s: float) -> Ints:
-        return self._encoders.counts(self.motor(now_s))
+    def _stored(self, rest: list[str]) -> Ints:
+        """The counts of the position that is named first, (j,)."""
+        counts = self._positions[self._defined(rest)]
+        if counts is None:
+            raise Refusal("ERROR 303: NO POSITION ASSIGNED")
+        return counts
+
+    def _check_ready(self) -> None:
+        if self._disabled:
+            raise Refusal(f"ERROR 304: AXIS DISABLED {min(self._disabled)}")
+        if self._homing is not None:
+            raise Refusal("HOMING IN PROGRESS")
 
     def _go(self, goal: Array, seconds: float, now_s: float) -> None:
         """Queue a movement, in the time asked for or, for 0, at the speed set, but never faster than the axes can."""
@@ -225,21 +264,26 @@ class AclController(Controller):
         for axis in self._axes:
             axis.halt(now_s)
 
-    def _give_up(self, line: str, axis: int, now_s: float) -> None:
+    def _give_up(self, reason: str, axis: int, now_s: float) -> None:
         self._stop(now_s)
         self._disabled.add(axis)
-        self._unsaid += _lines([line])
+        self._unsaid += _lines(f"*** {reason} axis {axis}")
 
     def _reboot(self, now_s: float) -> None:
         self._stop(now_s)
         self._encoders.lose(self.motor(now_s))
-        self._positions.forget_all()
+        self._positions.clear()
         self._outputs.clear()
-        self._unsaid = _lines(BOOT) + PROMPT
+        self._unsaid = _lines(*BOOT) + PROMPT
         self._line.clear()
         self._echo, self._speed = True, 50
         self._disabled = set()
 
 
-def _lines(lines: list[str]) -> bytes:
+def _number(word: str) -> int | None:
+    """A whole number as typed; None: it is none."""
+    return int(word) if re.fullmatch(r"[+-]?\d{1,9}", word) else None
+
+
+def _lines(*lines: str) -> bytes:
     return b"\r\n" + b"".join(line.encode() + b"\r\n" for line in lines)

@@ -1,14 +1,12 @@
 """Servos on one line that keep what they know in numbered registers: Dynamixel's X series, and Feetech's STS series."""
 
-from collections.abc import Sequence
 from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import Axis, least_seconds
-from robolaser.robot.kinematics import Robot
+from robolaser.data.cell_config import Cell
+from robolaser.emulator.controller import ArmFault, ServoChain
+from robolaser.emulator.joints import least_seconds
 
 TURN = 4096
 MIDDLE = 2048
@@ -20,38 +18,19 @@ ALL = 0xFE
 
 
 @final
-class BusServos(Controller):
-    """A chain of servos that each hear all, and answer what they are asked.
-
-    Args:
-        robot: The arm.
-        ids: Addresses, base first; empty: 1, 2, ...
-        reference: Joint angles at position 2048, (j,) [rad]; empty: all zero.
-        direction: +1 or -1 for each joint; empty: all +1.
-        dynamixel: Whether they are Dynamixels.
-    """
+class BusServos(ServoChain):
+    """A chain of servos that each hear all; a position of 2048 is the middle."""
 
     command_mark: ClassVar[bytes] = b"\xff\xff"
 
-    def __init__(
-        self,
-        robot: Robot,
-        ids: Sequence[int],
-        reference: Sequence[float],
-        direction: Sequence[float],
-        *,
-        dynamixel: bool,
-    ) -> None:
-        j = len(robot.joints)
-        self._reference = np.array(reference or [0.0] * j)
-        self._direction = np.array(direction or [1.0] * j)
-        self._lower, self._upper = robot.lower, robot.upper
-        self._axes = [Axis(float(q)) for q in np.clip(self._reference, robot.lower, robot.upper)]
-        self._ids = tuple(ids or range(1, j + 1))
+    def __init__(self, cell: Cell) -> None:
+        super().__init__(cell)
         self._memory = {servo: bytearray(REGISTERS) for servo in self._ids}
-        self._dynamixel = dynamixel
-        self._torque, self._goal, self._present, self._status = (64, 116, 132, 70) if dynamixel else (40, 42, 56, 65)
-        self._size = 4 if dynamixel else 2
+        self._dynamixel = cell.arm.kind == "dynamixel"
+        self._torque, self._goal, self._present, self._status = (
+            (64, 116, 132, 70) if self._dynamixel else (40, 42, 56, 65)
+        )
+        self._size = 4 if self._dynamixel else 2
         self._heard = b""
 
     def receive(self, data: bytes, now_s: float) -> bytes:
@@ -62,20 +41,8 @@ class BusServos(Controller):
             answers += self._obey(*packet, now_s)
         return answers
 
-    def poll(self, now_s: float) -> bytes:
-        """Nothing: servos answer only when they are asked."""
-        return b""
-
-    def motor(self, now_s: float) -> Array:
-        """Joint angles as the encoders see them, (j,) [rad]."""
-        return np.array([axis.at(now_s) for axis in self._axes])
-
-    def outputs(self, now_s: float) -> frozenset[int]:
-        """None: servos have no outputs."""
-        return frozenset()
-
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """Bear what befalls the arm; servos have no home to miss."""
+        """Let a fault happen; servos have no home to miss."""
         if fault is ArmFault.STALL:
             self._axes[axis - 1].jam(now_s)
             return
@@ -122,8 +89,7 @@ class BusServos(Controller):
 
     def _answer(self, servo: int, address: int, length: int, now_s: float) -> bytes:
         i = self._ids.index(servo)
-        turned = self._direction[i] * (self._axes[i].at(now_s) - self._reference[i])
-        memory = self._memory[servo]
+        memory, turned = self._memory[servo], self._turned(i, self._axes[i].at(now_s))
         memory[self._present : self._present + self._size] = self._coded(MIDDLE + round(turned * TURN / (2 * np.pi)))
         return self._status_packet(servo, bytes(memory[address : address + length]))
 
@@ -150,12 +116,12 @@ class BusServos(Controller):
         shown = int.from_bytes(raw, "little", signed=self._dynamixel)
         if not self._dynamixel and shown & 0x8000:
             shown = 0x8000 - shown
-        wanted = self._reference[i] + self._direction[i] * (shown - MIDDLE) * 2 * np.pi / TURN
-        axis, goal = self._axes[i], float(np.clip(wanted, self._lower[i], self._upper[i]))
+        goal, _ = self._within_limits(i, (shown - MIDDLE) * 2 * np.pi / TURN)
+        axis = self._axes[i]
         axis.halt(now_s)
-        if abs(goal - axis.goal) <= np.pi / TURN:  # it sees whole steps only
-            return
         way = abs(goal - axis.goal)
+        if way <= np.pi / TURN:  # it sees whole steps only
+            return
         if self._dynamixel:
             timed = memory[10] & 4
             seconds = int.from_bytes(memory[112:116], "little") / 1000 if timed else 0.0

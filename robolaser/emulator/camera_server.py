@@ -6,20 +6,39 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import final
 
 import cv2
 import numpy as np
 
-from robolaser.emulator.camera_faults import FaultyCamera
+from robolaser.arrays import Array
 from robolaser.emulator.faults import Fault
-from robolaser.emulator.snapshot import Snapshot
+from robolaser.emulator.faulty import FaultyCamera
 from robolaser.emulator.world import EmulatedWorld
 from robolaser.errors import CameraError
 
 FRAMES_A_S = 15.0
 BUFFER_BYTES = 65536
 """What waits at most in the system for a slow client: a fraction of a frame."""
+
+
+@final
+@dataclass(frozen=True)
+class Snapshot:
+    """Where the arm went, and how things were at the end of it.
+
+    Attributes:
+        path: Joint angles that the encoders saw, one after the other, (j,) each [rad].
+        lit: Whether the laser is on.
+        now_s: On the controller's clock.
+        heard: Commands that the controller heard.
+    """
+
+    path: Sequence[Array]
+    lit: bool
+    now_s: float
+    heard: int
 
 
 @final
@@ -30,7 +49,7 @@ class CameraServer:
         self, world: EmulatedWorld, begin: Snapshot, faults: Sequence[Fault], rng: np.random.Generator, port: int
     ) -> None:
         self._world, self._rng = world, rng
-        self._spoilt = FaultyCamera(faults)
+        self._camera = FaultyCamera(faults)
         self._snapshots: deque[Snapshot] = deque([begin])
         self._frame, self._count = b"", 0
         self._fresh = threading.Condition()
@@ -103,7 +122,7 @@ class CameraServer:
                 snapshot = self._snapshots.popleft()
                 for motor in snapshot.path:
                     self._world.follow(motor)
-            if self._spoilt.gone(snapshot.now_s, snapshot.heard):
+            if self._camera.gone(snapshot.now_s, snapshot.heard):
                 self._end()
             elif self._watched:
                 self._draw(snapshot)
@@ -112,11 +131,11 @@ class CameraServer:
     def _draw(self, snapshot: Snapshot) -> None:
         for motor in snapshot.path[-1:]:
             self._world.follow(motor)
-        image = self._world.photograph(self._rng, lit=snapshot.lit).image
-        spoilt = self._spoilt.frame(image, snapshot.now_s, snapshot.heard, time.monotonic())
-        if spoilt is None:
+        image = self._world.photograph(self._rng, lit=snapshot.lit)
+        sent = self._camera.image(image, snapshot.now_s, snapshot.heard, time.monotonic())
+        if sent is None:
             return
-        frame = cv2.imencode(".pgm", spoilt)[1].tobytes()
+        frame = cv2.imencode(".pgm", sent)[1].tobytes()
         with self._fresh:
             self._frame, self._count = frame, self._count + 1
             self._fresh.notify_all()

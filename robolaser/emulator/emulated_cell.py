@@ -4,24 +4,21 @@ import select
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.acl import AclController
 from robolaser.emulator.bus_servos import BusServos
+from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.encoders import Encoders
 from robolaser.emulator.faults import ARM, Fault, not_a_fault, read_fault
 from robolaser.emulator.faulty import FaultyController
 from robolaser.emulator.lss import LssController
 from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
-from robolaser.emulator.snapshot import Snapshot
+from robolaser.emulator.world import load_world
 from robolaser.errors import DataError, UsageError, near
-
-if TYPE_CHECKING:
-    from robolaser.emulator.camera_server import CameraServer
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002
 """How long it listens before it looks after everything else, and while it has something to say."""
@@ -31,27 +28,11 @@ BITS_A_BYTE = 10
 """Start, eight, stop."""
 
 
-def _acl(cell: Cell) -> Controller:
-    arm = cell.arm
-    return AclController(
-        cell.robot, Encoders(cell.robot, arm.reference_rad, arm.direction, decoupled=arm.axes == "er5plus")
-    )
-
-
-def _lss(cell: Cell) -> Controller:
-    return LssController(cell.robot, cell.arm.ids, cell.arm.reference_rad, cell.arm.direction)
-
-
-def _bus_servos(cell: Cell) -> Controller:
-    arm = cell.arm
-    return BusServos(cell.robot, arm.ids, arm.reference_rad, arm.direction, dynamixel=arm.kind == "dynamixel")
-
-
 CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {
-    "acl": _acl,
-    "dynamixel": _bus_servos,
-    "feetech": _bus_servos,
-    "lss": _lss,
+    "acl": AclController,
+    "dynamixel": BusServos,
+    "feetech": BusServos,
+    "lss": LssController,
 }
 
 
@@ -104,11 +85,11 @@ class EmulatedCell:
         self._laser = cell.laser_output
         self._watched_s = 0.0
         self.arm = self._line.address
-        self._stream = None
+        self._stream: CameraServer | None = None
         if world is not None:
-            self._stream = _watching(
-                world, cell, self._snapshot(0.0), wanted, np.random.default_rng([seed, 2]), camera_port
-            )
+            noise = np.random.default_rng([seed, 2])
+            seen = load_world(world, cell.description)
+            self._stream = CameraServer(seen, self._snapshot(0.0), wanted, noise, camera_port)
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()
 
@@ -147,15 +128,6 @@ class EmulatedCell:
         if self._pending and fits:
             self._told_s = now_s
             self._pending = self._pending[self._line.give(self._pending[:fits]) :]
-
-
-def _watching(
-    world: Path, cell: Cell, begin: Snapshot, faults: Sequence[Fault], rng: np.random.Generator, port: int
-) -> "CameraServer":
-    from robolaser.emulator.camera_server import CameraServer  # noqa: PLC0415 - an arm without a camera must not pay for light
-    from robolaser.emulator.world import load_world  # noqa: PLC0415
-
-    return CameraServer(load_world(world, cell.description), begin, faults, rng, port)
 
 
 def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:

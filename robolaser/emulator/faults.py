@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.emulator.controller import ArmFault
 from robolaser.errors import UsageError, near
 
 LINE = {
@@ -17,13 +18,7 @@ LINE = {
     "flood": 5000.0,  # it sends so much by itself and does not end [bytes/s]
     "cut": 0.0,  # the plug is pulled
 }
-ARM = {
-    "impact": 1.0,  # an axis hits something: impact protection
-    "stall": 1.0,  # an axis sticks where it is
-    "thermic": 1.0,  # an axis is too hot
-    "homing": 1.0,  # an axis does not find its home
-    "reboot": 1.0,  # the power fails for a moment; the axis does not matter
-}
+ARM = {fault.value: 1.0 for fault in ArmFault}
 CAMERA = {
     "camera_frozen": 0.0,  # the same frame over and over
     "camera_gone": 0.0,  # the stream ends

@@ -1,14 +1,16 @@
-"""A controller with faults of the line and of the arm."""
+"""A controller and a camera with faults."""
 
 from collections import deque
 from collections.abc import Sequence
 from typing import final
 
+import cv2
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.faults import ARM, Fault
+from robolaser.emulator.faults import ARM, CAMERA, Fault
+from robolaser.emulator.world.scene import Image
 
 LARGEST_FLOOD = 8192
 """Bytes that one look at a flood brings at most."""
@@ -104,3 +106,46 @@ class FaultyController(Controller):
         if size or self._flooded_s is None:
             self._flooded_s = now_s
         return self._rng.integers(0x20, 0x7F, size, dtype=np.uint8).tobytes()
+
+
+@final
+class FaultyCamera:
+    """Applies the active faults to one image after the other."""
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self._faults = [fault for fault in faults if fault.kind in CAMERA]
+        self._frozen: Image | None = None
+        self._late: deque[tuple[float, Image]] = deque()
+
+    def gone(self, now_s: float, heard: int) -> bool:
+        """Whether the camera is unplugged."""
+        return any(fault.kind == "camera_gone" and fault.is_active(now_s, heard) for fault in self._faults)
+
+    def image(self, taken: Image, now_s: float, heard: int, clock_s: float) -> Image | None:
+        """What is sent in place of an image, (h, w).
+
+        Args:
+            taken: As the camera took it, (h, w).
+            now_s: On the controller's clock.
+            heard: Commands that the controller heard.
+            clock_s: On the wall's clock: the camera does not speed up.
+
+        Returns:
+            (h, w); None: nothing now.
+        """
+        there = {fault.kind: fault.amount for fault in self._faults if fault.is_active(now_s, heard)}
+        light = there.get("camera_over", 1.0) * there.get("camera_dark", 1.0)
+        if light != 1.0:
+            taken = np.clip(taken * light, 0, 255).astype(np.uint8)
+        if "camera_size" in there:
+            h, w = (max(1, round(length * there["camera_size"])) for length in taken.shape)
+            taken = np.asarray(cv2.resize(taken, (w, h)), dtype=np.uint8)
+        if "camera_frozen" not in there:
+            self._frozen = None
+        elif self._frozen is None:
+            self._frozen = taken
+        self._late.append((clock_s + there.get("camera_late", 0.0), taken if self._frozen is None else self._frozen))
+        ready = None
+        while self._late and self._late[0][0] <= clock_s:
+            ready = self._late.popleft()[1]
+        return ready

@@ -133,7 +133,7 @@ def test_what_the_controller_says_by_itself_is_heard(cell: Cell, fault: str, err
 def test_an_arm_whose_motors_are_off_refuses(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    rig.controller.receive(b"COFF\r", rig.clock.now())
+    rig.controller._controller._disabled = {1, 2, 3, 4, 5}
     with pytest.raises(ArmRefused, match=r"304.*switch the motors on"):
         arm.start_move(rig.motor() + 0.1, 1.0)
 
@@ -217,7 +217,7 @@ def test_what_befalls_an_arm_that_searches_its_home_is_heard(cell: Cell, fault: 
 def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    rig.controller.receive(b"COFF\r", rig.clock.now())
+    rig.controller._controller._disabled = {1, 2, 3, 4, 5}
     began = rig.clock.now()
     with pytest.raises(ArmRefused, match=r"'HOME'.*304"):
         arm.home()
@@ -250,7 +250,7 @@ def test_outputs_switch(cell: Cell) -> None:
 
 def test_a_controller_without_echo_is_asked_for_it(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    rig.controller.receive(b"NOECHO\r", 0.0)
+    rig.controller._controller._echo = False
     arm = bench.arm_on(rig, cell)
     np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-12)
 

@@ -8,11 +8,11 @@ from typing import final
 
 import numpy as np
 import pytest
+from emulator_process import EmulatorProcess
 
 from robolaser.cli import main
 from robolaser.data.dataset_file import describe
 from robolaser.data.loading import load
-from robolaser.emulator.serving import EmulatorProcess
 from robolaser.emulator.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration
 from robolaser.scan.cloud_filters import Subsample

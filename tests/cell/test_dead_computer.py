@@ -9,13 +9,13 @@ from subprocess import PIPE, Popen
 
 import numpy as np
 from emulated_cell import ARMS, cell_folder
+from emulator_process import EmulatorProcess
 from serial import Serial
 
 from robolaser.cell.arms import open_arm
 from robolaser.cell.clock import WallClock
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.emulated_cell import controller_of
-from robolaser.emulator.serving import EmulatorProcess
 
 ASK = b"LISTPV POSITION\r"
 SPEED_RAD_S = 0.3

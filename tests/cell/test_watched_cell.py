@@ -6,11 +6,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from emulator_process import EmulatorProcess
 
 import robolaser
 from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
-from robolaser.emulator.serving import EmulatorProcess
 from robolaser.vision.board import find_board
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"

@@ -1,54 +1,75 @@
-"""Scenes to photograph: an eye that looks down on a table from 0.3 m, and a sheet that crosses its view there."""
+"""Scenes to photograph: an eye that looks down on a table from 0.3 m, and a sheet of light that crosses its view."""
+
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import CameraModel, EmulatedScene, LaserSheet, Photograph, photograph
+from robolaser.emulator.world.camera import CameraModel, CameraSettings
+from robolaser.emulator.world.scene import Image, Projector, Scene
+from robolaser.emulator.world.solids import Solid
+from robolaser.trials.synthetic.light import Light
+from robolaser.trials.synthetic.scanner import ScannerOptics
 
 TRUTH = {
     "f": 8e-3, "s_u": 7.4e-6, "s_v": 7.3e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14,
     "theta": float(np.radians(25.0)), "w": 0.01, "phi": -0.02, "psi": 0.03, "t_x": 0.07, "t_y": 0.0, "t_z": -0.06,
 }  # fmt: skip
 LENS_ERROR = (0.0, 0.0, 4e-4, -3e-4, 0.02)
-SHEET = LaserSheet(TRUTH["b"], TRUTH["theta"])
+SPOTLESS = CameraSettings(ambient_grey=0.0, noise_grey=0.0, lens_error=LENS_ERROR)
+"""Without noise and the room's light."""
 MIDDLE = np.array([0.4, 0.0, 0.0])
 
 
-def eye(stripe_axis: str = "v") -> CameraModel:
-    return CameraModel(TRUTH, stripe_axis=stripe_axis, lens_error=LENS_ERROR)
+def light(roll: float = 0.0, cone: float = 0.0) -> Light:
+    return Light(TRUTH["b"], *(np.array(angle) for angle in (TRUTH["theta"], roll, cone)))
 
 
-def near(x: float, y: float, z: float) -> Array:
+def eye(stripe_axis: str = "v", **settings: float) -> CameraModel:
+    optics = ScannerOptics(TRUTH, (0.0, 0.0, 0.0, 1.0), "xyz", stripe_axis)
+    return CameraModel(optics, settings=replace(SPOTLESS, **settings))
+
+
+def scene(*solids: Solid, stripe_axis: str = "v", projector: Projector | None = None, **settings: float) -> Scene:
+    """Without noise, speckle and the room's light, if nothing else is said."""
+    return Scene(solids, eye(stripe_axis, **settings), light(), projector or Projector(speckle=0.0))
+
+
+def grey(scene: Scene, T_base_camera: Array, *, lit: bool = True) -> Array:
+    """The image without noise, speckle and the sensor's end of range, (height, width)."""
+    room, laser = scene.render(T_base_camera, lit=lit)
+    settings = scene.eye.settings
+    return settings.exposure * (settings.ambient_grey * room + laser)
+
+
+def photograph(scene: Scene, T_base_camera: Array, *, lit: bool = True, seed: int = 1) -> Image:
+    rng = np.random.default_rng(seed)
+    return scene.expose(*scene.render(T_base_camera, lit=lit), rng=rng, grain=rng)
+
+
+def near(x: float, y: float, z: float) -> tuple[float, float, float]:
     """A point seen from the middle of what is looked at."""
-    return MIDDLE + np.array([x, y, z])
+    return MIDDLE[0] + x, MIDDLE[1] + y, MIDDLE[2] + z
+
+
+def heading(degrees: float) -> tuple[float, float, float, float]:
+    """A turn about the vertical as a quaternion."""
+    x, y, z, w = Rotation.from_euler("z", degrees, degrees=True).as_quat().tolist()
+    return x, y, z, w
 
 
 def above(*tilt_deg: float, height: float = 0.3) -> Array:
     """T_base_camera with its view on the middle, turned by roll, pitch and heading."""
-    T = placed(MIDDLE, *tilt_deg)
-    T[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ T[:3, :3]
-    T[:3, 3] -= height * T[:3, 2]
+    T = np.eye(4)
+    turn = Rotation.from_euler("xyz", tilt_deg or (8, 5, 20), degrees=True).as_matrix()
+    T[:3, :3] = np.diag([1.0, -1.0, -1.0]) @ turn
+    T[:3, 3] = MIDDLE - height * T[:3, 2]
     return T
 
 
-def placed(point: Array, *turn_deg: float) -> Array:
-    T = np.eye(4)
-    T[:3, :3] = Rotation.from_euler("xyz", turn_deg or (0, 0, 0), degrees=True).as_matrix()
+def face_up(point: tuple[float, float, float]) -> Array:
+    """T_base_board of a board on the table."""
+    T = np.diag([1.0, -1.0, -1.0, 1.0])
     T[:3, 3] = point
     return T
-
-
-def face_up(point: Array, heading_deg: float = 0.0) -> Array:
-    """T_base_board of a board on the table."""
-    T = placed(point, 0, 0, heading_deg)
-    T[:3, :3] = T[:3, :3] @ np.diag([1.0, -1.0, -1.0])
-    return T
-
-
-def spotless(scene: EmulatedScene, stripe_axis: str = "v", *tilt_deg: float, **settings: object) -> Photograph:
-    """Without noise, speckle and the room's light, if nothing else is said."""
-    said = {"lit": True, "noise_grey": 0.0, "speckle": 0.0, "ambient": 0.0, "sheet": SHEET} | settings
-    sheet = said.pop("sheet")
-    rng = np.random.default_rng(1)
-    return photograph(scene, eye(stripe_axis), sheet, above(*tilt_deg or (8, 5, 20)), rng=rng, **said)

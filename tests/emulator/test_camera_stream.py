@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 import serial
 from emulated_cell import cell_folder, world_file
-
-from robolaser.emulator.serving import EmulatorProcess
+from emulator_process import EmulatorProcess
 
 
 def ask(port: serial.SerialBase, line: str) -> str:

@@ -4,14 +4,12 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from robolaser.emulator.camera_server import CameraServer
+from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.snapshot import Snapshot
 from robolaser.errors import CameraError
 
 SHAPE = (480, 640)
@@ -33,10 +31,10 @@ class Numbered:
     def follow(self, motor: np.ndarray) -> None:
         self.went.append(float(motor[0]))
 
-    def photograph(self, rng: np.random.Generator, *, lit: bool) -> SimpleNamespace:
+    def photograph(self, rng: np.random.Generator, *, lit: bool) -> np.ndarray:
         self.goes_on.wait()
         self.drawn += 1
-        return SimpleNamespace(image=np.full(SHAPE, self.drawn % 200 + (50 if lit else 0), np.uint8))
+        return np.full(SHAPE, self.drawn % 200 + (50 if lit else 0), np.uint8)
 
 
 def snapshot(*path: float, heard: int = 0) -> Snapshot:

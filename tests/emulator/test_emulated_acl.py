@@ -16,7 +16,7 @@ REFERENCE = np.array([0, 0, 0, -np.pi / 2, 0])
 DIRECTION = np.array([1, -1, 1, 1, -1])
 
 
-class PtyLine:
+class Terminal:
     """Someone at the keyboard, with a clock of their own."""
 
     def __init__(self, acl: AclController) -> None:
@@ -58,30 +58,30 @@ class PtyLine:
 
 
 @pytest.fixture
-def terminal(tmp_path: Path) -> PtyLine:
+def terminal(tmp_path: Path) -> Terminal:
     acl = controller_of(load_cell(cell_folder(tmp_path)))
     assert isinstance(acl, AclController)
-    return PtyLine(acl)
+    return Terminal(acl)
 
 
 @pytest.fixture
-def ready(terminal: PtyLine) -> PtyLine:
+def ready(terminal: Terminal) -> Terminal:
     terminal.type("DEFP P")
     terminal.type("HERE P")
     return terminal
 
 
-def test_every_key_comes_back_until_noecho(terminal: PtyLine) -> None:
+def test_every_key_comes_back_if_echo_is_on(terminal: Terminal) -> None:
     assert terminal.acl.receive(b"LIS", 0.0) == b"LIS"
     assert terminal.acl.receive(b"\x08", 0.0) == b"\x08"
     assert terminal.type("STPV POSITION").startswith("STPV POSITION\r\r\n1:")
-    terminal.type("NOECHO")
+    terminal.acl._echo = False
     assert terminal.type("SPEED 20") == "\r\nO.K.\r\n>"
     terminal.type("ECHO")
     assert terminal.type("speed 20") == "speed 20\r\r\nO.K.\r\n>"
 
 
-def test_an_empty_line_gives_a_prompt(terminal: PtyLine) -> None:
+def test_an_empty_line_gives_a_prompt(terminal: Terminal) -> None:
     assert terminal.type("") == "\r\r\n>"
 
 
@@ -98,7 +98,7 @@ def test_an_empty_line_gives_a_prompt(terminal: PtyLine) -> None:
         ("SPEED 101", "312"),
     ],
 )
-def test_what_cannot_be_done_is_refused_with_stars(terminal: PtyLine, line: str, error: str) -> None:
+def test_what_cannot_be_done_is_refused_with_stars(terminal: Terminal, line: str, error: str) -> None:
     terminal.type("DEFP P")
     shown = terminal.type(line)
     assert "\r\n*** " in shown
@@ -110,25 +110,25 @@ def test_what_cannot_be_done_is_refused_with_stars(terminal: PtyLine, line: str,
     ("line", "error"),
     [("SETPV P 6 0", "310"), ("SETPV P 1 x", "312")],
 )
-def test_numbers_that_mean_no_place_are_refused(ready: PtyLine, line: str, error: str) -> None:
+def test_numbers_that_mean_no_place_are_refused(ready: Terminal, line: str, error: str) -> None:
     before = ready.counts("P")
     assert f"*** ERROR {error}" in ready.type(line)
     assert np.array_equal(ready.counts("P"), before)
 
 
-def test_counts_and_parameters_give_the_angles_that_the_encoders_see(ready: PtyLine) -> None:
+def test_counts_and_parameters_give_the_angles_that_the_encoders_see(ready: Terminal) -> None:
     ready.go(np.array([1000, -2000, 1500, 800, -700]))
     for _ in range(6):
         assert np.allclose(ready.angles(), ready.acl.motor(ready.now_s), atol=0.51 * (np.pi / 2) / 19200)
         ready.wait(0.7)
 
 
-def test_some_reference_counts_are_not_zero_and_some_encoders_turn_the_other_way(terminal: PtyLine) -> None:
+def test_some_reference_counts_are_not_zero_and_some_encoders_turn_the_other_way(terminal: Terminal) -> None:
     assert any(terminal.par(52 + i) for i in range(5))
     assert {np.sign(terminal.par(33 + i)) for i in range(5)} == {-1, 1}
 
 
-def test_move_gives_its_prompt_at_once_and_arrives_later(ready: PtyLine) -> None:
+def test_move_gives_its_prompt_at_once_and_arrives_later(ready: Terminal) -> None:
     goal = np.array([2000, 1000, -500, 0, 300])
     assert ready.go(goal, "400").endswith("O.K.\r\n>")
     assert np.array_equal(ready.counts(), np.zeros(5))
@@ -140,7 +140,7 @@ def test_move_gives_its_prompt_at_once_and_arrives_later(ready: PtyLine) -> None
     assert np.array_equal(ready.counts(), goal)
 
 
-def test_movements_queue_up(ready: PtyLine) -> None:
+def test_movements_queue_up(ready: Terminal) -> None:
     ready.go(np.array([1000, 0, 0, 0, 0]), "200")
     ready.go(np.array([0, 1000, 0, 0, 0]), "200")
     ready.wait(2.0)
@@ -149,7 +149,7 @@ def test_movements_queue_up(ready: PtyLine) -> None:
     assert np.array_equal(ready.counts(), [0, 1000, 0, 0, 0])
 
 
-def test_no_axis_turns_faster_than_it_can_whatever_time_is_asked_for(ready: PtyLine) -> None:
+def test_no_axis_turns_faster_than_it_can_whatever_time_is_asked_for(ready: Terminal) -> None:
     ready.go(np.array([20000, 0, 0, 0, 0]), "1")
     at = []
     for _ in range(300):
@@ -159,7 +159,7 @@ def test_no_axis_turns_faster_than_it_can_whatever_time_is_asked_for(ready: PtyL
     assert ready.counts()[0] == 20000
 
 
-def test_half_the_speed_takes_twice_the_time(ready: PtyLine) -> None:
+def test_half_the_speed_takes_twice_the_time(ready: Terminal) -> None:
     taken = []
     for speed, goal in ((80, 4000), (40, 0)):
         ready.type(f"SPEED {speed}")
@@ -171,7 +171,7 @@ def test_half_the_speed_takes_twice_the_time(ready: PtyLine) -> None:
     assert taken[1] == pytest.approx(2 * taken[0], rel=0.05)
 
 
-def test_ctrl_a_stops_the_arm_and_empties_the_queue(ready: PtyLine) -> None:
+def test_ctrl_a_stops_the_arm_and_empties_the_queue(ready: Terminal) -> None:
     ready.go(np.array([3000, 0, 0, 0, 0]), "300")
     ready.go(np.array([0, 3000, 0, 0, 0]), "300")
     ready.wait(1.0)
@@ -182,7 +182,7 @@ def test_ctrl_a_stops_the_arm_and_empties_the_queue(ready: PtyLine) -> None:
     assert np.array_equal(ready.counts(), stopped)
 
 
-def test_beyond_its_limits_an_axis_does_not_go(ready: PtyLine) -> None:
+def test_beyond_its_limits_an_axis_does_not_go(ready: Terminal) -> None:
     ready.go(np.array([40000, 0, 0, 0, 0]))
     assert "*** OUT OF RANGE axis 1" in ready.wait(0.1)
     ready.wait(60.0)
@@ -196,7 +196,7 @@ def test_beyond_its_limits_an_axis_does_not_go(ready: PtyLine) -> None:
     ("fault", "line"), [(ArmFault.IMPACT, "IMPACT PROTECTION"), (ArmFault.THERMIC, "THERMIC OVERLOAD")]
 )
 def test_an_axis_that_gives_up_says_so_stops_the_arm_and_is_disabled(
-    ready: PtyLine, fault: ArmFault, line: str
+    ready: Terminal, fault: ArmFault, line: str
 ) -> None:
     ready.go(np.array([3000, 3000, 0, 0, 0]), "400")
     ready.wait(2.0)
@@ -212,7 +212,7 @@ def test_an_axis_that_gives_up_says_so_stops_the_arm_and_is_disabled(
     assert np.array_equal(ready.counts(), [3000, 3000, 0, 0, 0])
 
 
-def test_a_stalled_axis_stands_while_the_others_go_on(ready: PtyLine) -> None:
+def test_a_stalled_axis_stands_while_the_others_go_on(ready: Terminal) -> None:
     ready.go(np.array([3000, 3000, 0, 0, 0]), "400")
     ready.wait(2.0)
     ready.acl.inject(ArmFault.STALL, 2, ready.now_s)
@@ -220,7 +220,7 @@ def test_a_stalled_axis_stands_while_the_others_go_on(ready: PtyLine) -> None:
     assert np.allclose(ready.counts(), [3000, 1500, 0, 0, 0], atol=1)
 
 
-def test_homing_takes_minutes_and_ends_with_counts_at_zero(ready: PtyLine) -> None:
+def test_homing_takes_minutes_and_ends_with_counts_at_zero(ready: Terminal) -> None:
     ready.go(np.array([3000, -3000, 2000, 1000, 500]))
     ready.wait(60.0)
     assert ready.type("HOME").endswith("\r\n>")
@@ -233,13 +233,13 @@ def test_homing_takes_minutes_and_ends_with_counts_at_zero(ready: PtyLine) -> No
     assert np.array_equal(ready.counts(), np.zeros(5))
 
 
-def test_an_axis_that_does_not_find_its_home_is_named(ready: PtyLine) -> None:
+def test_an_axis_that_does_not_find_its_home_is_named(ready: Terminal) -> None:
     ready.acl.inject(ArmFault.HOMELESS, 3, 0.0)
     ready.type("HOME")
     assert ready.wait(200.0) == "\r\n*** HOME FAILURE AXIS 3\r\n"
 
 
-def test_ctrl_a_ends_homing(ready: PtyLine) -> None:
+def test_ctrl_a_ends_homing(ready: Terminal) -> None:
     ready.type("HOME")
     ready.wait(10.0)
     ready.acl.receive(b"\x01", ready.now_s)
@@ -248,10 +248,9 @@ def test_ctrl_a_ends_homing(ready: PtyLine) -> None:
     assert np.array_equal(ready.counts(), stopped)
 
 
-def test_the_power_comes_back_without_positions_home_and_outputs(ready: PtyLine) -> None:
+def test_the_power_comes_back_without_positions_home_and_outputs(ready: Terminal) -> None:
     ready.type("SET OUT[1]=1")
     ready.go(np.array([3000, 0, 0, 0, 0]))
-    ready.type("NOECHO")
     ready.wait(60.0)
     before = ready.acl.motor(ready.now_s)
     ready.acl.inject(ArmFault.REBOOT, 1, ready.now_s)
@@ -265,7 +264,7 @@ def test_the_power_comes_back_without_positions_home_and_outputs(ready: PtyLine)
     assert np.allclose(ready.angles(), ready.acl.motor(ready.now_s), atol=1e-4)
 
 
-def test_outputs_switch(terminal: PtyLine) -> None:
+def test_outputs_switch(terminal: Terminal) -> None:
     assert terminal.answer("SET OUT[1]=1") == ["O.K."]
     terminal.type("set out[3] = 1")
     assert terminal.acl.outputs(0.0) == {1, 3}
@@ -273,8 +272,25 @@ def test_outputs_switch(terminal: PtyLine) -> None:
     assert terminal.acl.outputs(0.0) == {3}
 
 
-def test_motors_off_nothing_moves(ready: PtyLine) -> None:
-    ready.type("COFF")
-    assert "304" in ready.type("MOVE P")
-    ready.type("CON")
-    assert "O.K." in ready.type("MOVE P")
+def test_the_power_comes_on_as_on_a_real_controller(terminal: Terminal) -> None:
+    """A SCORBOT-ER V: github.com/talos-rit/commander, digital_twin/Bingo_ER-V_Bringup_Runbook.md."""
+    terminal.acl.inject(ArmFault.REBOOT, 1, 0.0)
+    said = "----RAM TEST COMPLETE.\r\n\r\n----ROM TEST COMPLETE.\r\n\r\nUSER RAM CHECKPOINT ERROR !\r\n"
+    assert terminal.wait(0.0) == f"\r\n{said}INSTALLING DEFAULT SETUP.\r\nSYSTEM READY !\r\n>"
+
+
+def test_a_position_is_listed_in_columns(ready: Terminal) -> None:
+    for axis, count in enumerate((2441, 2153, -10311, -14394, 189), 1):
+        ready.type(f"SETPV P {axis} {count}")
+    counts, place, prompt = ready.type("LISTPV P").splitlines()[-3:]
+    assert counts == "1: 2441    2: 2153    3:-10311   4:-14394   5: 189"
+    assert re.fullmatch(r"X:[ -]\d+ +Y:[ -]\d+ +Z:[ -]\d+ +P:[ -]\d+ +R:[ -]\d+", place)
+    assert prompt == ">"
+
+
+def test_a_decoupled_arm_counts_links_in_the_world(tmp_path: Path) -> None:
+    acl = controller_of(load_cell(cell_folder(tmp_path, "er5plus")))
+    acl.receive(b"DEFP P\rHERE P\rSETPV P 2 2000\rMOVE P\r", 0.0)
+    turned = acl.motor(60.0) - acl.motor(0.0)
+    assert turned[1] != 0.0
+    np.testing.assert_allclose(turned[[0, 2, 3, 4]], [0.0, -turned[1], 0.0, 0.0], atol=1e-12)

@@ -8,10 +8,9 @@ import pytest
 from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
-from robolaser.emulator.camera_faults import FaultyCamera
 from robolaser.emulator.emulated_cell import EmulatedCell, controller_of
 from robolaser.emulator.faults import KINDS, Fault, read_fault
-from robolaser.emulator.faulty import FaultyController
+from robolaser.emulator.faulty import FaultyCamera, FaultyController
 from robolaser.errors import UsageError
 
 ASK = b"LISTPV POSITION\r"
@@ -147,32 +146,32 @@ def test_a_blow_strikes_once(arm: Callable[..., FaultyController], fault: str, l
 
 def test_a_good_camera_sends_what_it_takes() -> None:
     taken = image()
-    assert FaultyCamera([read_fault("garbage")]).frame(taken, 0.0, 0, 0.0) is taken
+    assert FaultyCamera([read_fault("garbage")]).image(taken, 0.0, 0, 0.0) is taken
 
 
 def test_a_frozen_camera_repeats_one_frame() -> None:
     spoilt = FaultyCamera([read_fault("camera_frozen@2-3")])
-    sent = [spoilt.frame(image(i), 0.0, i, 0.0) for i in range(5)]
+    sent = [spoilt.image(image(i), 0.0, i, 0.0) for i in range(5)]
     assert np.array_equal(sent[3], image(2))
     assert all(np.array_equal(sent[i], image(i)) for i in (0, 1, 2, 4))
 
 
 def test_too_much_light_saturates_and_too_little_is_black() -> None:
     over, dark = (
-        FaultyCamera([read_fault(kind)]).frame(image(), 0.0, 0, 0.0) for kind in ("camera_over", "camera_dark")
+        FaultyCamera([read_fault(kind)]).image(image(), 0.0, 0, 0.0) for kind in ("camera_over", "camera_dark")
     )
     assert np.mean(over == 255) > 0.9
     assert dark.max() <= 1
 
 
 def test_frames_of_another_size_are_smaller_or_larger() -> None:
-    sent = [FaultyCamera([read_fault(f"camera_size:{factor}")]).frame(image(), 0.0, 0, 0.0) for factor in (0.5, 2)]
+    sent = [FaultyCamera([read_fault(f"camera_size:{factor}")]).image(image(), 0.0, 0, 0.0) for factor in (0.5, 2)]
     assert [frame.shape for frame in sent] == [(12, 16), (48, 64)]
 
 
 def test_late_frames_show_the_past() -> None:
     spoilt = FaultyCamera([read_fault("camera_late:1")])
-    sent = [spoilt.frame(image(i), 0.0, 0, i / 2) for i in range(5)]
+    sent = [spoilt.image(image(i), 0.0, 0, i / 2) for i in range(5)]
     assert sent[0] is None
     assert sent[1] is None
     assert all(np.array_equal(sent[i], image(i - 2)) for i in (2, 3, 4))
@@ -202,5 +201,5 @@ def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> No
         one.receive(b" ".join([*said, rng.bytes(3)]) + b"\r", float(now_s))
         one.poll(float(now_s))
         assert np.all(np.isfinite(one.motor(float(now_s))))
-    answer = one.receive(b"\x01\rSHOW PAR 261\r#1QD\r", 1000.0)
-    assert (b"PAR 261=" if kind == "acl" else b"*1QD") in answer
+    answer = one.receive(b"\x01\rSHOW PAR 33\r#1QD\r", 1000.0)
+    assert (b"PAR 33=" if kind == "acl" else b"*1QD") in answer

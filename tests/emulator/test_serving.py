@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 import serial
 from emulated_cell import cell_folder
+from emulator_process import EmulatorProcess
 
 from robolaser.emulator.emulated_cell import EmulatedCell
-from robolaser.emulator.serving import EmulatorProcess
 from robolaser.errors import ArmError
 
 LATE_S = 30.0
@@ -88,13 +88,13 @@ def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
     try:
         for _ in range(2):
             with serial.serial_for_url(running.arm, timeout=0.01) as port:
-                port.write(b"SHOW PAR 261\r")
+                port.write(b"SHOW PAR 33\r")
                 heard = b""
                 until = time.monotonic() + LATE_S
                 while not heard.endswith(b">") and time.monotonic() < until:
                     running.turn()
                     heard += port.read(100)
-                assert b"PAR 261=" in heard
+                assert b"PAR 33=" in heard
     finally:
         running.close()
 

@@ -2,9 +2,11 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pinocchio
 import pytest
+from true_stripe import TrueStripe, true_stripe
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import load_cell
@@ -19,7 +21,7 @@ from robolaser.model.sensors.placements import motion
 from robolaser.vision.board import find_board
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-CELL, THINGS = EXAMPLES / "cell", EXAMPLES / "scan-cell"
+CELL, THINGS, HOBBY = EXAMPLES / "cell", EXAMPLES / "scan-cell", EXAMPLES / "so101-cell"
 Q = np.array([0.1, -0.7, 1.2, -0.5, 0.2])
 PLAY = 0.004
 
@@ -42,6 +44,10 @@ def effect(name: str, where: str, size: float) -> str:
 
 def place(kind: WorldFault) -> str:
     return "joint_3" if kind.on_joints else "laser"
+
+
+def stripe(world: EmulatedWorld) -> TrueStripe:
+    return true_stripe(world.scene, world.T_base_camera)
 
 
 def went(world: EmulatedWorld, *path: Array) -> Array:
@@ -67,7 +73,7 @@ def test_a_fault_of_no_size_changes_nothing(name: str, description: Dataset, tmp
     plain = world(description, tmp_path, "[floor]")
     bent = world(description, tmp_path, "[floor]", effect(name, place(WORLD_FAULTS[name]), 0.0))
     np.testing.assert_array_equal(went(plain, Q, Q + 0.1), went(bent, Q, Q + 0.1))
-    assert bent.sheet == plain.sheet
+    assert bent.scene.light == plain.scene.light
 
 
 @pytest.mark.parametrize("name", WORLD_FAULTS)
@@ -76,7 +82,7 @@ def test_a_fault_of_some_size_changes_one_joint_or_the_light(name: str, descript
     bent = world(description, tmp_path, "[floor]", effect(name, place(WORLD_FAULTS[name]), 0.002))
     moved = np.abs(went(bent, Q, Q + 0.1) - went(plain, Q, Q + 0.1)) > 1e-6
     assert moved.tolist() == [False, False, WORLD_FAULTS[name].on_joints, False, False]
-    assert (bent.sheet != plain.sheet) == (not WORLD_FAULTS[name].on_joints)
+    assert (bent.scene.light != plain.scene.light) == (not WORLD_FAULTS[name].on_joints)
 
 
 def test_each_bears_the_name_of_the_effect_that_it_makes() -> None:
@@ -129,8 +135,7 @@ def test_a_rolled_sheet_turns_the_stripe(description: Dataset, tmp_path: Path) -
     for roll in (0.0, 0.05):
         here = world(description, tmp_path, "[floor]", effect("laser_roll", "laser", roll))
         here.follow(_level(description))
-        at = here.photograph(np.random.default_rng(0), lit=True).truth.stripe.at[:, 0]
-        slopes.append(np.polyfit(np.arange(640), at, 1)[0])
+        slopes.append(np.polyfit(np.arange(640), stripe(here).at[:, 0], 1)[0])
     assert slopes[0] == pytest.approx(0.0, abs=1e-6)
     assert abs(slopes[1]) == pytest.approx(0.05, rel=0.1)
 
@@ -140,17 +145,44 @@ def _level(description: Dataset) -> Array:
     return np.array([0.0, -0.9, 1.3, -0.4, 0.0])
 
 
+def test_a_camera_without_a_laser_shows_the_board_where_opencv_projects_it() -> None:
+    cell = load_cell(HOBBY)
+    here = load_world(HOBBY / "world.toml", cell.description)
+    truth = here.truth()
+    here.follow(planned(cell.description, count=1, seed=3)[0])
+    image = here.photograph(np.random.default_rng(1), lit=True)
+    found = find_board(image, columns=8, rows=5)
+    assert found is not None
+    x, y = np.meshgrid(np.arange(8), np.arange(5))
+    corners = 0.015 * np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=-1)
+    values = {name: np.array([value]) for name, value in truth.items()}
+    T = np.linalg.inv(here.T_base_flange @ motion(values, "hand_eye")[0]) @ motion(values, "target")[0]
+    K = np.array([[truth["fx"], 0.0, truth["cx"]], [0.0, truth["fy"], truth["cy"]], [0.0, 0.0, 1.0]])
+    lens = np.array([truth[name] for name in ("k1", "k2", "p1", "p2", "k3")])
+    pixel, _ = cv2.projectPoints(corners, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], K, lens)
+    off = [np.linalg.norm(one.reshape(-1, 2) - pixel.reshape(-1, 2), axis=-1) for one in found.orientations]
+    assert min(map(np.median, off)) < 0.1
+
+
+def test_a_camera_has_no_laser_to_go_wrong_and_says_what_is_not_known_of_it(tmp_path: Path) -> None:
+    camera = describe(HOBBY)
+    with pytest.raises(RobolaserError, match="laser_roll cannot be at 'laser'"):
+        world(camera, tmp_path, effect("laser_roll", "laser", 0.1))
+    with pytest.raises(RobolaserError, match=r"\[truth\] fx"):
+        world(replace(camera, parameters={}), tmp_path)
+
+
 def test_while_nothing_moves_noise_is_new_and_speckle_stays(tmp_path: Path, description: Dataset) -> None:
     still = world(description, tmp_path, "[light]\nspeckle = 0.3", "[camera]\nnoise_grey = 0.0", "[floor]")
     noisy = world(description, tmp_path, "[light]\nspeckle = 0.3", "[floor]")
     rng = np.random.default_rng(0)
     for here in (still, noisy):
         here.follow(_level(description))
-    one, again = (still.photograph(rng, lit=True).image for _ in range(2))
+    one, again = (still.photograph(rng, lit=True) for _ in range(2))
     np.testing.assert_array_equal(one, again)
-    assert (noisy.photograph(rng, lit=True).image != noisy.photograph(rng, lit=True).image).mean() > 0.3
+    assert (noisy.photograph(rng, lit=True) != noisy.photograph(rng, lit=True)).mean() > 0.3
     still.follow(_level(description) + 0.001)
-    assert (still.photograph(rng, lit=True).image != one).any()
+    assert (still.photograph(rng, lit=True) != one).any()
 
 
 def test_from_planned_postures_the_board_of_the_example_is_found() -> None:
@@ -160,9 +192,9 @@ def test_from_planned_postures_the_board_of_the_example_is_found() -> None:
     found = []
     for q in planned(cell.description, count=8, seed=3)[::2]:
         here.follow(q)
-        picture = here.photograph(np.random.default_rng(1), lit=True)
-        assert np.isfinite(picture.truth.stripe.at).sum() > 500
-        found.append(find_board(picture.image, columns=9, rows=6) is not None)
+        image = here.photograph(np.random.default_rng(1), lit=True)
+        assert np.isfinite(stripe(here).at).sum() > 500
+        found.append(find_board(image, columns=9, rows=6) is not None)
     assert sum(found) >= 3
 
 
@@ -189,7 +221,7 @@ def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:
     solids = set()
     for row in q[::12]:
         here.follow(row)
-        solids |= set(np.unique(here.photograph(np.random.default_rng(0), lit=True).truth.stripe.solid))
+        solids |= set(np.unique(stripe(here).solid))
     assert solids == {-1, 0, 1, 2}
 
 

@@ -34,7 +34,7 @@ def recording(tmp_path_factory):
         world.follow(q)
         if row < THERE:
             images[row] = f"images/{row:03d}.png"
-            cv2.imwrite(str(folder / images[row]), world.photograph(rng, lit=True).image)
+            cv2.imwrite(str(folder / images[row]), world.photograph(rng, lit=True))
     poses = replace(said.poses, time_s=np.arange(float(len(said.poses))), image=tuple(images))
     save(replace(said, poses=poses, points=Points(np.empty(0, np.int64), ())), folder)
     return load(folder), world.truth()

@@ -1,6 +1,6 @@
-"""What stands in an emulated cell, and where it truly is."""
+"""What is in an emulated cell, and where it truly is."""
 
-from robolaser.emulator.world.reading import load_world
-from robolaser.emulator.world.world import EmulatedWorld, ImageSensor
+from robolaser.emulator.world.world import EmulatedWorld
+from robolaser.emulator.world.world_file import load_world
 
-__all__ = ["EmulatedWorld", "ImageSensor", "load_world"]
+__all__ = ["EmulatedWorld", "load_world"]

@@ -1,4 +1,4 @@
-"""What world.toml may set wrong in an emulated arm or projector: fault models of the blind trials, and others."""
+"""What world.toml may set wrong in an emulated arm or laser, by the fault models of the blind trials."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -53,7 +53,7 @@ class LinearCompliance(FaultModel, effect="joint_compliance"):
     payload_kg: float = 0.0
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
-        """Sunk."""
+        """Deflected."""
         column = run.column(self.where)
         return turned(q, column, -self.size * run.arm.torques(q, self.payload_kg)[:, column])
 
@@ -70,7 +70,7 @@ class WorldFault:
     Attributes:
         make: From location, size and parameters.
         parameters: Its further keys, with their defaults.
-        on_joints: Whether it sits at a joint, not at the laser.
+        on_joints: Whether it is a joint's, not the laser's.
     """
 
     make: Callable[..., FaultModel]

@@ -1,19 +1,17 @@
-"""The world that an emulated cell holds: the true arm, scanner and things, and where they stand now."""
+"""The world that an emulated cell holds: the true arm, scanner and solids, and where they are now."""
 
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.rendering import CameraModel, Checkerboard, EmulatedScene, LaserSheet, Photograph
-from robolaser.emulator.rendering.photograph import NOISE_GREY, SPECKLE, WHITE_GREY, expose
-from robolaser.emulator.rendering.radiance_image import RadianceImage, render_radiance
-from robolaser.emulator.rendering.scene_view import SceneView
+from robolaser.emulator.world.checkerboard import Checkerboard
 from robolaser.emulator.world.faults import TrackedBacklash
+from robolaser.emulator.world.scene import Image, Scene
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.run import SyntheticRun
@@ -22,56 +20,26 @@ SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which
 
 
 @final
-@dataclass(frozen=True)
-class ImageSensor:
-    """What the camera makes of light.
-
-    Attributes:
-        ambient_grey: Of white paper in the room's light.
-        noise_grey: Standard deviation of the noise at middle grey.
-        speckle: Contrast of the laser's speckle.
-        blur_px: Standard deviation of the lens's blur [px].
-        exposure: Factor on all light.
-    """
-
-    ambient_grey: float = WHITE_GREY
-    noise_grey: float = NOISE_GREY
-    speckle: float = SPECKLE
-    blur_px: float = 0.6
-    exposure: float = 1.0
-
-
-@final
 class EmulatedWorld:
-    """A world, as it stands; play in the gears remembers the way it came.
+    """A world as it is; backlash remembers the way the arm came.
 
     Args:
         arm: As its URDF has it.
-        eye: The camera as it was built.
-        sheet: The light as drawn, with the true base and angle.
-        scene: Solids in the base frame.
-        sensor: What the camera makes of light.
+        scene: Solids, camera and laser without faults.
+        truth: The sensor's true numbers, by name, SI.
         faults: In what the cell is not what its model says, in the order in which they act.
     """
 
     def __init__(
-        self,
-        arm: ScrewArm,
-        eye: CameraModel,
-        sheet: LaserSheet,
-        scene: EmulatedScene,
-        sensor: ImageSensor,
-        faults: Sequence[FaultModel] = (),
+        self, arm: ScrewArm, scene: Scene, truth: Mapping[str, float], faults: Sequence[FaultModel] = ()
     ) -> None:
-        self.arm, self.eye, self.scene, self.sensor = arm, eye, scene, sensor
-        self.faults = tuple(faults)
+        self.arm, self.faults, self._truth = arm, tuple(faults), truth
         self._motor: Array | None = None
-        run = self._run(np.zeros(arm.count))
-        surface = sheet.surface
+        run, light = self._run(np.zeros(arm.count)), scene.light
         for fault in self.faults:
-            surface = fault.light(surface, run)
-        self.sheet = sheet.on(surface)
-        self._rendered: dict[bool, tuple[bytes, RadianceImage]] = {}
+            light = light and fault.light(light, run)
+        self.scene = replace(scene, light=light)
+        self._rendered: dict[bool, tuple[bytes, tuple[Array, Array]]] = {}
 
     def follow(self, motor: Array) -> None:
         """Go on to where the encoders are now, straight from where they were, (j,) [rad].
@@ -106,53 +74,41 @@ class EmulatedWorld:
     @property
     def T_base_camera(self) -> Array:  # noqa: N802 - the field's symbol
         """True pose of the camera, (4, 4)."""
-        T: Array = self.T_base_flange @ self.eye.mount
+        T: Array = self.T_base_flange @ self.scene.eye.optics.mount
         return T
 
-    def photograph(self, rng: np.random.Generator, *, lit: bool, exposure: float = 1.0) -> Photograph:
-        """Take a picture from where the arm stands: fresh noise in each, the same speckle while nothing moves.
+    def photograph(self, rng: np.random.Generator, *, lit: bool) -> Image:
+        """Take a picture from where the arm is: fresh noise in each, the same speckle while nothing moves.
 
         Args:
-            rng: Where the noise comes from.
+            rng: Source of the noise.
             lit: Whether the laser is on.
-            exposure: Factor on all light, besides the sensor's own.
+
+        Returns:
+            (height, width).
         """
         T = self.T_base_camera
-        radiance = self._render(T, lit=lit)
+        place = T.tobytes()
+        if lit not in self._rendered or self._rendered[lit][0] != place:
+            self._rendered[lit] = place, self.scene.render(T, lit=lit)
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
-        sensor = self.sensor
-        return expose(
-            radiance,
-            rng=rng,
-            grain=grain,
-            exposure=exposure * sensor.exposure,
-            ambient=sensor.ambient_grey,
-            noise_grey=sensor.noise_grey,
-            speckle=sensor.speckle,
-        )
+        return self.scene.expose(*self._rendered[lit][1], rng=rng, grain=grain)
 
     def truth(self) -> dict[str, float]:
         """The true numbers, by the names that a calibration and a diagnosis give them, SI.
 
-        The scanner's fourteen; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
+        The sensor's; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
         `NAME:WHERE`.
         """
-        target: Mapping[str, float] = {}
-        boards = [solid for solid in self.scene.solids if isinstance(solid, Checkerboard)]
-        for board in boards[:1]:
-            T = board.T_base_board
-            turns = Rotation.from_matrix(T[:3, :3]).as_euler("XYZ")
-            names = ("x", "y", "z", "w", "phi", "psi")
-            target = {f"target.{name}": float(value) for name, value in zip(names, [*T[:3, 3], *turns], strict=True)}
+        target: dict[str, float] = {}
+        for board in self.scene.solids:
+            if isinstance(board, Checkerboard):
+                turns = Rotation.from_matrix(board.T_base_board[:3, :3]).as_euler("XYZ")
+                values = [*board.T_base_board[:3, 3].tolist(), *turns.tolist()]
+                names = (f"target.{name}" for name in ("x", "y", "z", "w", "phi", "psi"))
+                target = dict(zip(names, values, strict=True))
         faults = {f"{fault.effect}:{fault.where}": fault.size for fault in self.faults}
-        return {**self.eye.truth, **target, **faults}
-
-    def _render(self, T_base_camera: Array, *, lit: bool) -> RadianceImage:
-        place = T_base_camera.tobytes()
-        if lit not in self._rendered or self._rendered[lit][0] != place:
-            view = SceneView(self.scene, self.eye, T_base_camera)
-            self._rendered[lit] = place, render_radiance(view, self.sheet, lit=lit, blur_px=self.sensor.blur_px)
-        return self._rendered[lit][1]
+        return {**self._truth, **target, **faults}
 
     def _run(self, motor: Array) -> SyntheticRun:
         """What a fault may depend on, at rest at one configuration."""

@@ -1,0 +1,145 @@
+"""What the emulated camera sees: solids in the light of the room and of the laser, and the noise of its sensor."""
+
+from dataclasses import dataclass
+from typing import final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.toml_schema import NotNegative, Positive
+from robolaser.emulator.world.camera import CameraModel
+from robolaser.emulator.world.solids import Solid
+from robolaser.trials.synthetic.light import Light
+
+Image = NDArray[np.uint8]
+LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
+"""Where most of the room's light comes from, in the base frame."""
+FROM_ALL_SIDES = 0.55
+"""Share of the room's light that comes from everywhere."""
+REACH = 4.5
+"""Standard deviations of the sheet's thickness beyond which it is dark."""
+AWAY_M = 1e-7  # from the surface that a ray leaves
+TIE_M = 1e-9  # nearer together than this, the solid listed later is in front
+MIDDLE_GREY = 128.0
+GRAIN_PX = 0.7  # of the speckle
+
+
+@final
+@dataclass(frozen=True)
+class Projector:
+    """The laser: a sheet of light in the camera frame, with a Gaussian profile.
+
+    Attributes:
+        power_grey: Of its middle on white paper that faces it, at the distance, exposure 1.
+        width_m: Standard deviation of its thickness.
+        distance_m: From the projector; nearer it is brighter.
+        speckle: Contrast of its speckle: standard deviation over mean.
+    """
+
+    power_grey: Positive = 260.0
+    width_m: Positive = 0.4e-3
+    distance_m: Positive = 0.33
+    speckle: NotNegative = 0.1
+
+    def grey(self, point: Array, light: Light) -> Array:
+        """Grey of white paper that faces the laser at points of the camera frame, (n, 3) -> (n,)."""
+        away = np.linalg.norm(point - light.source, axis=-1)
+        grey: Array = self.power_grey * self.distance_m / away * np.exp(-0.5 * (light.off(point) / self.width_m) ** 2)
+        return grey
+
+
+@final
+@dataclass(frozen=True)
+class Scene:
+    """Solids before a camera that carries a laser.
+
+    Attributes:
+        solids: In the base frame; where two coincide, the later one is on top.
+        eye: The camera.
+        light: The laser's sheet, in the camera frame; None: there is no laser.
+        projector: How bright it is.
+    """
+
+    solids: tuple[Solid, ...]
+    eye: CameraModel
+    light: Light | None
+    projector: Projector = Projector()
+
+    def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
+        """What rays meet first.
+
+        Args:
+            origin: Where they start, (n, 3) or (3,) [m].
+            direction: Unit vectors, (n, 3).
+
+        Returns:
+            Distances, (n,) [m], inf where there is nothing; numbers of the solids, (n,), then -1.
+        """
+        nearest, index = np.full(len(direction), np.inf), np.full(len(direction), -1)
+        for i, solid in enumerate(self.solids):
+            distance = solid.hit(origin, direction)
+            before = (distance <= nearest + TIE_M) & (distance < np.inf)
+            nearest[before], index[before] = distance[before], i
+        return nearest, index
+
+    def reaches(self, point: Array, normal: Array, source: Array) -> Bools:
+        """Whether light from a source reaches points of surfaces with these normals, (n, 3) -> (n,)."""
+        towards = source - point
+        far = np.linalg.norm(towards, axis=-1)
+        direction = towards / far[:, None]
+        free: Bools = np.einsum("ij,ij->i", direction, normal) > 0
+        for solid in self.solids:
+            free &= solid.hit(point + AWAY_M * normal, direction) > far - 2 * AWAY_M
+        return free
+
+    def render(self, T_base_camera: Array, *, lit: bool) -> tuple[Array, Array]:
+        """Light that falls on the sensor: the room's, 1 for white paper under the lamp, and the laser's [grey].
+
+        Args:
+            T_base_camera: (4, 4).
+            lit: Whether the laser is on.
+
+        Returns:
+            (height, width) each.
+        """
+        turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
+        direction = self.eye.all_rays @ turn.T
+        distance, index = self.cast(place, direction)
+        room, laser = np.zeros(len(index)), np.zeros(len(index))
+        for i, solid in enumerate(self.solids):
+            own = np.flatnonzero(index == i)
+            point = place + distance[own, None] * direction[own]
+            normal, albedo = solid.normal(point), solid.albedo(point, place, self.eye.pixel_rad)
+            room[own] = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * np.maximum(normal @ LAMP, 0.0))
+            if lit and self.light is not None:
+                laser[own] = albedo * self._from_laser(self.light, point, normal, T_base_camera)
+        return self._imaged(room), self._imaged(laser)
+
+    def expose(self, room: Array, laser: Array, *, rng: np.random.Generator, grain: np.random.Generator) -> Image:
+        """Take a picture of light, both (height, width); `grain` draws the speckle, which stays while nothing moves."""
+        spread = np.sqrt(np.log1p(self.projector.speckle**2))
+        field = cv2.GaussianBlur(grain.standard_normal(laser.shape, dtype=np.float32), (0, 0), GRAIN_PX)
+        speckled = laser * np.exp(spread / field.std() * field - spread**2 / 2)
+        grey = self.eye.settings.exposure * (self.eye.settings.ambient_grey * room + speckled)
+        variance = 0.5 * self.eye.settings.noise_grey**2 * (1.0 + grey / MIDDLE_GREY)
+        grey += np.sqrt(variance) * rng.standard_normal(grey.shape, dtype=np.float32)
+        return np.asarray(np.clip(np.rint(grey), 0, 255), dtype=np.uint8)
+
+    def _from_laser(self, light: Light, point: Array, normal: Array, T_base_camera: Array) -> Array:
+        """Grey of white paper in the laser's direct light at points of surfaces in the base frame, (n, 3) -> (n,)."""
+        turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
+        seen, out = (point - place) @ turn, np.zeros(len(point))
+        rows = np.flatnonzero(np.abs(light.off(seen)) < REACH * self.projector.width_m)
+        point, normal, source = point[rows], normal[rows], turn @ light.source + place
+        towards = (source - point) / np.linalg.norm(source - point, axis=-1, keepdims=True)
+        cosine = np.einsum("ij,ij->i", towards, normal) * self.reaches(point, normal, source)
+        out[rows] = cosine * self.projector.grey(seen[rows], light)
+        return out
+
+    def _imaged(self, light: Array) -> Array:
+        """Light of each pixel, row by row, as the lens blurs it, (height, width)."""
+        image = light.reshape(self.eye.height_px, self.eye.width_px)
+        blur_px = self.eye.settings.blur_px
+        return np.asarray(cv2.GaussianBlur(image, (0, 0), blur_px)) if blur_px else image

@@ -1,0 +1,134 @@
+"""Bodies that the emulated camera can look at: the floor, a sphere and a block. All are in the base frame."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.data.toml_schema import NotNegative, Positive
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+UP = np.array([0.0, 0.0, 1.0])
+
+
+class Solid(ABC):
+    """A body whose surface reflects light diffusely; `tone` is the share of it, 0 to 1."""
+
+    tone: float
+
+    @abstractmethod
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """How far rays travel until they meet the surface.
+
+        Args:
+            origin: Where they start, (n, 3) or (3,) [m].
+            direction: Unit vectors, (n, 3).
+
+        Returns:
+            Distances, (n,) [m]; inf where they miss it.
+        """
+
+    @abstractmethod
+    def normal(self, point: Array) -> Array:
+        """Unit normals, outward, at points of the surface, (n, 3) -> (n, 3)."""
+
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
+        """Share of light that is reflected where rays meet the surface: `tone` where nothing is printed on it, (n,).
+
+        Args:
+            point: Where, (n, 3) [m].
+            eye: Where the rays come from, (3,) [m].
+            breadth: Of a ray [rad]: edges of a print are blurred over it.
+        """
+        return np.full(len(point), self.tone)
+
+
+@final
+@dataclass(frozen=True)
+class Floor(Solid):
+    """The plane z = height_m."""
+
+    height_m: float = 0.0
+    tone: NotNegative = 0.45
+
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """From either side."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = (self.height_m - origin[..., 2]) / direction[..., 2]
+        return np.where(distance > 0, distance, np.inf)
+
+    def normal(self, point: Array) -> Array:
+        """Up."""
+        return np.broadcast_to(UP, point.shape)
+
+
+@final
+@dataclass(frozen=True)
+class Sphere(Solid):
+    """A ball."""
+
+    centre_m: Vector
+    radius_m: Positive
+    tone: NotNegative = 0.7
+
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """From outside."""
+        towards = np.array(self.centre_m) - origin
+        along = np.einsum("...i,...i->...", direction, towards)
+        miss2 = np.einsum("...i,...i->...", towards, towards) - along**2
+        half = np.sqrt(np.maximum(self.radius_m**2 - miss2, 0.0))
+        distance = along - half
+        return np.where((miss2 < self.radius_m**2) & (distance > 0), distance, np.inf)
+
+    def normal(self, point: Array) -> Array:
+        """Away from the centre."""
+        normal: Array = (point - np.array(self.centre_m)) / self.radius_m
+        return normal
+
+
+@final
+@dataclass(frozen=True)
+class Block(Solid):
+    """A cuboid: on a floor its top is a step.
+
+    Attributes:
+        origin_m: The middle of its underside.
+        size_m: Along its x, y and z.
+        quat: Its rotation (x, y, z, w).
+    """
+
+    origin_m: Vector
+    size_m: tuple[Positive, Positive, Positive]
+    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    tone: NotNegative = 0.6
+
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """Slab by slab, from outside."""
+        start, along = (origin - np.array(self.origin_m)) @ self._turn, direction @ self._turn
+        enter, leave = np.full(len(along), -np.inf), np.full(len(along), np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for i, (low, high) in enumerate(zip(*self._bounds, strict=True)):
+                one, other = (low - start[..., i]) / along[:, i], (high - start[..., i]) / along[:, i]
+                enter, leave = np.fmax(enter, np.fmin(one, other)), np.fmin(leave, np.fmax(one, other))
+        return np.where((enter <= leave) & (enter > 0), enter, np.inf)
+
+    def normal(self, point: Array) -> Array:
+        """Of the nearest face."""
+        inside = (point - np.array(self.origin_m)) @ self._turn
+        depth = np.concatenate([np.abs(inside - bound) for bound in self._bounds], axis=-1)
+        normal: Array = np.concatenate([-self._turn.T, self._turn.T])[depth.argmin(axis=-1)]
+        return normal
+
+    @property
+    def _turn(self) -> Array:
+        return np.asarray(Rotation.from_quat(self.quat).as_matrix())
+
+    @property
+    def _bounds(self) -> tuple[Array, Array]:
+        """Least and greatest coordinates in its own frame, (3,) each."""
+        x, y, z = self.size_m
+        return np.array([-x / 2, -y / 2, 0.0]), np.array([x / 2, y / 2, z])

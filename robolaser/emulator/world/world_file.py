@@ -1,0 +1,190 @@
+"""world.toml: the true state of a cell, and what is in it."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field, make_dataclass, replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset
+from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, no_rotation
+from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
+from robolaser.emulator.world.camera import CameraModel, CameraSettings
+from robolaser.emulator.world.checkerboard import Checkerboard
+from robolaser.emulator.world.faults import WORLD_FAULTS
+from robolaser.emulator.world.scene import Projector, Scene
+from robolaser.emulator.world.solids import Block, Floor, Quaternion, Solid, Sphere, Vector
+from robolaser.emulator.world.world import EmulatedWorld
+from robolaser.errors import DataError, near
+from robolaser.trials.synthetic.arm import ScrewArm
+from robolaser.trials.synthetic.fault_model import FaultModel
+from robolaser.trials.synthetic.light import Light
+from robolaser.trials.synthetic.scanner import ScannerOptics
+
+FORMAT = "robolaser-world/1"
+SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
+PINHOLE, LENS = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
+POSITIVE = ("f", "s_u", "s_v", "fx", "fy")
+
+
+@final
+@dataclass(frozen=True)
+class BoardTable:
+    """`[board]`; by default its pattern faces upwards: its z points into the board."""
+
+    origin_m: Vector
+    quat: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    border_m: NotNegative = Checkerboard.border_m
+    square_m: Positive | None = None
+    white: NotNegative = Checkerboard.tone
+    black: NotNegative = Checkerboard.black
+
+
+@final
+@dataclass(frozen=True)
+class WorldFile:
+    """The whole file."""
+
+    format: str
+    truth: dict[str, Any] = field(default_factory=dict)
+    light: Projector = Projector()
+    camera: CameraSettings = CameraSettings()
+    floor: Floor | None = None
+    board: BoardTable | None = None
+    block: tuple[Block, ...] = ()
+    sphere: tuple[Sphere, ...] = ()
+    effect: tuple[dict[str, Any], ...] = ()
+
+
+def _table(name: str, *numbers: str, **tables: type) -> type:
+    """A table of numbers, None where they are nominal, and of tables."""
+    fields = [(key, (Positive if key in POSITIVE else float) | None, None) for key in numbers]
+    return make_dataclass(name, [*fields, *((key, table, table()) for key, table in tables.items())], frozen=True)
+
+
+TRUTHS: Mapping[str, type] = {
+    "stripe": _table("Scanner", *SCANNER),
+    "camera": _table("Camera", *PINHOLE, *LENS, hand_eye=_table("HandEye", "x", "y", "z", "w", "phi", "psi")),
+}
+"""`[truth]` by the kind of sensor."""
+
+
+def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
+    """Read and check a world.
+
+    Args:
+        path: Of world.toml.
+        description: The cell's robot, scanner and board.
+
+    Raises:
+        RobolaserError: With file and key of what is wrong.
+    """
+    path = Path(path)
+    contents = read_toml(path)
+    check_format(contents, FORMAT, path.name)
+    read = typed(contents, WorldFile, file=path.name)
+    robot, size = description.robot, description.image_px
+    fixed = description.kind == "camera" and description.options.mount == "base"
+    if robot is None or size is None or description.kind not in TRUTHS or fixed:
+        raise DataError(
+            f"{path.name} describes a world for a camera on an arm, but dataset.toml has no [robot], or its sensor is"
+            " neither a stripe scanner nor a camera on the flange, with an [image]. Emulate this cell without --world.",
+            file=path,
+        )
+    truth, camera = _truth(path.name, read.truth, description), read.camera
+    light, lens = None, np.array(camera.lens_error)
+    if description.kind == "stripe":
+        optics = ScannerOptics(truth, description.bracket_quat, description.angles, description.stripe_axis)
+        flat = np.array(0.0)
+        light = Light(truth["b"], np.array(truth["theta"]), flat, flat)
+    else:
+        optics, lens = _optics_of_camera(truth), lens + [truth[name] for name in LENS]
+    k1, k2, p1, p2, k3 = lens.tolist()
+    eye = CameraModel(optics, *size, replace(camera, lens_error=(k1, k2, p1, p2, k3)))
+    scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
+    arm = ScrewArm(robot)
+    return EmulatedWorld(arm, scene, truth, list(_faults(path.name, read.effect, arm, lasers=light is not None)))
+
+
+def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
+    """The sensor's numbers, as stated, else nominal; of a lens of which nothing is said, 0."""
+    values = asdict(typed(stated, TRUTHS[description.kind], file=file, at=("truth",)))
+    values |= {f"hand_eye.{name}": value for name, value in values.pop("hand_eye", {}).items()}
+    truth = {}
+    for name, value in values.items():
+        nominal = description.parameters[name].nominal if name in description.parameters else None
+        one = nominal if value is None else value
+        if one is None and name not in LENS:
+            raise wrong(file, ("truth", name), one, "a finite number")
+        truth[name] = one or 0.0
+    return truth
+
+
+def _optics_of_camera(truth: Mapping[str, float]) -> ScannerOptics:
+    """A camera as a scanner of focal length 1 m without distortion."""
+    pinhole = {
+        "f": 1.0,
+        "s_u": 1 / truth["fx"],
+        "s_v": 1 / truth["fy"],
+        "u_0": truth["cx"],
+        "v_0": truth["cy"],
+        "k": 0.0,
+    }
+    turns = {name: truth[f"hand_eye.{name}"] for name in ("w", "phi", "psi")}
+    place = {f"t_{name}": truth[f"hand_eye.{name}"] for name in "xyz"}
+    return ScannerOptics({**pinhole, **turns, **place}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")
+
+
+def _solids(file: str, read: WorldFile, described: Board | None) -> Iterator[Solid]:
+    if read.floor is not None:
+        yield read.floor
+    for block in read.block:
+        _check_rotation(file, "[[block]] quat", block.quat)
+        yield block
+    yield from read.sphere
+    if read.board is not None:
+        if described is None:
+            raise DataError(
+                f"{file} has a [board], but dataset.toml has none, so its corners and squares are not known: add"
+                " [board] with columns, rows and square_m there.",
+                file=file,
+                column="board",
+            )
+        yield _checkerboard(file, read.board, described)
+
+
+def _checkerboard(file: str, board: BoardTable, described: Board) -> Checkerboard:
+    _check_rotation(file, "[board] quat", board.quat)
+    T: Array = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.from_quat(board.quat).as_matrix(), board.origin_m
+    square_m = board.square_m or described.square_m
+    return Checkerboard(T, described.columns, described.rows, square_m, board.border_m, board.white, board.black)
+
+
+def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: ScrewArm, *, lasers: bool) -> Iterator[FaultModel]:
+    for number, effect in enumerate(stated):
+        name, where = effect.get("name"), effect.get("where")
+        if not isinstance(name, str) or name not in WORLD_FAULTS:
+            raise _wrong_effect(file, "name", f"an emulated world cannot have '{name}'.{near(str(name), WORLD_FAULTS)}")
+        kind = WORLD_FAULTS[name]
+        locations = arm.joints if kind.on_joints else ("laser",) * lasers
+        if not isinstance(where, str) or where not in locations:
+            raise _wrong_effect(file, "where", f"{name} cannot be at '{where}'.{near(str(where), locations)}")
+        further = [(key, float, usual) for key, usual in kind.parameters.items()]
+        table = make_dataclass(name, [("size", float), *further])
+        values = {key: value for key, value in effect.items() if key not in ("name", "where")}
+        yield kind.make(where, **asdict(typed(values, table, file=file, at=("effect", number))))
+
+
+def _wrong_effect(file: str, key: str, reason: str) -> DataError:
+    return DataError(f"{file}, [[effect]] {key}: {reason}", file=file, column=key)
+
+
+def _check_rotation(file: str, key: str, quat: Quaternion) -> None:
+    length = float(np.linalg.norm(quat))
+    if abs(length - 1) > QUATERNION_SLACK:
+        raise no_rotation(f"{file}, {key}", length, file)
