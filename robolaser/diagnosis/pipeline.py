@@ -38,7 +38,7 @@ from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.summary_text import imitated_sentence, sentence
+from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
@@ -139,11 +139,13 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
+    moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
         sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, scatter, hindrance)
-        + imitated_sentence(limits, classes),
+        + imitated_sentence(limits, classes)
+        + exchanged_sentence(preparation.belongs, dataset.poses.names),
         gap=gap,
         where=tuple(where),
         findings=listed(findings),
@@ -167,7 +169,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         noise_remarks=noise_remarks(final, dataset, fits=verdict != "unexplained"),
         seconds=time.perf_counter() - began,
         hindrance=hindrance,
-        wrong_input=mispaired(misread.shift, gap.calibrated_m) if misread and misread.shift else None,
+        wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,
         pose_scatter=scatter,
     )
 

@@ -1,8 +1,8 @@
 """What a diagnosis starts from: a calibration weighed by noise, and the scatter of poses beside candidate effects."""
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Bools
 from robolaser.calibration.calibrate import calibrated
 from robolaser.calibration.checks import check_orientations
+from robolaser.calibration.exchanged_poses import belong_there, seem_exchanged, with_rows_at
 from robolaser.calibration.misread import Misread, misread
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration, rms
@@ -37,10 +38,12 @@ class Preparation:
     Attributes:
         calibration: Of the model without effects, weighed by noise.
         weighted: The rows that it was fitted to, and their weights.
+        belongs: The poses to which rows belong that the data set has at others; here they are there.
     """
 
     calibration: Calibration
     weighted: NoiseWeightedFit
+    belongs: Mapping[int, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, dataset: Dataset, seed: int) -> "Preparation":
@@ -49,12 +52,14 @@ class Preparation:
         Raises:
             EstimationError: The poses cannot say where the sensor sits.
         """
-        began, model = time.perf_counter(), Model(dataset)
         if len(np.unique(dataset.points.pose)) >= MIN_POSES:
-            check_orientations(model)
-        found = calibrated(model, Plan(weights="noise", seed=seed), began)
-        assert found.weighted is not None  # rows were weighed by noise
-        return cls(found, found.weighted)
+            check_orientations(Model(dataset))
+        found, weighted = _calibrated(dataset, seed)
+        if belongs := seem_exchanged(found.model, found.x, found.errors_m):
+            mended, weighted_mended = _calibrated(with_rows_at(dataset, belongs), seed)
+            if belong_there(belongs, found.model, found.errors_m, mended.errors_m):
+                return cls(mended, weighted_mended, belongs)
+        return cls(found, weighted)
 
     @property
     def _whole(self) -> Model:
@@ -137,6 +142,12 @@ class Preparation:
 
     def _noise(self, estimate: NoiseEstimate, fit: Fit) -> NoiseModel:
         return estimate.limited() if _scatter_is_seen(fit) else estimate.of_rows()
+
+
+def _calibrated(dataset: Dataset, seed: int) -> tuple[Calibration, NoiseWeightedFit]:
+    found = calibrated(Model(dataset), Plan(weights="noise", seed=seed), time.perf_counter())
+    assert found.weighted is not None  # rows were weighed by noise
+    return found, found.weighted
 
 
 def _scatter_is_seen(fit: Fit) -> bool:

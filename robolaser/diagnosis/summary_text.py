@@ -1,6 +1,6 @@
 """The verdict in a few sentences, for a person who works with the robot: what is certain comes first."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -101,6 +101,26 @@ def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseC
     return (
         f" These data cannot distinguish {members(hidden)} from the effects found; other poses, or known distances,"
         " may."
+    )
+
+
+def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
+    """Say which poses' rows belong to each other; may be empty.
+
+    Args:
+        belongs: The pose to which the rows of a pose belong.
+        names: Of all poses.
+    """
+    if not belongs:
+        return ""
+    text = [
+        f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
+        for a, b in belongs.items()
+        if a < b or belongs[b] != a
+    ]
+    return (
+        f" The points (or images) of poses {listed(text)}; this diagnosis uses them where they belong. Correct the data"
+        " set."
     )
 
 

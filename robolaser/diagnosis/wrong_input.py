@@ -16,10 +16,10 @@ MISREAD = 0.99
 """Probability of a reading of the data that fits five times better than as they are, and three times than any other."""
 
 
-def mispaired(shift: int, gap_m: float) -> WrongInput:
-    """Rows that belong to other poses, by `shift` poses; they are to be corrected first, so it closes no gap."""
-    poses = {"poses": Estimate(float(shift), None, "")}
-    return WrongInput("mispaired", "image", "measuring_system", MISREAD, poses, gap_m, gap_m)
+def mispaired(poses: int, gap_m: float) -> WrongInput:
+    """Rows that belong to other poses: `poses` later, or those of so many poses; correcting them closes no gap."""
+    parameters = {"poses": Estimate(float(poses), None, "")}
+    return WrongInput("mispaired", "image", "measuring_system", MISREAD, parameters, gap_m, gap_m)
 
 
 def squares(observed: Dataset, errors: Array) -> dict[str, float]:

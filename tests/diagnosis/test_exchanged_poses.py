@@ -1,0 +1,50 @@
+"""Rows that lie at each other's poses are told from gross errors, and used where they belong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import simulate
+
+NOISE = {"camera": Noise(pixel_px=0.15), "point": Noise(point_m=5e-5), "stripe": Noise(pixel_px=0.2)}
+
+
+def measured(kind: str, effects: dict[str, float] | None = None) -> Dataset:
+    return simulate(find_robot("ur5"), kind=kind, poses=40, noise=NOISE[kind], effects=effects or {}, seed=3).dataset
+
+
+def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:
+    number = np.arange(len(dataset.poses))
+    number[list(to)] = list(to.values())
+    return replace(dataset, points=replace(dataset.points, pose=number[dataset.points.pose]))
+
+
+@pytest.mark.parametrize("kind", NOISE)
+@pytest.mark.parametrize("to", [{7: 12, 12: 7}, {3: 20, 20: 31, 31: 3}], ids=["two", "three"])
+def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, int]) -> None:
+    why = robolaser.diagnose(moved(measured(kind), to), seed=0)
+    (found,) = why.effects
+    assert (found.effect, found.where, found.parameters["poses"].value) == ("mispaired", "image", len(to))
+    assert all(str(pose) in why.sentence for pose in to)
+    assert (why.verdict, why.gross_errors) == ("no_gap", [])
+
+
+def test_a_cause_beside_exchanged_images_is_still_named() -> None:
+    made = measured("camera", {"joint_offset:elbow_joint": 3e-3})
+    why = robolaser.diagnose(moved(made, {7: 12, 12: 7}), seed=0)
+    assert {(one.effect, one.where) for one in why.effects} == {
+        ("mispaired", "image"),
+        ("joint_offset", "elbow_joint"),
+    }
+
+
+def test_rows_that_fit_nowhere_stay_gross_errors() -> None:
+    made = measured("camera")
+    pixel = made.points["pixel"].copy()
+    pixel[np.isin(made.points.pose, (7, 12))] += 40.0
+    why = robolaser.diagnose(replace(made, points=replace(made.points, pixel=pixel)), seed=0)
+    assert [one.effect for one in why.effects] == ["outliers"]
