@@ -31,7 +31,8 @@ class Poses:
         names: Unique texts.
         time_s: (n,) [s], or only an order; None: unknown.
         q: Joint angles as read, (n, j) [rad or m]; None where flange poses were measured.
-        qd: Joint velocities at the exposure, (n, j) [rad/s or m/s]; NaN where the path does not tell.
+        qd: Velocities at the exposure: of the joints, (n, j) [rad/s or m/s], or where flange poses were measured, of
+            the flange in its own frame, (n, 6) [m/s, rad/s]; NaN where the path does not tell.
         qd_from_path: Whether nobody recorded them: they are differences along the path.
         T_base_flange: Measured flange poses, (n, 4, 4); None where joint angles were read.
         image: Path of each pose's image in the data set's folder.

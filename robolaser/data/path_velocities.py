@@ -1,4 +1,4 @@
-"""Joint velocities: as recorded, or from the path of an arm that is measured while it moves."""
+"""Velocities of joints, or of a flange: as recorded, or from the path of an arm that is measured while it moves."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.geometry.rigid_motion import inverse, log_so3
 
 LONGEST_STEP_S = 1.0
 """Between poses of an arm in motion: recordings in motion are read several times a second, and where an arm stops to be
@@ -16,7 +17,7 @@ ROUGHEST = 0.3
 places visited in any order it is above 1, of a sine read six times a period 0.5, ten times a period 0.3."""
 LEAST_SHARE = 0.9  # of the poses, that must have neighbours so near
 WARNING = (
-    "poses.csv has no joint velocities: they are taken from the path by finite differences, since its poses follow one"
+    "poses.csv has no velocities: they are taken from the path by finite differences, since its poses follow one"
     ' another in motion. Where the arm did stop at each pose, set path = "unknown" in [robot].'
 )
 
@@ -28,22 +29,40 @@ def with_path_velocities(dataset: Dataset) -> Dataset:
     Unchanged where velocities were recorded, where times or path are not known, or where poses are too far apart in
     time or way: then the arm may have stopped at each.
     """
-    poses, robot = dataset.poses, dataset.robot
-    if robot is None or poses.q is None or poses.qd is not None or poses.time_s is None:
+    poses = dataset.poses
+    if poses.qd is not None or poses.time_s is None or dataset.time_is_order or not dataset.path_known:
         return dataset
-    if dataset.time_is_order or not dataset.path_known:
+    if poses.q is None and poses.T_base_flange is None:
         return dataset
-    qd, told, rough, way = np.full_like(poses.q, np.nan), 0, 0.0, 0.0
+    qd, told, rough, way = np.full((len(poses), _ways(poses, np.arange(2))[0].shape[1]), np.nan), 0, 0.0, 0.0
     for run in _runs(dataset, poses.time_s):
-        t, q = poses.time_s[run], poses.q[run]
-        qd[run] = np.gradient(q, t, axis=0)
+        ahead, back = _ways(poses, run)
+        step = np.diff(poses.time_s[run])[:, None]
+        share = step[:-1] / (step[:-1] + step[1:])
+        leaving, arriving = ahead / step, back / step
+        first = leaving[:1] - share[:1] * (leaving[1:2] - leaving[:1])
+        last = arriving[-1:] + (1.0 - share[-1:]) * (arriving[-1:] - arriving[-2:-1])
+        qd[run] = np.concatenate([first, share * leaving[1:] + (1.0 - share) * arriving[:-1], last])
         told += len(run)
-        share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
-        rough += float(np.square(q[1:-1] - (1.0 - share) * q[:-2] - share * q[2:]).sum())
-        way += float(np.square(0.5 * (q[2:] - q[:-2])).sum())
+        rough += float(np.square((1.0 - share) * back[:-1] - share * ahead[1:]).sum())
+        way += float(np.square(0.5 * (ahead[1:] + back[:-1])).sum())
     if told < LEAST_SHARE * len(poses) or not way > 0.0 or rough > ROUGHEST**2 * way:
         return dataset
     return replace(dataset, poses=replace(poses, qd=qd, qd_from_path=True), warnings=(*dataset.warnings, WARNING))
+
+
+def _ways(poses: Poses, run: Ints) -> tuple[Array, Array]:
+    """From each pose of a run to the next, as seen from the first and from the second of the two, (k - 1, j) each."""
+    if poses.q is not None:
+        return (along := np.diff(poses.q[run], axis=0)), along
+    assert poses.T_base_flange is not None  # one of the two is there
+    T = poses.T_base_flange[run]
+    return _twist(inverse(T[:-1]) @ T[1:]), -_twist(inverse(T[1:]) @ T[:-1])
+
+
+def _twist(T: Array) -> Array:
+    """Translation and turn vector of small motions (..., 4, 4), (..., 6) [m, rad]."""
+    return np.concatenate([T[..., :3, 3], log_so3(T[..., :3, :3])], axis=-1)
 
 
 def without_velocity(dataset: Dataset) -> Ints:
@@ -53,7 +72,7 @@ def without_velocity(dataset: Dataset) -> Ints:
 
 
 def known_velocities(dataset: Dataset) -> Array | None:
-    """Joint velocities at the exposures, (n, j) [rad/s or m/s]; None where a pose with points lacks its own.
+    """Velocities at the exposures, (n, j), see `Poses.qd`; None where a pose with points lacks its own.
 
     They are 0 where nothing was seen and nobody knows.
     """

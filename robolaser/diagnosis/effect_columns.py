@@ -61,7 +61,7 @@ class Columns:
         return self._by_effect[key]
 
     def _worked_out(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        stage = candidate_effect.effect.stage
+        stage = candidate_effect.effect.stage_in(fit.model.dataset)
         if stage is Stage.JOINTS:
             return self._by_joints(fit, joint_moves(fit.model, candidate_effect, grid))
         value = self._passed(fit, stage)
@@ -72,7 +72,7 @@ class Columns:
 
     def by_parameters(self, fit: Fit, candidate_effect: CandidateEffect, x: Array) -> Array | None:
         """By all parameters of an effect that are x (p,), per unit of each, (K, p); None where that is not known."""
-        stage = candidate_effect.effect.stage
+        stage = candidate_effect.effect.stage_in(fit.model.dataset)
         value = fit.model.dataset.arm[1] if stage is Stage.JOINTS else self._passed(fit, stage)
         if value is None:
             return None
@@ -152,7 +152,7 @@ def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, ways: Arr
     every = tuple(range(len(ways)))
     numbers = [Dual(at, np.repeat(way[:, None], len(x), axis=1), every) for at, way in zip(x.T, ways.T, strict=True)]
     effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
-    moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage, value[None])
+    moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
     slopes = np.swapaxes(moved.slopes, 0, 1)
     return np.asarray(slopes.reshape(-1, *slopes.shape[2:]))
 

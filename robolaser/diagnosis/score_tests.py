@@ -93,7 +93,8 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
             continue
         grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
-        at_a_joint = one.effect.stage is Stage.JOINTS and one.where in fit.model.dataset.arm[0].joints
+        dataset = fit.model.dataset
+        at_a_joint = one.effect.stage_in(dataset) is Stage.JOINTS and one.where in dataset.arm[0].joints
         if tried > DENSE_GRID and at_a_joint:
             grid = motions.best_nonlinear(one, grid)
         elif tried > DENSE_GRID and grid.shape[1] == 1:

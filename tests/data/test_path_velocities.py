@@ -15,7 +15,9 @@ from robolaser.data.path_velocities import WARNING, known_velocities, with_path_
 from robolaser.data.writing import save
 from robolaser.errors import EffectError
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
+from robolaser.model.effects.latency import Latency
 from robolaser.model.effects.requirements import velocities
+from robolaser.model.effects.run import Run
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -63,6 +65,34 @@ def test_a_time_offset_is_found_without_recorded_velocities(kind: str, tmp_path:
     assert found.x[at] == pytest.approx(DELAY_S, abs=max(4 * found.std[at], 0.02 * DELAY_S))
     assert WARNING in found.warnings
     assert found.rms_m < 0.2 * calibrate(loaded).rms_m
+
+
+def of_flange(dataset: Dataset) -> Dataset:
+    """The same with measured flange poses in the place of joint angles."""
+    (T,) = ROBOT.forward(dataset.poses.q[None])
+    return replace(dataset, robot=None, poses=replace(dataset.poses, q=None, T_base_flange=T))
+
+
+def test_velocities_of_a_flange_carry_it_from_pose_to_pose() -> None:
+    found = with_path_velocities(of_flange(in_motion(0.0, rate_hz=30.0)))
+    later = Latency("timing", np.array([0.02])).apply(found.poses.T_base_flange[None], Run(found))
+    expected = ROBOT.forward(path(found.poses.time_s + 0.02)[None])
+    np.testing.assert_allclose(later[0, 1:-1], expected[0, 1:-1], atol=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["pose", "point"])
+def test_a_delay_is_named_from_flange_poses_alone(kind: str) -> None:
+    moving = with_path_velocities(replace(of_flange(in_motion(DELAY_S)), kind=kind))
+    why = robolaser.diagnose(moving, seed=0)
+    (found,) = (one for one in why.effects if one.probability > 0.5)
+    assert (why.verdict, found.effect, found.where) == ("explained", "latency", "timing")
+    delay = found.parameters["delay"]
+    assert delay.value == pytest.approx(DELAY_S, abs=max(4 * delay.std, 0.02 * DELAY_S))
+
+
+def test_a_flange_that_stops_at_each_pose_shows_no_delay() -> None:
+    stopped = with_path_velocities(slow(of_flange(in_motion(0.0))))
+    assert Latency.missing(stopped) == "the flange's poses do not follow one another in motion"
 
 
 def test_they_are_not_written_as_if_they_had_been_read(tmp_path: Path) -> None:

@@ -115,6 +115,11 @@ class Effect(ABC):
         return (cls.site,) if cls.site else moving_joints(robot)
 
     @classmethod
+    def stage_in(cls, dataset: Dataset) -> Stage:
+        """The stage at which it acts in these data."""
+        return cls.stage
+
+    @classmethod
     def missing(cls, dataset: Dataset) -> str:
         """Why these data cannot test it, such as "no joint velocities in the data"; "" where they can."""
         by_sensor = cls.missing_by_sensor(dataset)
@@ -125,7 +130,7 @@ class Effect(ABC):
     def missing_by_sensor(cls, dataset: Dataset) -> tuple[str, ...]:
         """Likewise of each sensor."""
         return tuple(
-            next(filter(None, (passes(cls.stage, part), *(need(part) for need in cls.needs))), "")
+            next(filter(None, (passes(cls.stage_in(part), part), *(need(part) for need in cls.needs))), "")
             for part in parts_with_lens(dataset)
         )
 
@@ -257,7 +262,7 @@ class CandidateEffect:
 
 def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
     """The effects of a model, each at its stage; at a shared stage they act in the order of the list."""
-    return Perturbation(tuple((effect.stage, _step(effect, run)) for effect in effects))
+    return Perturbation(tuple((effect.stage_in(run.dataset), _step(effect, run)) for effect in effects))
 
 
 def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import final
 
 from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.requirements import velocities
 from robolaser.model.stages import Stage
@@ -12,7 +14,10 @@ from robolaser.model.stages import Stage
 @final
 @dataclass(frozen=True)
 class Latency(Effect):
-    r"""The arm moved on between encoder reading and exposure: :math:`q' = q + \dot q\,\mathrm{delay}`."""
+    r"""The arm moved on between reading and exposure: :math:`q' = q + \dot q\,\mathrm{delay}`, or the flange does so.
+
+    Where flange poses were measured, :math:`T' = T\,(\exp(\omega\,\mathrm{delay}), v\,\mathrm{delay})`.
+    """
 
     name = "latency"
     title = "the exposure is later (or earlier) than the reading of the joint angles"
@@ -27,6 +32,12 @@ class Latency(Effect):
 
     delay: Array = parameter(unit="s", bound=0.5, prior_scale=0.02)
 
-    def apply(self, q: Array, run: Run, /) -> Array:
-        """Let every joint move on."""
-        return q + self.delay[:, None, None] * run.qd
+    @classmethod
+    def stage_in(cls, dataset: Dataset) -> Stage:
+        """Joint angles, or measured poses of the flange."""
+        return cls.stage if dataset.robot is not None else Stage.FLANGE
+
+    def apply(self, value: Array, run: Run, /) -> Array:
+        """Let every joint, or the flange, move on."""
+        way = self.delay[:, None, None] * run.qd
+        return value + way if run.dataset.robot is not None else value @ pose(exp_so3(way[..., 3:]), way[..., :3])

@@ -62,6 +62,9 @@ NO_VELOCITIES = DataLack(
     "no joint velocities in the data",
     "the velocity of each joint at the exposure (columns qd_<joint>), or poses that follow one another in motion",
 )
+NO_MOTION = DataLack(
+    "the flange's poses do not follow one another in motion", "flange poses with times, several a second while it moves"
+)
 AT_REST = DataLack("the arm stood still at every exposure", "exposures while the arm moves, with its velocities")
 NOT_FLAT = DataLack(
     "the target points do not lie in one plane, nor in parallel ones", "a flat target, or one with flat steps"
@@ -151,10 +154,8 @@ def warm_up(dataset: Dataset) -> str:
 
 def velocities(dataset: Dataset) -> str:
     """The arm moved at some exposures, and it is known how."""
-    if dataset.robot is None:
-        return joint_angles(dataset)
     if dataset.poses.qd is None:
-        return NO_VELOCITIES
+        return NO_VELOCITIES if dataset.robot is not None else NO_MOTION
     if len(unknown := without_velocity(dataset)):
         names = ", ".join(dataset.poses.names[pose] for pose in unknown[:MOST_LISTED])
         return DataLack(

@@ -74,7 +74,7 @@ class Run:
 
     @property
     def qd(self) -> Array:
-        """Joint velocities at the exposures, (n, j) [rad/s or m/s]."""
+        """Velocities at the exposures, (n, j), see `Poses.qd`."""
         qd = known_velocities(self.dataset)
         assert qd is not None  # effects that read them need velocities
         return qd
