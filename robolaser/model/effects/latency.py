@@ -38,6 +38,6 @@ class Latency(Effect):
         return cls.stage if dataset.robot is not None else Stage.FLANGE
 
     def apply(self, value: Array, run: Run, /) -> Array:
-        """Let every joint, or the flange, move on."""
+        """Let every joint move on, (c, n, j), or the flange, (c, n, 4, 4)."""
         way = self.delay[:, None, None] * run.qd
-        return value + way if run.dataset.robot is not None else value @ pose(exp_so3(way[..., 3:]), way[..., :3])
+        return value + way if value.ndim == 3 else value @ pose(exp_so3(way[..., 3:]), way[..., :3])
