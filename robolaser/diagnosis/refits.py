@@ -102,15 +102,6 @@ class Refits:
     def _problem(self, effects: tuple[CandidateEffect, ...]) -> Problem:
         return problem_of(self.start.model.with_effects(effects), self.start.noise, self.start.sensor)
 
-    def with_nonlinear_searched(self, fit: Fit) -> Fit:
-        """The same effects, the nonlinear parameters of each searched again now that the others are known."""
-        for one in fit.effects[:-1]:
-            if one.effect.nonlinear_parameters() and len(fit.effects) > 1:
-                less = self.refit(fit, removed=one)
-                again = self.refit(less, score_tests(less, [one], self._columns))
-                fit = min(fit, again, key=lambda option: option.chi2)
-        return fit
-
     def warm_start(self, earlier: Fit, refits: "Refits") -> Fit:
         """Fit the effects that were found on slightly other rows, from where they ended there."""
         self._latest |= {test.candidate_effect: retest(test, self.start) for test in refits.tests_of(earlier)}

@@ -39,15 +39,6 @@ simulation of noise alone, the largest of all joints: `benchmarks/thresholds/sha
 
 REFITS_PER_ADDITION: Final = 4
 """Effects, best score first, that are refitted before one of them is added."""
-REFITS_PER_EXCHANGE: Final = 2
-"""Effects that are refitted in the place of each one that is taken out."""
-PAIRED_CANDIDATES: Final = 16
-"""Effects, best score first, of which pairs are scored: two effects may hide each other."""
-REFITTED_PAIRS: Final = 2
-"""Pairs, best score first, that are refitted."""
-CHI2_PAIR_ADVANTAGE: Final = 25.0
-"""Chi-squared, beyond its penalty, by which a pair must promise more than the better of its halves to be refitted. A
-judgement: more than one effect costs."""
 DISTINCT_SINE: Final = 1e-2
 """Sine of the angle between the columns of two effects, below which they count as one direction."""
 SHARE_OF_BEST_SCORE: Final = 0.75
@@ -57,8 +48,6 @@ TESTED_ADDITIONS: Final = 3
 """Additions, best first, that are tested against an unmodelled cause before none is added."""
 MIN_IMPROVEMENT: Final = 1e-3
 """Change of the cost, in chi-squared, below which two models cost the same."""
-MAX_EXCHANGED: Final = 4
-"""Effects in a model, up to which exchanges are tried: with more, the library makes do without the cause."""
 MAX_EFFECTS: Final = 8
 """Effects in a model."""
 MAX_SEPARATE_EFFECTS: Final = 3

@@ -214,32 +214,6 @@ def test_a_function_is_no_larger_than_is_plausible():
     assert ratio == pytest.approx(36.0 * 0.25 / 1.25 - np.log(1.25))
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("REFITS_PER_ADDITION", 4),
-        ("REFITS_PER_EXCHANGE", 2),
-        ("PAIRED_CANDIDATES", 16),
-        ("REFITTED_PAIRS", 2),
-        ("CHI2_PAIR_ADVANTAGE", 25.0),
-        ("DISTINCT_SINE", 1e-2),
-        ("SHARE_OF_BEST_SCORE", 0.75),
-        ("TESTED_ADDITIONS", 3),
-        ("MIN_IMPROVEMENT", 1e-3),
-        ("MAX_EXCHANGED", 4),
-        ("MAX_EFFECTS", 8),
-        ("MAX_SEPARATE_EFFECTS", 3),
-        ("MAX_BESIDE_GEOMETRY", 4),
-        ("SCATTER_CHANGE", 1.1),
-        ("SCATTER_ROUNDS", 3),
-        ("OUTLIER_ROUNDS", 2),
-        ("REFITTED_ALTERNATIVES", 10),
-    ],
-)
-def test_the_search_has_the_limits_that_the_blind_trials_were_run_with(name, value):
-    assert getattr(thresholds, name) == value
-
-
 @pytest.mark.parametrize(("explained", "larger", "form"), [(1.9, 100.0, True), (2.1, 100.0, False), (5.0, 5.0, False)])
 def test_a_fiftieth_of_what_a_larger_effect_explains_at_its_place_is_its_form(
     explained: float, larger: float, form: bool
