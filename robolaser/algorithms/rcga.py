@@ -20,7 +20,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.arithmetic_crossover import arithmetic
-from robolaser.operators.bounds import bounds_missing
+from robolaser.operators.bounds import bounds_missing, check_probability
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import Form, non_uniform, step_size
@@ -98,9 +98,8 @@ class RCGA(ArrayBased):
             n_elites = min(max(round(ELITES * pop_size), 1), pop_size - 1)
         if not 0 <= n_elites < pop_size:
             raise AlgorithmError(f"RCGA: n_elites is {n_elites!r}, expected 0 to {pop_size - 1}, below pop_size.")
-        for name, share in (("prob_crossover", prob_crossover), ("prob_var", prob_var)):
-            if not 0.0 <= share <= 1.0:
-                raise AlgorithmError(f"RCGA: {name} is {share!r}, expected a probability, 0 to 1.")
+        check_probability("RCGA", "prob_crossover", prob_crossover)
+        check_probability("RCGA", "prob_var", prob_var)
         parts: dict[str, Any] = {
             "n_offsprings": pop_size - n_elites,
             "sampling": FloatRandomSampling(),
@@ -121,6 +120,11 @@ class RCGA(ArrayBased):
             raise AlgorithmError(
                 f"RCGA works on vectors of real numbers; {type(problem).__name__} declares its variables one by"
                 " one with `vars`. State n_var, xl and xu instead, or use pymoo's MixedVariableGA."
+            )
+        if getattr(problem, "vtype", None) in (int, bool) and type(self.repair) is NoRepair:
+            raise AlgorithmError(
+                f"RCGA works on real numbers; the variables of {type(problem).__name__} are whole numbers. Pass"
+                " RCGA(repair=RoundingRepair()), pymoo's, which rounds each candidate."
             )
         bounds = np.broadcast_to(np.nan, (2, problem.n_var)) if not problem.has_bounds() else problem.bounds()
         open_ended = ~np.isfinite(np.asarray(bounds, np.float64)).all(axis=0)

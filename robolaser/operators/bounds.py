@@ -1,4 +1,4 @@
-"""The bounds that an operator measures its steps by."""
+"""The bounds that an operator measures its steps by, and those of its own settings."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -37,3 +37,13 @@ def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:
         f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
         f" {', '.join(map(str, variables))} no finite ones. Give the problem finite xl and xu."
     )
+
+
+def check_probability(owner: str, setting: str, value: Any) -> None:
+    """Refuse a number that is no probability; None and pymoo's variables stand for numbers that come later.
+
+    Raises:
+        AlgorithmError: It is below 0 or above 1.
+    """
+    if isinstance(value, (int, float)) and not 0.0 <= value <= 1.0:
+        raise AlgorithmError(f"{owner}: {setting} is {value!r}, expected a probability, 0 to 1.")

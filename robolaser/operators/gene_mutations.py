@@ -7,7 +7,7 @@ import numpy as np
 from pymoo.core.mutation import Mutation
 
 from robolaser.arrays import Array
-from robolaser.operators.bounds import finite_bounds, within_bounds
+from robolaser.operators.bounds import check_probability, finite_bounds, within_bounds
 
 
 class _GeneMutation(Mutation, ABC):
@@ -15,6 +15,7 @@ class _GeneMutation(Mutation, ABC):
 
     def __init__(self, prob_var: float = 0.1, *, prob: float = 1.0, **kwargs: Any) -> None:
         super().__init__(prob=prob, prob_var=prob_var, **kwargs)
+        check_probability(self.name, "prob_var", prob_var)
 
     def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
         bounds = finite_bounds(problem, self.name)
@@ -39,7 +40,7 @@ class BoundaryMutation(_GeneMutation):
         prob: Probability that an individual takes part.
 
     Raises:
-        AlgorithmError: When called, if a variable has no finite bounds.
+        AlgorithmError: prob_var is no probability; when called, if a variable has no finite bounds.
 
     Examples:
         >>> from robolaser.operators import BoundaryMutation
@@ -63,7 +64,7 @@ class UniformMutation(_GeneMutation):
         prob: Probability that an individual takes part.
 
     Raises:
-        AlgorithmError: When called, if a variable has no finite bounds.
+        AlgorithmError: prob_var is no probability; when called, if a variable has no finite bounds.
 
     Examples:
         >>> from robolaser.operators import UniformMutation

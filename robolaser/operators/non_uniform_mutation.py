@@ -10,7 +10,7 @@ from pymoo.core.variable import Real, get
 from robolaser.arrays import Array, Bools
 from robolaser.errors import AlgorithmError
 from robolaser.operators import schedule
-from robolaser.operators.bounds import finite_bounds
+from robolaser.operators.bounds import check_probability, finite_bounds
 
 Form = Literal["linear", "power"]
 
@@ -77,6 +77,7 @@ class NonUniformMutation(Mutation):
         **kwargs: Any,
     ) -> None:
         super().__init__(prob=prob, prob_var=prob_var, **kwargs)
+        check_probability(self.name, "prob_var", prob_var)
         if form not in ("linear", "power"):
             raise self._senseless("form", form, "'linear' or 'power'")
         if not b >= 0:

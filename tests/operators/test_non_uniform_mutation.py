@@ -151,7 +151,10 @@ def test_a_problem_without_bounds_is_refused(bounds):
         mutate(NonUniformMutation(), np.zeros((4, 2)), Problem(n_var=2, n_obj=1, **bounds))
 
 
-@pytest.mark.parametrize("setting", [{"form": "cubic"}, {"b": -1.0}, {"b": np.nan}, {"last_generation": 0}])
+@pytest.mark.parametrize(
+    "setting",
+    [{"form": "cubic"}, {"b": -1.0}, {"b": np.nan}, {"last_generation": 0}, {"prob_var": 1.5}, {"prob_var": -0.1}],
+)
 def test_settings_without_meaning_are_refused(setting):
     with pytest.raises(AlgorithmError, match=next(iter(setting))):
         NonUniformMutation(**setting)
