@@ -12,7 +12,7 @@ from robolaser.operators import cost
 RANKED = {"NSGA2", "SPEA2", "NicheGA"}
 """pymoo's algorithms, with all derived ones, whose tournaments read what their survival writes."""
 
-BOUND_TO_THEIR_SURVIVAL = {"NSGA3", "RVEA", "CTAEA", "BRKGA", "OmniOptimizer"}
+BOUND_TO_THEIR_SURVIVAL = {"NSGA3", "NSDER", "RVEA", "CTAEA", "BRKGA", "OmniOptimizer"}
 """pymoo's algorithms, with all derived ones, that read their survival itself."""
 
 
