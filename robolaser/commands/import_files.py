@@ -33,12 +33,13 @@ def import_files(
     path: Literal["consecutive", "unknown"] = "consecutive",
     sensor: Annotated[str, Parameter(metavar="KIND")] = "point",
     columns: Annotated[tuple[str, ...], Parameter(name="--column", metavar="COLUMN=NAME", group=TABLES)] = (),
-    units: Annotated[str | None, Parameter(metavar="UNIT,...", group=TABLES)] = None,
+    units: Annotated[tuple[str, ...], Parameter(metavar="[FILE:]UNIT,...", group=TABLES)] = (),
     separator: Annotated[str | None, Parameter(metavar="SIGN", group=TABLES)] = None,
     decimal: Annotated[str, Parameter(metavar="SIGN", group=TABLES)] = ".",
     header_row: Annotated[int, Parameter(metavar="N", group=TABLES, validator=Number(gte=0))] = 1,
     euler: Annotated[str | None, Parameter(metavar="AXES", group=TABLES)] = None,
     point: Annotated[str | None, Parameter(metavar="NAME", group=TABLES)] = None,
+    ordered: Annotated[bool, Parameter(group=TABLES)] = False,
     further: Annotated[tuple[str, ...], Parameter(name="--set", metavar="NAME=VALUE")] = (),
     extract: Annotated[bool, Parameter(group=RESULT)] = False,
     dry_run: Annotated[bool, Parameter(group=RESULT)] = False,
@@ -56,7 +57,8 @@ def import_files(
         robolaser import episodes --robot so101.urdf --flange gripper --sensor motion --units deg --output log
 
     Args:
-        sources: Files or folders of a kind of `robolaser list importers`; one table, or one of poses and one of points.
+        sources: Files or folders of a kind of `robolaser list importers`. Tables: one, one of poses and one of points,
+            or several with a row for each pose.
         output: Folder for the data set.
         kind: One of `robolaser list importers`. Default: the one that recognises the files.
         robot: A robot of `robolaser list robots`, or a file: URDF, xacro, MJCF, or Denavit-Hartenberg parameters.
@@ -67,12 +69,14 @@ def import_files(
         path: Whether the arm moved straight from each pose to the next in time, or on an unknown path.
         sensor: Sensor that measured the points, of `robolaser list sensors`; motion for the log of a moving arm.
         columns: Read a column of poses.csv or points.csv from this column of the file; may be given again.
-        units: Units of lengths, angles and times in the files, such as mm,deg,ms.
+        units: Units of lengths, angles and times in the files, such as mm,deg,ms; of one file, dh.csv:m,rad. May be
+            given again.
         separator: Separator of cells: a character, tab or space. Default: that of the header.
         decimal: Decimal point.
         header_row: Row with the column names; 0: none, the columns are called 1, 2, 3.
         euler: Sequence of axes of Euler angles: ZYX about rotating axes, zyx about fixed axes.
         point: Name of the measured point, if no column names it.
+        ordered: The rows are in the order in which they were measured; no column has the times.
         further: An option of the importer, see `robolaser list importers`; may be given again.
         extract: Also detect the board in the images, as `robolaser extract` does.
         dry_run: Show how the files are read, and write nothing.
@@ -84,16 +88,25 @@ def import_files(
     from robolaser.data.importers.writing import check_apart, checked, preview, write
     from robolaser.data.result_folder import results_in
     from robolaser.data.writing import files_of
+    from robolaser.geometry.units import FACTORS, TIME
 
     if flange is not None and robot is None:
         raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")
-    stated_units = tuple(unit.strip() for unit in (units or "").split(",") if unit.strip())
-    described = DescriptionOptions(DHStatement(dh, stated_units), _pairs("--xacro-arg", xacro))
+    stated_units, units_of_file = _units(units)
+    of_robot = units_of_file.pop(
+        Path(robot or "").name, tuple(unit for unit in stated_units if unit not in FACTORS[TIME])
+    )
+    described = DescriptionOptions(DHStatement(dh, of_robot), _pairs("--xacro-arg", xacro))
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_apart(output, (*sources, *urdf))
     if sensor == "motion":
         if robot is None:
             raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
+        idle = {"--separator": separator is not None, "--decimal": decimal != ".", "--header-row": header_row != 1,
+                "--euler": euler is not None, "--point": point is not None, "--ordered": ordered, "--extract": extract,
+                "--kind": kind is not None}  # fmt: skip
+        for option in (name for name, given in idle.items() if given):
+            raise UsageError(f"{option} is not for logs of moving arms: leave it out.")
         arm = find_robot(robot, flange=flange, options=described)
         _import_motion(sources, arm, output, _pairs("--column", columns), stated_units, dry_run, force, terminal)
         return
@@ -105,11 +118,13 @@ def import_files(
         sensor=sensor,
         columns=_pairs("--column", columns),
         units=stated_units,
+        units_of_file=units_of_file,
         separator=separator,
         decimal=decimal,
         header_row=header_row,
         euler=euler,
         point=point,
+        ordered=ordered,
         further=_pairs("--set", further),
     )
     importer.check(options)
@@ -161,6 +176,20 @@ def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
     if without:
         terminal.warn(f"{len(without)} of {len(seen)} images do not show the board: {', '.join(without[:5])}.")
     return replace(imported, dataset=replace(dataset, folder=None))
+
+
+def _units(texts: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+    """Units of all files, and those of single files by name, of what was typed as `[FILE:]UNIT,...`."""
+    of_all: list[str] = []
+    of_file: dict[str, tuple[str, ...]] = {}
+    for text in texts:
+        file, _, names = text.rpartition(":")
+        units = tuple(name.strip() for name in names.split(",") if name.strip())
+        if file:
+            of_file[file] = units
+        else:
+            of_all += units
+    return tuple(of_all), of_file
 
 
 def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:

@@ -2,15 +2,16 @@
 
 import csv
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Final, final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
+from robolaser.data.importers.array_files import ARRAY_FILES, read_arrays
 from robolaser.data.importers.units import Units
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
@@ -111,9 +112,6 @@ def import_motion(
 
 
 def _runs(source: Path) -> list[_Run]:
-    readers: Mapping[str, Callable[[Path], Mapping[str, Array]]] = {
-        ".csv": _csv, ".npz": _npz, ".mat": _mat, ".parquet": _parquet,
-    }  # fmt: skip
     if not source.exists():
         raise DataError(f"{source} is not there.")
     if source.is_dir():
@@ -126,9 +124,15 @@ def _runs(source: Path) -> list[_Run]:
         raise DataError(
             f"{source} is no folder of SAGE (control.csv beside state_motor.csv) nor of LeRobot (meta/info.json)."
         )
-    if source.suffix not in readers:
-        raise DataError(f"{source.name}: a log of a moving arm is read from {', '.join(readers)}, or from a folder.")
-    return _by_series(_Run(source.stem, source.name, _flat(readers[source.suffix](source))))
+    if source.suffix != ".csv" and source.suffix not in ARRAY_FILES:
+        kinds = ", ".join((".csv", *ARRAY_FILES))
+        raise DataError(f"{source.name}: a log of a moving arm is read from {kinds}, or from a folder.")
+    return _by_series(_Run(source.stem, source.name, _csv(source) if source.suffix == ".csv" else _numbers(source)))
+
+
+def _numbers(source: Path) -> dict[str, Array]:
+    """The columns of a file of arrays that are numbers."""
+    return {name: each.astype(float) for name, each in read_arrays(source).items() if each.dtype.kind in "fiu"}
 
 
 def _by_series(run: _Run) -> list[_Run]:
@@ -141,16 +145,6 @@ def _by_series(run: _Run) -> list[_Run]:
         _Run(f"{run.series}_{value:g}", run.source, {name: each[number == value] for name, each in run.columns.items()})
         for value in np.unique(number)
     ]
-
-
-def _flat(columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Arrays (n, k) as k columns NAME[i]."""
-    out: dict[str, Array] = {}
-    for name, found in columns.items():
-        values = np.asarray(found, dtype=np.float64)
-        values = values.ravel() if values.ndim == 2 and 1 in values.shape else values
-        out |= {name: values} if values.ndim == 1 else {f"{name}[{i}]": each for i, each in enumerate(values.T)}
-    return out
 
 
 def _csv(file: Path) -> dict[str, Array]:
@@ -171,40 +165,12 @@ def _number(cell: str | None) -> float:
         return float("nan")
 
 
-def _npz(file: Path) -> dict[str, Array]:
-    with np.load(file, allow_pickle=False) as found:
-        return {name: found[name] for name in found.files if found[name].dtype.kind in "fiu"}
-
-
-def _mat(file: Path) -> dict[str, Array]:
-    from scipy.io import loadmat  # noqa: PLC0415 - slow to import
-
-    found: dict[str, Any] = loadmat(file, squeeze_me=True)
-    return {name: each for name, each in found.items() if isinstance(each, np.ndarray) and each.dtype.kind in "fiu"}
-
-
-def _parquet(file: Path) -> dict[str, Array]:
-    try:
-        from pyarrow.parquet import read_table  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise UsageError(f"{file.name}: Parquet needs pyarrow: pip install pyarrow") from None
-    table = read_table(file)
-    found = {}
-    for name in table.column_names:
-        values = table[name].to_pylist()
-        try:
-            found[name] = np.array(values, dtype=np.float64)
-        except (TypeError, ValueError):
-            continue
-    return found
-
-
 def _lerobot(folder: Path) -> list[_Run]:
     """Versions 2 and 3: `action` and `observation.state` in the order that meta/info.json names."""
     info = json.loads(read_text(folder / "meta" / "info.json"))
     runs = []
     for file in sorted((folder / "data").rglob("*.parquet")):
-        columns = _flat(_parquet(file))
+        columns = _numbers(file)
         for key, quantity in (("action", "command"), ("observation.state", "q")):
             named = info.get("features", {}).get(key, {}).get("names") or []
             named = named.get("motors", []) if isinstance(named, dict) else named

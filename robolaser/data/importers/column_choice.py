@@ -7,6 +7,7 @@ from typing import Final, final
 from robolaser.data.csv_tables import CsvTable
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
+from robolaser.data.importers.wide_tables import numbered_joints
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 
@@ -54,7 +55,7 @@ class Choice:
 
 
 def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: SensorFormat) -> Choice:
-    """Choose by `--column`, and where a file's column has the name of the data set's already.
+    """Choose by `--column`, and where a file's column has the name of the data set's already, or numbers its joints.
 
     `poses.` or `points.` before a name says which table is meant, where both have such a column.
 
@@ -84,6 +85,10 @@ def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: 
             shared = poses is points and column in known[other] and column != "pose"
             if column in files[owner] and not shared:
                 chosen[owner].setdefault(column, column)
+    if options.robot is not None:
+        readings = [f"q_{joint}" for joint in options.robot.joints]
+        if not chosen[POSES].keys() & set(readings):
+            chosen[POSES] |= zip(readings, numbered_joints(poses, len(readings)), strict=False)
     _check_poses(poses, chosen[POSES], options)
     _check_points(points, poses, chosen[POINTS], known[POINTS], options)
     used = {(files[owner].file, source) for owner, sources in chosen.items() for source in sources.values()}

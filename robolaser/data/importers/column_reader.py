@@ -27,7 +27,7 @@ class ColumnReader:
 
     def table(self, *, number_poses: bool) -> CsvTable:
         """The columns by their names in the data set, numbers in SI units."""
-        units = Units.of(self.options.units)
+        units = Units.of(self.options.units_in(self.file.file))
         texts: dict[str, tuple[str, ...]] = {}
         known: dict[str, Array] = {}
         for column, source in self.chosen.items():
@@ -44,7 +44,8 @@ class ColumnReader:
 
     def readings(self, *, number_poses: bool) -> list[Reading]:
         """How each column is read."""
-        units, table, file = Units.of(self.options.units), f"{self.name}.csv", self.file.file
+        table, file = f"{self.name}.csv", self.file.file
+        units = Units.of(self.options.units_in(file))
         found = []
         for column, source in self.chosen.items():
             quantity = self.quantities.get(column, TEXT)

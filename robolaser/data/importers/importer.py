@@ -15,11 +15,13 @@ TYPED: Final = {
     "sensor": "--sensor",
     "columns": "--column",
     "units": "--units",
+    "units_of_file": "--units",
     "separator": "--separator",
     "decimal": "--decimal",
     "header_row": "--header-row",
     "euler": "--euler",
     "point": "--point",
+    "ordered": "--ordered",
 }
 """What is typed for the options that not every importer has a use for."""
 
@@ -36,11 +38,13 @@ class ImportOptions:
         sensor: Kind of sensor that the points are from.
         columns: Column of a file by the column of poses.csv or points.csv that it becomes, see `read_columns`.
         units: Units of lengths and angles, and of times: at most one each.
+        units_of_file: Those of single files, by their names.
         separator: Between two cells: a character, "tab" or "space"; None: the only one that the header has.
         decimal: The decimal sign.
         header_row: Row that names the columns, counted from 1; 0: none does, and they are called 1, 2, 3 …
         euler: Sequence of axes of Euler angles: "ZYX" about the axes as they turn, "zyx" about those that stay.
         point: The point that all rows are of, where no column names it.
+        ordered: Whether the rows are in the order of measurement, where no column has times.
         further: Options of an importer of one's own, by name; see `Importer.further`.
 
     Examples:
@@ -54,12 +58,18 @@ class ImportOptions:
     sensor: str = "point"
     columns: Mapping[str, str] = field(default_factory=dict)
     units: tuple[str, ...] = ()
+    units_of_file: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     separator: str | None = None
     decimal: str = "."
     header_row: int = 1
     euler: str | None = None
     point: str | None = None
+    ordered: bool = False
     further: Mapping[str, str] = field(default_factory=dict)
+
+    def units_in(self, file: str) -> tuple[str, ...]:
+        """The units of a file, by its name."""
+        return self.units_of_file.get(file, self.units)
 
 
 @final

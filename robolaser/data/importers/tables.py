@@ -9,28 +9,37 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.data.csv_tables import CsvTable
-from robolaser.data.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.importers.array_files import ARRAY_FILES, array_table
 from robolaser.data.importers.column_choice import POINTS, POSES, Chosen, choose, point_quantities, pose_quantities
 from robolaser.data.importers.column_reader import ColumnReader
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.orientation import with_quaternions
+from robolaser.data.importers.wide_tables import (
+    a_row_for_each,
+    beside,
+    points_side_by_side,
+    with_axes,
+    without_lost,
+    without_repeated_times,
+)
 from robolaser.data.point_table import points_of
 from robolaser.data.pose_table import poses_of
-from robolaser.data.sensor_format import sensor_format, sensor_kinds
+from robolaser.data.sensor_format import XYZ, SensorFormat, sensor_format, sensor_kinds
 from robolaser.errors import DataError, UsageError, near
 
-SUFFIXES = (".csv", ".tsv", ".txt", ".dat")
+SUFFIXES = (".csv", ".tsv", ".txt", ".dat", *ARRAY_FILES)
 TAGGED = "pose"
 
 
 @final
 class Tables(Importer):
-    """One table whose rows have a pose and a point each, or one of poses and one of points."""
+    """One table whose rows have a pose and points, one of poses and one of points, or several, aligned by row."""
 
     name: ClassVar[str] = "csv"
-    title: ClassVar[str] = "tables as text: joint readings or flange poses, and measured points"
+    title: ClassVar[str] = "tables (text, NPZ, MAT, Parquet): joint readings or flange poses, and measured points"
     further: ClassVar[tuple[str, ...]] = (MOUNT,)
 
     def recognises(self, path: Path) -> bool:
@@ -38,9 +47,7 @@ class Tables(Importer):
         return path.suffix.lower() in SUFFIXES and not path.is_dir()
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
-        """Read one table, or one of poses and then one of points."""
-        if len(paths) > 2:
-            raise UsageError(f"{len(paths)} tables: expected one, or one of poses and then one of points.")
+        """Read one table, one of poses and then one of points, or several with a row for each pose."""
         if options.sensor not in sensor_kinds():
             raise UsageError(f"--sensor {options.sensor}: no such sensor.{near(options.sensor, sensor_kinds())}")
         declared = sensor_format(options.sensor)
@@ -53,24 +60,26 @@ class Tables(Importer):
             raise UsageError(
                 f"--set {MOUNT} is only for a camera that sees tags, whose poses are read with --sensor {TAGGED}."
             )
-        poses_file, points_file = (read_delimited(path, options) for path in (paths[0], paths[-1]))
-        if len(paths) == 1:
-            points_file = poses_file
+        poses_file, points_file, left_out = _read(paths, options, declared)
         choice = choose(poses_file, points_file, options, declared)
         poses = ColumnReader(POSES, poses_file, choice.poses, pose_quantities(options), options)
-        points = ColumnReader(POINTS, points_file, choice.points, point_quantities(declared), options)
         one_file = poses_file is points_file
+        measured, lost = without_lost(points_file, [choice.points[name] for name in XYZ if name in choice.points])
+        points = ColumnReader(POINTS, measured, choice.points, point_quantities(declared), options)
         pose_table = poses.table(number_poses=one_file)
         if one_file:
             pose_table = _each_once(pose_table, choice.poses)
         pose_table = with_quaternions(pose_table, options.euler)
         read, warnings = poses_of(pose_table, Path(), options.robot)
+        if options.ordered:
+            read = _in_order(read)
         dataset = Dataset(
             options.name,
             read,
             Points(np.empty(0, dtype=np.int64), ()),
             kind=declared.kind,
             robot=options.robot,
+            time_is_order=options.ordered,
             path_known=options.path_known,
             source=", ".join(path.name for path in paths),
             warnings=tuple(warnings),
@@ -79,7 +88,45 @@ class Tables(Importer):
         if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
             dataset = seen_by_tags(dataset)
         readings = (columns.readings(number_poses=one_file) for columns in (poses, points))
-        return Imported(dataset, tuple(chain(*readings)), choice.left_out)
+        return Imported(dataset, tuple(chain(*readings)), (*choice.left_out, *left_out, *filter(None, [lost])))
+
+
+def _read(
+    paths: Sequence[Path], options: ImportOptions, declared: SensorFormat
+) -> tuple[CsvTable, CsvTable, tuple[str, ...]]:
+    """The table of the poses, that of the points, which may be the same, and what is left out of them."""
+    tables = [
+        array_table(path) if path.suffix.lower() in ARRAY_FILES else read_delimited(path, options) for path in paths
+    ]
+    named = "pose" in options.columns or "points.pose" in options.columns
+    if len(tables) == 2 and (named or "pose" in tables[1]):
+        return tables[0], tables[1], ()
+    table = beside([with_axes(table) for table in tables]) if len(tables) > 1 else tables[0]
+    table, repeated = without_repeated_times(table, options.columns.get("time_s", "time_s"))
+    left_out = tuple(filter(None, [repeated]))
+    points = _points_in_a_row(table, options, declared)
+    if points:
+        known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
+        table = a_row_for_each(table, points, known)
+    return table, table, left_out
+
+
+def _points_in_a_row(table: CsvTable, options: ImportOptions, declared: SensorFormat) -> tuple[str, ...]:
+    """Points side by side, where the sensor's rows are places and nothing says which columns these are."""
+    stated = {name.removeprefix(f"{POINTS}.") for name in options.columns if not name.startswith(f"{POSES}.")}
+    places = {column for group in declared.columns.values() for column in group} == set(XYZ)
+    if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
+        return ()
+    known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
+    return points_side_by_side(table, known)
+
+
+def _in_order(poses: Poses) -> Poses:
+    if poses.time_s is not None:
+        raise UsageError(
+            "--ordered is for files without times, but time_s is read from a column. Leave one of them out."
+        )
+    return replace(poses, time_s=np.arange(float(len(poses))))
 
 
 def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:

@@ -1,0 +1,84 @@
+"""Files of arrays, as NumPy, MATLAB and pandas write them: columns by name."""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.csv_tables import CsvTable
+from robolaser.errors import DataError, UsageError, unreadable
+
+
+def read_arrays(path: Path) -> dict[str, Array]:
+    """Columns of numbers, or of texts, by name, (n,) each; an array (n, k) is k columns NAME[0], NAME[1] and so on.
+
+    Raises:
+        DataError: The file cannot be read.
+        UsageError: A library for it is not installed.
+    """
+    try:
+        found = ARRAY_FILES[path.suffix.lower()](path)
+    except (OSError, ValueError, TypeError, NotImplementedError) as error:
+        raise unreadable(path, str(error)) from None
+    out: dict[str, Array] = {}
+    for name, read in found.items():
+        values = read.ravel() if read.ndim == 2 and 1 in read.shape else read
+        if values.ndim == 1:
+            out[name] = values
+        elif values.ndim == 2:
+            out |= {f"{name}[{i}]": each for i, each in enumerate(values.T)}
+    return out
+
+
+def array_table(path: Path) -> CsvTable:
+    """The columns as a table of texts, numbers to the last bit; NaN is an empty cell.
+
+    Raises:
+        DataError: The file cannot be read, or its columns are not of one length.
+    """
+    arrays = read_arrays(path)
+    lengths = {len(values) for values in arrays.values()}
+    if len(lengths) != 1:
+        sizes = ", ".join(f"{name} {len(values)}" for name, values in arrays.items())
+        raise DataError(f"{path.name}: expected columns of one length, found {sizes or 'none'}.", file=path.name)
+    columns = {name: tuple(map(_text, values.tolist())) for name, values in arrays.items()}
+    return CsvTable(path.name, list(columns), columns, range(1, lengths.pop() + 1), {})
+
+
+def _text(value: Any) -> str:
+    return "" if value is None or (isinstance(value, float) and math.isnan(value)) else str(value)
+
+
+def _npz(path: Path) -> dict[str, Array]:
+    with np.load(path, allow_pickle=False) as found:
+        return {name: found[name] for name in found.files if found[name].dtype.kind in "fiuU"}
+
+
+def _mat(path: Path) -> dict[str, Array]:
+    from scipy.io import loadmat  # noqa: PLC0415 - slow to import
+
+    found: dict[str, Any] = loadmat(path, squeeze_me=True)
+    return {name: each for name, each in found.items() if isinstance(each, np.ndarray) and each.dtype.kind in "fiuU"}
+
+
+def _parquet(path: Path) -> dict[str, Array]:
+    try:
+        from pyarrow.parquet import read_table  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise UsageError(f"{path.name}: Parquet needs pyarrow: pip install pyarrow") from None
+    table = read_table(path)
+    found = {name: table[name].to_pylist() for name in table.column_names}
+    return {
+        name: np.array(v, dtype=np.str_ if any(isinstance(x, str) for x in v) else float) for name, v in found.items()
+    }
+
+
+ARRAY_FILES: Final[Mapping[str, Callable[[Path], dict[str, Array]]]] = {
+    ".npz": _npz,
+    ".mat": _mat,
+    ".parquet": _parquet,
+}
+"""The reader for each suffix."""

@@ -1,0 +1,130 @@
+"""Tables whose rows are poses: several files side by side, several points in a row, points that were not measured."""
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from itertools import chain, pairwise
+from typing import Final
+
+import numpy as np
+
+from robolaser.arrays import Ints
+from robolaser.data.csv_tables import CsvTable
+from robolaser.data.sensor_format import XYZ
+from robolaser.errors import DataError
+
+AXIS: Final = re.compile(
+    r"^(?P<point>.+?)[ _.:/-]*(?P<axis>[xyz])(?:[ _]*[\[(]?(?:mm|cm|m|in|ft)[\])]?)?$", re.IGNORECASE
+)
+"""The name of a point, and an axis with or without a unit behind it: `R1 X`, `SMR_2.y_mm`, `T3 z [mm]`."""
+LOST: Final = ("", "nan", "-", "--", "n/a", "none", "null", "#n/a")
+"""What cells hold where a beam was lost, in small letters."""
+
+
+def beside(tables: Sequence[CsvTable]) -> CsvTable:
+    """Several tables as one, row by row; a column is named FILE.COLUMN where its name alone is not unique.
+
+    Raises:
+        DataError: They have different numbers of rows.
+    """
+    first = tables[0]
+    for table in tables[1:]:
+        if len(table) != len(first):
+            raise DataError(
+                f"{table.file} has {len(table)} rows, but {first.file} has {len(first)}. Tables that are read side by"
+                " side have a row for each pose. Otherwise give one table of poses and one of points, whose column pose"
+                " says in which pose each was measured (--column pose=NAME).",
+                file=table.file,
+            )
+    names = [name for table in tables for name in table.header]
+    columns = {
+        name if names.count(name) == 1 else f"{table.file.rpartition('.')[0]}.{name}": cells
+        for table in tables
+        for name, cells in table.columns.items()
+    }
+    return CsvTable(", ".join(table.file for table in tables), list(columns), columns, first.lines, {})
+
+
+def with_axes(table: CsvTable) -> CsvTable:
+    """A table of three columns without a header, read as x, y and z of a point that the file's name names."""
+    if list(table.header) != ["1", "2", "3"]:
+        return table
+    point = table.file.rpartition(".")[0]
+    names = [f"{point}.{axis}" for axis in "xyz"]
+    columns = dict(zip(names, table.columns.values(), strict=True))
+    return CsvTable(table.file, names, columns, table.lines, {})
+
+
+def points_side_by_side(table: CsvTable, taken: Collection[str]) -> tuple[str, ...]:
+    """The points whose x, y and z are columns of a table, in their order.
+
+    Args:
+        table: Has a row for each pose.
+        taken: Columns that are known to be something else.
+    """
+    return tuple(_axes(table, taken))
+
+
+def a_row_for_each(table: CsvTable, points: Sequence[str], taken: Collection[str]) -> CsvTable:
+    """The same with a row for each of some points: columns point, x_m, y_m and z_m in the place of theirs."""
+    axes = _axes(table, taken)
+    used = {name for point in points for name in axes[point]}
+    rows, n = len(table), len(points)
+    columns = {
+        name: tuple(chain.from_iterable((cell,) * n for cell in cells))
+        for name, cells in table.columns.items()
+        if name not in used
+    }
+    columns["point"] = tuple(points) * rows
+    for i, column in enumerate(XYZ):
+        columns[column] = tuple(chain.from_iterable(zip(*(table.columns[axes[p][i]] for p in points), strict=True)))
+    return CsvTable(table.file, list(columns), columns, np.repeat(np.array(table.lines), n).tolist(), {})
+
+
+def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, str]:
+    """The rows whose points were measured, and a sentence on those that were not; empty where all were."""
+    lost = np.zeros(len(table), dtype=bool)
+    for column in columns:
+        lost |= np.fromiter((cell.lower() in LOST for cell in table.columns[column]), bool, len(table))
+    if not lost.any() or lost.all():
+        return table, ""
+    return _rows(
+        table, np.flatnonzero(~lost)
+    ), f"{table.file}: {lost.sum()} of {len(table)} points, which were not measured (empty cells)"
+
+
+def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, str]:
+    """The rows of a table with one pose each without those that repeat the time of the row before, and a sentence."""
+    if column not in table or "pose" in table:
+        return table, ""
+    cells = table.columns[column]
+    again = np.array([False, *(after == before for before, after in pairwise(cells))])
+    alike = [own for name, own in table.columns.items() if name != column]
+    if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
+        return table, ""  # rows of one pose
+    return _rows(table, np.flatnonzero(~again)), f"{table.file}: {again.sum()} rows, whose times repeat the row before"
+
+
+def numbered_joints(table: CsvTable, count: int) -> tuple[str, ...]:
+    """Columns A1 … An, J1 … Jn, joint_1 … and the like, one for each of n joints; none where there is no such set."""
+    for letters in ("a", "j", "q", "axis", "joint"):
+        pattern = re.compile(rf"^{letters}[ _.]?(\d+)(?:[ _]*[\[(]?(?:deg|rad|°)[\])]?)?$", re.IGNORECASE)
+        found = {int(m[1]): name for name in table.header if (m := pattern.match(name))}
+        start = 0 if 0 in found else 1
+        if set(found) == set(range(start, start + count)):
+            return tuple(found[start + i] for i in range(count))
+    return ()
+
+
+def _rows(table: CsvTable, kept: Ints) -> CsvTable:
+    cells = {name: tuple(values[i] for i in kept) for name, values in table.columns.items()}
+    return replace(table, columns=cells, lines=[table.lines[i] for i in kept])
+
+
+def _axes(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
+    """The three columns of each point."""
+    found: dict[str, dict[str, str]] = {}
+    for name in table.header:
+        if name not in taken and (match := AXIS.match(name)):
+            found.setdefault(match["point"], {})[match["axis"].lower()] = name
+    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
