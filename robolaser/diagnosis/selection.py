@@ -1,5 +1,7 @@
 """Which effects are in the model: stepwise selection, and the geometry of a whole arm."""
 
+from collections.abc import Iterable, Iterator
+
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import unmodelled_chi2
@@ -7,10 +9,12 @@ from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.thresholds import (
     MAX_BESIDE_GEOMETRY,
     MAX_EFFECTS,
+    MAX_EXCHANGED,
     MAX_SEPARATE_EFFECTS,
     MIN_IMPROVEMENT,
     PLACEMENTS_OF_AN_ARM,
     REFITS_PER_ADDITION,
+    REFITS_PER_EXCHANGE,
     SHARE_OF_BEST_SCORE,
     TESTED_ADDITIONS,
 )
@@ -43,29 +47,46 @@ def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda
 
 
 def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
-    """Add effects, up to so many in all, while each lowers the cost.
+    """Add effects, up to so many in all, while that lowers the cost; then take out or exchange one; then begin again.
 
     Where an unmodelled cause explains what is left with no need of another effect, none is added.
     """
-    while len(fit.effects) < most:
-        progress(f"adding effects to {len(fit.effects)}")
-        options = _cheaper(refits, fit)[:TESTED_ADDITIONS]
-        chosen = next((option for option in options if not refits.is_unmodelled(option, fit)), None)
+    while True:
+        chosen = None
+        if len(fit.effects) < most:
+            progress(f"adding effects to {len(fit.effects)}")
+            options = _cheaper(refits, fit, _with_one_more(refits, fit))[:TESTED_ADDITIONS]
+            chosen = next((option for option in options if not refits.is_unmodelled(option, fit)), None)
+        if chosen is None and len(fit.effects) <= MAX_EXCHANGED:
+            progress(f"exchanging {len(fit.effects)} effects")
+            chosen = next(iter(_cheaper(refits, fit, _with_one_exchanged(refits, fit))), None)
         if chosen is None:
-            break
+            return fit
         fit = chosen
         refits.linearize_again()
-    return fit
 
 
-def _cheaper(refits: Refits, fit: Fit) -> list[Fit]:
-    """Fits with one effect more that cost less, the cheapest first."""
-    tests = refits.score_tests(fit)
-    best = max((test.gain for test in tests), default=0.0)
-    leaders = [t for t in tests[:REFITS_PER_ADDITION] if t.gain > max(SHARE_OF_BEST_SCORE * best, MIN_IMPROVEMENT)]
-    options = [(refits.cost(option), option) for option in (refits.refit(fit, [test]) for test in leaders)]
+def _cheaper(refits: Refits, fit: Fit, options: Iterable[Fit]) -> list[Fit]:
+    """Those that cost less than a fit, the cheapest first."""
+    costs = [(refits.cost(option), option) for option in options]
     limit = refits.cost(fit) - MIN_IMPROVEMENT
-    return [option for cost, option in sorted(options, key=lambda pair: pair[0]) if cost < limit]
+    return [option for cost, option in sorted(costs, key=lambda pair: pair[0]) if cost < limit]
+
+
+def _with_one_more(refits: Refits, fit: Fit) -> Iterator[Fit]:
+    tests = refits.score_tests(fit)
+    promising = max(MIN_IMPROVEMENT, SHARE_OF_BEST_SCORE * max((test.gain for test in tests), default=0.0))
+    yield from (refits.refit(fit, [test]) for test in tests[:REFITS_PER_ADDITION] if test.gain > promising)
+
+
+def _with_one_exchanged(refits: Refits, fit: Fit) -> Iterator[Fit]:
+    """Without each of the effects, and with others in its place."""
+    for one in fit.effects:
+        less = refits.refit(fit, removed=one)
+        yield less
+        promising = SHARE_OF_BEST_SCORE * (less.chi2 - fit.chi2)
+        best = refits.score_tests(less)[:REFITS_PER_EXCHANGE]
+        yield from (refits.refit(less, [test]) for test in best if test.gain > promising)
 
 
 def _reduced(refits: Refits, arm: Fit) -> Fit:

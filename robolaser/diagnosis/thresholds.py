@@ -41,6 +41,8 @@ REFITS_PER_ADDITION: Final = 4
 """Effects, best score first, that are refitted before one of them is added."""
 DISTINCT_SINE: Final = 1e-2
 """Sine of the angle between the columns of two effects, below which they count as one direction."""
+REFITS_PER_EXCHANGE: Final = 2
+"""Effects that are refitted in the place of each one that is taken out."""
 SHARE_OF_BEST_SCORE: Final = 0.75
 """Share of the best score, or of what an effect explains, that a candidate must promise to be refitted: scores are
 linear, and may be a quarter off."""
@@ -48,6 +50,8 @@ TESTED_ADDITIONS: Final = 3
 """Additions, best first, that are tested against an unmodelled cause before none is added."""
 MIN_IMPROVEMENT: Final = 1e-3
 """Change of the cost, in chi-squared, below which two models cost the same."""
+MAX_EXCHANGED: Final = 4
+"""Effects in a model, up to which exchanges are tried: with more, the library makes do without the cause."""
 MAX_EFFECTS: Final = 8
 """Effects in a model."""
 MAX_SEPARATE_EFFECTS: Final = 3
