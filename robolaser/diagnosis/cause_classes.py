@@ -152,20 +152,20 @@ def member_probabilities(evidence: Sequence[EffectEvidence]) -> dict[CandidateEf
 
 
 def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
-    """The fewest candidates in an effect's place that together have the credible mass.
+    """The fewest candidates in an effect's place that together have the credible mass; what is at work together, whole.
 
     Empty where that takes the chance that none is at work, or something that nobody modelled.
     """
     chosen: list[CandidateEffect] = []
-    mass = 0.0
+    mass = last = 0.0
     for candidate, weight in sorted(evidence.weights.items(), key=lambda pair: -pair[1]):
+        if mass >= CREDIBLE_MASS and weight < last:
+            return tuple(chosen)
         if candidate is None:
             return ()
         chosen.append(candidate)
-        mass += weight * evidence.credibility
-        if mass >= CREDIBLE_MASS:
-            return tuple(chosen)
-    return ()
+        mass, last = mass + weight * evidence.credibility, weight
+    return tuple(chosen) if mass >= CREDIBLE_MASS else ()
 
 
 def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:

@@ -8,9 +8,17 @@ import numpy as np
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits
-from robolaser.diagnosis.thresholds import ALIAS_LOCATIONS, ALIAS_SHARE, REFITTED_ALTERNATIVES, SHARE_OF_BEST_SCORE
+from robolaser.diagnosis.thresholds import (
+    ALIAS_LOCATIONS,
+    ALIAS_SHARE,
+    LEAST_PROBABILITY,
+    REFITTED_ALTERNATIVES,
+    SHARE_OF_BEST_SCORE,
+)
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
+from robolaser.diagnosis.zeros_or_placement import set_rivals
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -24,7 +32,8 @@ class EffectEvidence:
         explained: Chi-squared that only it explains.
         probability: Of it.
         credibility: Probability that it, and nothing unmodelled, explains what it does.
-        weights: Probabilities of it and of each candidate that was tried in its place, None for neither; sum 1.
+        weights: Probabilities of it and of each candidate that was tried in its place, None for neither; sum 1, but for
+            those that are at work together.
         without: The final model without it, fitted.
         alternatives: Indistinguishable candidates, the cheapest first, and the final model with each in its place.
     """
@@ -39,7 +48,12 @@ class EffectEvidence:
 
 
 def evidence_for(
-    refits: Refits, final: Fit, candidate_effect: CandidateEffect, unmodelled: float, unexplained: float
+    refits: Refits,
+    final: Fit,
+    candidate_effect: CandidateEffect,
+    unmodelled: float,
+    unexplained: float,
+    held_out: HeldOut,
 ) -> EffectEvidence:
     """Weigh an effect of the final model.
 
@@ -49,6 +63,7 @@ def evidence_for(
         candidate_effect: The effect.
         unmodelled: Probability of an unmodelled cause in its place.
         unexplained: Chi-squared that no effect explains.
+        held_out: Errors on held-out poses.
     """
     without = refits.refit(final, removed=candidate_effect)
     explained = without.chi2 - final.chi2
@@ -56,15 +71,24 @@ def evidence_for(
     costs = np.array([refits.cost(fit) for fit in (final, *(fit for _, fit in others), without)])
     weights = posterior_weights(costs)
     believable = credibility(unmodelled, unexplained, explained)
-    alike = _alike(final, others)
+    by_candidate: dict[CandidateEffect | None, float] = dict(
+        zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
+    )
+    alike = sorted(_alike(final, others), key=lambda pair: refits.cost(pair[1]))
+    for rival in set_rivals(refits, final, candidate_effect, held_out):
+        instead = by_candidate[candidate_effect] * rival.probability
+        by_candidate[candidate_effect] -= instead
+        by_candidate |= {one: max(instead, by_candidate.get(one, 0.0)) for one in rival.effects}
+        if rival.probability > LEAST_PROBABILITY:
+            alike = [*((one, rival.fit) for one in rival.effects), *alike]
     return EffectEvidence(
         candidate_effect,
         explained,
-        float(weights[0]) * believable,
+        by_candidate[candidate_effect] * believable,
         believable,
-        dict(zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)),
+        by_candidate,
         without,
-        tuple(sorted(alike, key=lambda pair: refits.cost(pair[1]))),
+        tuple({one: (one, fit) for one, fit in reversed(alike)}.values())[::-1],
     )
 
 

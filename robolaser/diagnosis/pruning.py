@@ -67,7 +67,7 @@ def prune(
         evidence: dict[CandidateEffect, EffectEvidence] = {}
         for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
-            evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained)
+            evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained, held_out)
             if (better := exchanged(final, evidence[one], held_out)) is not None:
                 final = better
                 break

@@ -182,6 +182,9 @@ little of it does. A judgement, of words alone."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""
+LIKELY: Final = 0.5 * (0.5 + CERTAIN)
+"""Most that an explanation is given where it does not predict new poses certainly better than its rival: likely, and no
+more."""
 LEAST_LISTED: Final = 1e-3
 """Probability, below which an effect of the final model is not listed by itself: its class stands for it."""
 UNDETERMINED: Final = 0.5

@@ -10,7 +10,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
-from robolaser.diagnosis.thresholds import CERTAIN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import LIKELY, SIGMA_OF_95_PERCENT
 
 MISREAD = 0.99
 """Probability of a reading of the data that fits five times better than as they are, and three times than any other."""
@@ -48,7 +48,7 @@ def probability_of(found: Diagnosis, mended: Diagnosis) -> float:
     excess = sum(before[name] - after[name] for name in before if name in after) * rows / (2.0 * variance)
     probability = float(expit(np.clip(excess, -700.0, 700.0)))
     sure = fall_in_sigmas(before, after) > SIGMA_OF_95_PERCENT
-    return probability if sure or probability < 0.5 else min(probability, 0.5 * (0.5 + CERTAIN))
+    return probability if sure or probability < 0.5 else min(probability, LIKELY)
 
 
 def told(found: Diagnosis, mended: Diagnosis, wrong: WrongInput, text: str, coordinate: str) -> Diagnosis:

@@ -1,0 +1,102 @@
+"""Wrong zeros of two neighbouring joints, or the placement of the second one: six numbers can do what two do.
+
+Which of the two is at work is a matter of their marginal likelihoods: what the four further numbers cost is how far the
+data narrow them although nothing needs them.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+from scipy.special import expit
+
+from robolaser.diagnosis.arm_geometry import placements_of_arm
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
+from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, LIKELY
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.joint_offset import JointOffset
+from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.link_geometry import LinkGeometry
+
+SIZES: Final = np.geomspace(0.1, 100.0, 13)
+"""Sizes of zeros and placements that are tried, in those of industry: zeros of hobby arms are off by degrees."""
+
+
+@final
+@dataclass(frozen=True)
+class SetRival:
+    """A model with zeros in the place of a placement, or a placement in that of zeros.
+
+    Attributes:
+        effects: What it has in the other's place.
+        fit: It.
+        probability: Of it, against the model that it is a rival of.
+    """
+
+    effects: tuple[CandidateEffect, ...]
+    fit: Fit
+    probability: float
+
+
+def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut) -> Iterator[SetRival]:
+    """What may be at work instead of a placement, or of a zero with that of a neighbouring joint.
+
+    Neither is certain unless it predicts held-out poses certainly better.
+
+    Args:
+        refits: Fits sets of effects.
+        fit: A model.
+        one: An effect of it.
+        held_out: Errors on held-out poses.
+    """
+    joints = moving_joints(fit.model.dataset.robot)
+    if one.effect not in (JointOffset, LinkGeometry) or one.where not in joints or placements_of_arm(fit.effects):
+        return
+    at = joints.index(one.where)
+    for number in [at] if one.effect is LinkGeometry else [at, at + 1]:
+        if not 0 < number < len(joints):
+            continue
+        placement = [CandidateEffect(LinkGeometry, joints[number])]
+        zeros = [CandidateEffect(JointOffset, joint) for joint in joints[number - 1 : number + 1]]
+        here, there = (placement, zeros) if one in placement else (zeros, placement)
+        if not set(here) <= set(fit.effects) or set(placement) & set(fit.effects) != set(here) & set(placement):
+            continue
+        new = [each for each in there if each not in fit.effects]
+        rival = _exchanged(refits, fit, here, new)
+        if rival is not None:
+            held = [each for each in zeros if each in fit.effects]
+            excess = _evidence(rival, there) - _evidence(fit, [*here, *held] if one in placement else here)
+            pose = fit.model.dataset.points.pose
+            errors = held_out.errors(fit), held_out.errors(rival)
+            most = 1.0 if is_lower(errors[0], errors[1], pose) else LIKELY
+            least = 0.0 if is_lower(errors[1], errors[0], pose) else 1.0 - LIKELY
+            yield SetRival(tuple(new), rival, float(np.clip(expit(np.clip(-0.5 * excess, -700, 700)), least, most)))
+
+
+def _exchanged(
+    refits: Refits, fit: Fit, removed: Sequence[CandidateEffect], added: Sequence[CandidateEffect]
+) -> Fit | None:
+    """The fit with some effects in the place of others; None where these are no candidates."""
+    for one in removed:
+        fit = refits.refit(fit, removed=one)
+    tests = {test.candidate_effect: test for test in refits.score_tests(fit)}
+    if not all(one in tests for one in added):
+        return None
+    return refits.refit(fit, [tests[one] for one in added])
+
+
+def _evidence(fit: Fit, effects: Sequence[CandidateEffect]) -> float:
+    """Minus twice the logarithm of the marginal likelihood, each effect of the size that makes the data likeliest."""
+    cost, names = fit.deviance, fit.problem.parameters.names
+    for one in effects:
+        own = [names.index(one.key(each.name)) for each in one.effect.amplitudes()]
+        usual = np.array([each.prior_scale for each in one.effect.amplitudes()])
+        variances, V = np.linalg.eigh(fit.at.covariance[np.ix_(own, own)] / np.outer(usual, usual))
+        along = np.square(V.T @ (fit.x[own] / usual))
+        variances = np.maximum(variances, np.finfo(float).tiny)
+        wide = SIZES[:, None] ** 2
+        cost += CHI2_PER_EFFECT + float((np.log1p(wide / variances) + along / (variances + wide)).sum(axis=1).min())
+    return cost

@@ -1,0 +1,44 @@
+"""Wrong zeros of neighbouring joints that are parallel, and the placement of the second: neither is named for certain
+where the poses do not tell."""
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.data.dataset import Noise
+from robolaser.results.diagnosis import DiagnosisResult
+from robolaser.robot.by_name import find_robot
+from robolaser.simulation import CellOptions, simulate
+
+ZEROS = {
+    "joint_offset:shoulder_lift": np.radians(1.15),
+    "joint_offset:elbow_flex": np.radians(-1.72),
+    "joint_offset:wrist_flex": np.radians(1.43),
+}
+
+
+def diagnosed(effects: dict[str, float], seed: int) -> DiagnosisResult:
+    noise, options = Noise(pixel_px=0.3, joint_rad=5e-4), CellOptions(mount="base", placed=False)
+    made = simulate(
+        find_robot("so101"), kind="camera", poses=40, noise=noise, effects=effects, options=options, seed=seed
+    )
+    return robolaser.diagnose(made.dataset, seed=0)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_three_wrong_zeros_are_never_one_placement_for_certain(seed: int) -> None:
+    why = diagnosed(ZEROS, seed)
+    assert why.verdict == "explained"
+    assert why.classes[0]["class"] == "arm_geometry"
+    named = {(one.effect, one.where): one for one in why.effects}
+    for zero in ZEROS:
+        pair = tuple(zero.split(":"))
+        assert pair in named or any(list(pair) in one.indistinguishable_from for one in why.effects)
+    assert all(one.probability < 0.9 for (effect, _), one in named.items() if effect == "link_geometry")
+
+
+def test_a_placement_that_zeros_could_imitate_has_them_as_rivals() -> None:
+    (found,) = diagnosed({"link_geometry:wrist_flex": 3e-3}, 1).effects
+    assert (found.effect, found.where) == ("link_geometry", "wrist_flex")
+    assert found.probability < 0.9
+    assert ["joint_offset", "elbow_flex"] in [list(pair) for pair in found.indistinguishable_from]
