@@ -1,8 +1,8 @@
 """robolaser record: drive the arm from pose to pose and take images."""
 
 import math
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -41,6 +41,7 @@ def record(
     port: Annotated[str | None, Parameter(metavar="URL")] = None,
     camera: Annotated[str | None, Parameter(metavar="SOURCE")] = None,
     seed: Seed | None = None,
+    diagnose: bool = False,
     dry_run: Annotated[bool, Parameter(group=GOING)] = False,
     move: Annotated[bool, Parameter(group=GOING)] = False,
     output: Annotated[Path, Parameter(metavar="RECORDING")],
@@ -71,6 +72,7 @@ def record(
         port: Port of the arm, instead of that in cell.toml.
         camera: Camera, instead of that in cell.toml.
         seed: Seed of --plan. Default: 1.
+        diagnose: After each pose, show the diagnosis of all poses so far.
         dry_run: Print and check the plan; open no port and no camera.
         move: Let the arm move.
         resume: Continue a recording that was interrupted.
@@ -96,6 +98,7 @@ def record(
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
     _refuse_idle("--confirm-position", confirm_position, "--resume", resume)
+    _refuse_idle("--diagnose", diagnose, "--move", move)
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
     read = _inputs(described, poses, next_poses)
@@ -135,7 +138,9 @@ def record(
     if not resume:
         writer = RecordingWriter.begin(described, described.robot, output, remaining, repeats or 1, force=force)
     with results_in(output, command="record", files=writer.files, inputs=read, over=["extract"], force=force or resume):
-        _record(described, writer, terminal, position_confirmed=confirm_position, look=plan is not None)
+        _record(
+            described, writer, terminal, position_confirmed=confirm_position, look=plan is not None, diagnose=diagnose
+        )
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -226,8 +231,43 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
 
 
 def _record(
-    cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool
+    cell: "Cell",
+    writer: "RecordingWriter",
+    terminal: Terminal,
+    *,
+    position_confirmed: bool,
+    look: bool,
+    diagnose: bool,
 ) -> None:
+    from robolaser.commands.running_diagnosis import RunningDiagnosis
+
+    running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
+    with ExitStack() as at_end:
+        if running is not None:
+            at_end.callback(running.stop)
+        after_each = running.pose_recorded if running is not None else None
+        _visit(cell, writer, terminal, after_each, position_confirmed=position_confirmed, look=look)
+        if running is not None:
+            running.finish()
+    planned = len(writer.waypoints)
+    series = "; extract them with --exposures" if cell.camera.exposures else ""
+    terminal.show(
+        {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
+        | ({"diagnosis": running.latest} if running is not None else {}),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
+    )
+
+
+def _visit(
+    cell: "Cell",
+    writer: "RecordingWriter",
+    terminal: Terminal,
+    after_each: Callable[[], None] | None,
+    *,
+    position_confirmed: bool,
+    look: bool,
+) -> None:
+    """Drive to all poses that remain."""
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
@@ -246,6 +286,11 @@ def _record(
         def tell(what: str) -> None:
             progress(what, writer.done / planned)
 
+        def recorded(waypoint: "Waypoint") -> None:
+            tell(waypoint.name)
+            if after_each is not None:
+                after_each()
+
         board = cell.description.board
         session = Session(
             cell,
@@ -258,12 +303,7 @@ def _record(
             position_confirmed=position_confirmed,
             first_look=FirstLook(board) if look and board is not None else None,
         )
-        session.run(lambda waypoint: tell(waypoint.name), tell)
-    series = "; extract them with --exposures" if cell.camera.exposures else ""
-    terminal.show(
-        {"recording": str(writer.folder), "poses": writer.done, "planned": planned},
-        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
-    )
+        session.run(recorded, tell)
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:

@@ -1,0 +1,94 @@
+"""The diagnosis of a recording while it is made: of all its poses so far, in a process beside the arm's."""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, final
+
+from robolaser.errors import RobolaserError
+
+
+@final
+class RunningDiagnosis:
+    """Asks again after each pose, as soon as the last answer has come; no pose waits for it.
+
+    Args:
+        folder: Of the recording.
+        show: Is called with each answer, once.
+    """
+
+    def __init__(self, folder: Path, show: Callable[[str], None]) -> None:
+        self._folder, self._show = folder, show
+        self._engine = ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"))
+        self._asked: Future[str] | None = None
+        self._is_current = False
+        self.latest = ""
+
+    def pose_recorded(self) -> None:
+        """Show what has come, and ask of the poses that are on the disk now."""
+        self._is_current = False
+        if self._asked is None or self._asked.done():
+            self._take()
+            self._ask()
+
+    def finish(self) -> None:
+        """Show the answer of all poses."""
+        if self._asked is not None and not self._is_current:
+            self._take()
+            self._ask()
+        self._take()
+
+    def stop(self) -> None:
+        """Ask no more."""
+        self._engine.shutdown(wait=False, cancel_futures=True)
+
+    def _ask(self) -> None:
+        with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
+            self._asked, self._is_current = self._engine.submit(answer, self._folder), True
+
+    def _take(self) -> None:
+        if self._asked is None:
+            return
+        try:
+            text = self._asked.result()
+        except Exception as error:  # whatever ends a diagnosis, the arm goes on
+            text = f"no diagnosis: {type(error).__name__}: {error}"
+        if text != self.latest:
+            self._show(text)
+        self.latest = text
+
+
+def answer(folder: Path) -> str:
+    """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet."""
+    from robolaser.api import diagnose
+    from robolaser.data.loading import load
+    from robolaser.model.sensors import sensor_class
+    from robolaser.vision.recordings import points_from_images
+    from robolaser.vision.target_corners import points_of_target
+
+    try:
+        recording = load(folder)
+        has_stripe = sensor_class(recording.kind).has_laser_plane()
+        _, dataset = points_from_images(recording) if has_stripe else points_of_target(recording)
+        found = diagnose(dataset, seed=1).to_dict()
+    except RobolaserError as error:
+        return f"no diagnosis yet: {error}"
+    return in_a_line(found)
+
+
+def in_a_line(found: Mapping[str, Any]) -> str:
+    """A diagnosis, as `diagnosis.json` has it, in a line."""
+    gap, poses = found["gap_mm"], found["poses"]["used"]
+    leaders = ", ".join(f"{one['effect']} at {one['where']} {one['probability']:.0%}" for one in found["effects"][:2])
+    parts = [
+        f"{poses} poses: {found['verdict'].replace('_', ' ')}",
+        leaders,
+        f"error on new poses {gap['after']:.3g} mm, noise alone {gap['noise_floor']:.3g} mm",
+    ]
+    if found["effects"] and found["next_poses"]:
+        decides = ", ".join(f"{joint} {value:.2f}" for joint, value in found["next_poses"][0].items())
+        parts.append(f"would decide: {decides}")
+    return "; ".join(filter(None, parts))
