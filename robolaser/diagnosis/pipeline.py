@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.same_arm import check_same_arm
-from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds
+from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -39,7 +39,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_LISTED, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.diagnosis.wrong_input import mispaired
@@ -122,14 +122,16 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     progress("judging the gap", 0.8)
     left = [] if hindrance else left
     judged = _judged(preparation, data, start, final, left, held_out, seed)
-    if judged.verdict == "unexplained" and final.effects and not _explains(start, final, held_out):
+    classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
+    if final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out):
         final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
         judged = _judged(preparation, data, start, final, left, held_out, seed)
+        classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
     verdict, noise, gap, scatter = judged.verdict, judged.noise, judged.gap, judged.scatter
     scattered = scatter.located(gap.after_m, gap.noise_floor_m) if scatter else None
     if scattered and scattered.share >= CREDIBLE_MASS:
         left = []
-    classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
+        classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = _where(verdict, refits, final, evidence, classes, left)
     if scattered:
         where = beside(where, scattered)
@@ -235,12 +237,24 @@ def _judged(
     return _Judged(judge(evidence), noise, gap)
 
 
-def _explains(start: Fit, final: Fit, held_out: HeldOut) -> bool:
-    """Whether effects lower the held-out error for certain.
+def _only_imitate(
+    verdict: str,
+    start: Fit,
+    final: Fit,
+    evidence: Sequence[EffectEvidence],
+    classes: Sequence[CauseClass],
+    held_out: HeldOut,
+) -> bool:
+    """Whether the effects explain nothing: neither they nor their classes are probable enough to be named.
 
-    Asked where something else is left: there chi-squared is not that of noise, and only other poses can tell.
+    Or something else is left, and they do not lower the held-out error for certain: there chi-squared is not that of
+    noise, and only other poses can tell.
     """
-    return is_lower(held_out.errors(start), held_out.errors(final), final.model.dataset.points.pose)
+    likely = {one.name for one in classes if one.probability >= EVEN}
+    if not any(one.probability >= LEAST_LISTED or class_of(one.candidate_effect) in likely for one in evidence):
+        return True
+    pose = final.model.dataset.points.pose
+    return verdict == "unexplained" and not is_lower(held_out.errors(start), held_out.errors(final), pose)
 
 
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.diagnosis import examine
+from robolaser.report.diagnosis.advice import to_do
 from robolaser.data.dataset import Dataset, Noise
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -48,3 +50,10 @@ def test_rows_that_fit_nowhere_stay_gross_errors() -> None:
     pixel[np.isin(made.points.pose, (7, 12))] += 40.0
     why = robolaser.diagnose(replace(made, points=replace(made.points, pixel=pixel)), seed=0)
     assert [one.effect for one in why.effects] == ["outliers"]
+
+
+def test_the_first_thing_to_do_is_to_correct_the_data_set() -> None:
+    found = examine(moved(measured("point"), {7: 12, 12: 7}), seed=0)
+    said = to_do(found)
+    assert "Correct the data set" in said[0]
+    assert not any("Nothing needs repair" in one for one in said)

@@ -99,6 +99,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         if not (one.effect.in_urdf and class_of(one) in in_one_urdf)
     ]
     said += _of_classes(diagnosis, doubtful)
+    if diagnosis.wrong_input:
+        said.insert(0, "Correct the data set first, as stated above; then diagnose it again.")
     if diagnosis.pose_scatter:
         said.append(_STAND_STILL)
     if diagnosis.verdict == "unexplained" and (_sites(diagnosis) or not diagnosis.pose_scatter):
@@ -111,7 +113,7 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.model.effects:
         said.append("The corrected model is `calibration.json`: it contains all effects found.")
     said += _bounds(diagnosis)
-    if diagnosis.verdict == "no_gap":
+    if diagnosis.verdict == "no_gap" and not diagnosis.wrong_input:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
         said.append(f"Nothing needs repair. To become more accurate, lower the noise: repeat measurements{line}.")
     return said
