@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import robolaser
+from robolaser.data.dataset import Dataset, Noise
 from robolaser.diagnosis import examine
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.data.dataset import Dataset, Noise
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

@@ -12,7 +12,7 @@ from robolaser.simulation import simulate
 
 
 def of_one_joint(kind: str) -> Dataset:
-    """Three reflectors, and a wrist joint that is off by chance, or by where it came from, in no form of the library."""
+    """Three reflectors, and a joint that is off by chance, or by where it came from, in no form of the library."""
     robot, rng = find_robot("ur5"), np.random.default_rng(4)
     made = simulate(robot, kind="point", poses=45, points=3, noise=Noise(point_m=3e-5), seed=4).dataset
     q = made.poses.q.copy()
