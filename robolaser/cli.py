@@ -21,6 +21,7 @@ from robolaser.commands.export import export
 from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
+from robolaser.commands.new import new
 from robolaser.commands.options import shown_default
 from robolaser.commands.plan import plan
 from robolaser.commands.record import record
@@ -63,6 +64,8 @@ app.command(diagnose, group=find)
 app.command(simulate, group=data)
 app.command(plan, group=data)
 app.command(extract, group=data)
+new.group = data
+app.command(new)
 app.command(record, group=data)
 app.command(import_files, name="import", group=data)
 app.command(check, group=data)

@@ -6,6 +6,7 @@ from typing import ClassVar, Self
 
 from robolaser.arrays import Array
 from robolaser.cell.clock import Clock
+from robolaser.cell.failures import cannot_follow
 from robolaser.data.cell_config import Cell
 
 
@@ -28,6 +29,8 @@ class Arm(ABC):
     """Whether its readings still mean the same angles after its power was off."""
     stops_alone: ClassVar[bool] = False
     """Whether it stops by itself within a second when nobody speaks with it any more."""
+    follows: ClassVar[bool] = False
+    """Whether it takes new angles many times a second and follows them, once a motion was started."""
 
     @classmethod
     @abstractmethod
@@ -57,6 +60,14 @@ class Arm(ABC):
 
         There is never more than one motion under way: an arm whose line is cut comes to rest at its goal.
         """
+
+    def follow(self, q: Array) -> None:
+        """Let all joints follow to angles, (j,), as their servos can, and return at once; see `follows`.
+
+        Raises:
+            ArmRefused: Its controller only takes goals that it plans a motion to.
+        """
+        raise cannot_follow()
 
     def prepare(self, q: Array) -> None:  # noqa: B027 - most arms have nothing to prepare
         """Tell the controller where the next motion goes, (j,), while the arm may still move. Nothing moves by this."""

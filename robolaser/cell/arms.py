@@ -43,6 +43,9 @@ def arm_class(cell: Cell) -> type[Arm]:
                 column="kind",
             )
         arm = others[kind]
+    if cell.arm.setpoint_hz is not None and not arm.follows:
+        expected = f"none: an arm of kind '{kind}' plans its motions itself"
+        raise wrong(FILE, ("arm", "setpoint_hz"), cell.arm.setpoint_hz, expected)
     if output is not None and arm.outputs is not None and output > arm.outputs:
         there = f"has outputs 1 to {arm.outputs}" if arm.outputs else "switches nothing; take [laser] out"
         raise DataError(

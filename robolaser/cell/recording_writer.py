@@ -17,9 +17,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
 from robolaser.cell.camera import Warn
+from robolaser.cell.following import Tick
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import IMAGES, POSES, check_same_cell, pictured, same, whole_rows
 from robolaser.cell.route import Waypoint, read_route, route_text
+from robolaser.cell.setpoint_log import FILES as LOG_FILES
+from robolaser.cell.setpoint_log import FOLDER as LOG_FOLDER
+from robolaser.cell.setpoint_log import SetpointLog
 from robolaser.data.atomic_write import clear_staged, finish_writing, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
@@ -71,6 +75,7 @@ class RecordingWriter:
         self._rows: list[dict[str, str]] = []
         self._tidy = True
         self._text: str | None = None
+        self._log = SetpointLog(cell)
 
     @classmethod
     def begin(
@@ -156,7 +161,7 @@ class RecordingWriter:
         urdf = tomllib.loads(read_text(self._cell.folder / DATASET))["robot"]["urdf"]
         return [
             *self._there(),
-            *(file.name for file in self._files()),
+            *(str(file.relative_to(self.folder)) for file in self._files()),
             *([urdf] if (self._cell.folder / urdf).is_file() else []),
             *images,
         ]
@@ -183,6 +188,7 @@ class RecordingWriter:
             step: The smallest difference of angles that the arm can tell, (j,) [rad or m].
             warn: Is told where there is no room for it.
         """
+        self._log.step_rad = float(step.max())
         if self.begun and (self.folder / DATASET).exists():
             return
         noise_rad = quantization_rad(step, self._robot)
@@ -190,8 +196,12 @@ class RecordingWriter:
         if self._text is None:
             warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
 
-    def add(self, samples: Sequence[Sample]) -> None:
+    def add(self, samples: Sequence[Sample], ticks: Sequence[Tick] = ()) -> None:
         """Write where the arm was: the images first, then the table that names them, all or nothing.
+
+        Args:
+            samples: The last one names the series of the motion.
+            ticks: The motion there, of an arm that follows setpoints.
 
         Raises:
             OutputError: The disk is full; the recording is as it was before.
@@ -220,6 +230,11 @@ class RecordingWriter:
                 row[column] = path
             rows.append(row)
         files[self.folder / POSES] = self._table(rows)
+        if ticks:
+            self._log.add(samples[-1].name, ticks)
+            with _writing(self.folder):
+                (self.folder / LOG_FOLDER).mkdir(exist_ok=True)
+            files |= {self.folder / name: data for name, data in self._log.files().items()}
         files |= description
         named = {str(file.relative_to(self.folder)): data for file, data in files.items()}
         write_together(self.folder, named, cleared)
@@ -227,7 +242,7 @@ class RecordingWriter:
 
     def _files(self) -> list[Path]:
         """Those that make a folder a recording, and what is extracted from one and no longer true of another."""
-        return [self.folder / name for name in (DATASET, POSES, PLAN, "points.csv", "stripes.npy")]
+        return [self.folder / name for name in (DATASET, POSES, PLAN, "points.csv", "stripes.npy", *LOG_FILES)]
 
     def _there(self) -> list[str]:
         """Names of the files of a recording that is thrown away."""
@@ -278,10 +293,11 @@ class RecordingWriter:
         """Read the rows that are whole and whose images are; the others' poses are visited again."""
         self._rows = whole_rows(table, self._columns())
         self.time_s = max([0.0, *(float(row["time_s"]) for row in self._rows)])
-        again = {waypoint.approach_name for waypoint in self.remaining}
+        again = {name for waypoint in self.remaining for name in waypoint.approach_names}
         self._rows = [row for row in self._rows if row["pose"] not in again]
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
+        self._log.take_up(self.folder, {row["pose"] for row in self._rows})
 
 
 @contextmanager

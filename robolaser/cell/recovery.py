@@ -41,10 +41,10 @@ def check_same_cell(folder: Path, file: str, cell: Cell) -> None:
 def same(waypoints: Sequence[Waypoint], planned: Sequence[Waypoint]) -> bool:
     """Whether two routes visit the same poses in the same way."""
 
-    def text(waypoint: Waypoint) -> tuple[object, ...]:
-        return waypoint.name, waypoint.q.tolist(), None if waypoint.approach is None else waypoint.approach.tolist()
+    def text(route: Sequence[Waypoint]) -> list[tuple[str, list[float]]]:
+        return [(name, q.tolist()) for waypoint in route for name, q in waypoint.places]
 
-    return [text(waypoint) for waypoint in waypoints] == [text(waypoint) for waypoint in planned]
+    return text(waypoints) == text(planned)
 
 
 def whole_rows(table: Path, columns: Sequence[str]) -> list[dict[str, str]]:

@@ -1,4 +1,4 @@
-"""The route of a recording: its poses in order, each with the configuration it is approached from."""
+"""The route of a recording: its poses in order, each with the configurations through which it is approached."""
 
 import csv
 import io
@@ -11,8 +11,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
-from robolaser.data.csv_tables import bad_cell, read_table
-from robolaser.data.pose_table import all_different
+from robolaser.data.csv_tables import CsvTable, bad_cell, read_table
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -29,17 +28,23 @@ class Waypoint:
     Attributes:
         name: Of the pose, unique.
         q: Joint values to go to, (j,) [rad or m].
-        approach: Where to come from, (j,); None: from wherever the arm is.
+        approach: Where to go before, one after the other, (k, j); none: from wherever the arm is.
     """
 
     name: str
     q: Array
-    approach: Array | None = None
+    approach: tuple[Array, ...] = ()
 
     @property
-    def approach_name(self) -> str:
-        """What poses.csv calls the place it is approached from."""
-        return f"{self.name}_from"
+    def approach_names(self) -> tuple[str, ...]:
+        """What poses.csv calls the places through which it is approached."""
+        several = len(self.approach) > 1
+        return tuple(f"{self.name}_from{i if several else ''}" for i in range(1, len(self.approach) + 1))
+
+    @property
+    def places(self) -> tuple[tuple[str, Array], ...]:
+        """Names and joint values of all places in the order in which the arm comes to them, the pose last."""
+        return (*zip(self.approach_names, self.approach, strict=True), (self.name, self.q))
 
 
 def numbered(q: Array) -> tuple[Waypoint, ...]:
@@ -51,7 +56,8 @@ def numbered(q: Array) -> tuple[Waypoint, ...]:
 def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     """Poses of a CSV file with a column q_<joint> for each joint, and names where there is a column `pose`.
 
-    Rows whose column `image` is empty are places that an arm only went through: they are left out.
+    Where there is a column `kind`, rows of kind "approach" are places through which the arm goes to the pose below.
+    Without it, rows whose column `image` is empty are places that an arm only went through: they are left out.
 
     Raises:
         DataError: It has none, a value is in degrees or millimetres, or the file cannot be read; with row and column.
@@ -70,12 +76,8 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
             row=table.lines[i],
             column=columns[j],
         )
-    waypoints = numbered(q)
-    if "pose" in table:
-        names = table.texts("pose")
-        all_different(table, names, "pose")
-        waypoints = tuple(Waypoint(name, row) for name, row in zip(names, q, strict=True))
-    images = table.columns.get("image", ())
+    waypoints = _grouped(table, q) if "pose" in table else numbered(q)
+    images = () if "kind" in table else table.columns.get("image", ())
     if any(images):
         waypoints = tuple(waypoint for waypoint, image in zip(waypoints, images, strict=True) if image)
     if not waypoints:
@@ -110,7 +112,7 @@ def both_ways(waypoints: Sequence[Waypoint], run_up: float) -> tuple[Waypoint, .
         run_up: How far below and above each joint begins [rad or m].
     """
     return tuple(
-        Waypoint(f"{waypoint.name}_{way}", waypoint.q, waypoint.q + sign * run_up)
+        Waypoint(f"{waypoint.name}_{way}", waypoint.q, (waypoint.q + sign * run_up,))
         for waypoint in waypoints
         for way, sign in (("up", -1), ("down", 1))
     )
@@ -118,12 +120,7 @@ def both_ways(waypoints: Sequence[Waypoint], run_up: float) -> tuple[Waypoint, .
 
 def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
     """All places in the order in which the arm comes to them: their names, and joint values (m, j)."""
-    places = [
-        place
-        for waypoint in waypoints
-        for place in ((waypoint.approach_name, waypoint.approach), (waypoint.name, waypoint.q))
-        if place[1] is not None
-    ]
+    places = [place for waypoint in waypoints for place in waypoint.places]
     return tuple(name for name, _ in places), np.array([q for _, q in places])
 
 
@@ -133,8 +130,8 @@ def route_text(robot: Robot, waypoints: Sequence[Waypoint], shots: int) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)])
     for waypoint in waypoints:
-        if waypoint.approach is not None:
-            writer.writerow([waypoint.name, "approach", 0, *map(repr, waypoint.approach.tolist())])
+        for place in waypoint.approach:
+            writer.writerow([waypoint.name, "approach", 0, *map(repr, place.tolist())])
         writer.writerow([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
     return text.getvalue()
 
@@ -147,28 +144,42 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
     """
     table = read_table(path)
     q = table.numbers([f"q_{joint}" for joint in robot.joints])
-    names, kinds, shots = table.texts("pose"), table.texts("kind"), table.numbers(["shots"])[:, 0]
-    for line, kind in zip(table.lines, kinds, strict=True):
-        if kind not in KINDS:
-            raise bad_cell(table.file, line, "kind", kind, " or ".join(KINDS))
-    all_different(table, [f"{kind} {name}" for kind, name in zip(kinds, names, strict=True)], "pose")
-    waypoints: list[Waypoint] = []
-    approach: Array | None = None
+    shots = table.numbers(["shots"])[:, 0]
     wanted = float(shots.max(initial=0))
-    for i, (name, kind, row) in enumerate(zip(names, kinds, q, strict=True)):
-        line = table.lines[i]
-        if kind == "approach":
-            if names[i + 1 : i + 2] != (name,):
-                raise bad_cell(table.file, line, "pose", name, "the name of the pose in the next row")
-            approach = row
-            continue
-        if shots[i] != wanted or wanted < 1 or wanted % 1:
-            raise bad_cell(table.file, line, "shots", f"{shots[i]:g}", "the same whole number from 1 for each pose")
-        waypoints.append(Waypoint(name, row, approach))
-        approach = None
+    for line, kind, each in zip(table.lines, table.texts("kind"), shots, strict=True):
+        if kind == "pose" and (each != wanted or wanted < 1 or wanted % 1):
+            raise bad_cell(table.file, line, "shots", f"{each:g}", "the same whole number from 1 for each pose")
+    waypoints = _grouped(table, q)
     if not waypoints:
         raise _no_poses(path, "it has no row of kind 'pose'")
-    return tuple(waypoints), int(wanted)
+    return waypoints, int(wanted)
+
+
+def _grouped(table: CsvTable, q: Array) -> tuple[Waypoint, ...]:
+    """Rows of a table with names, and with kinds if it has that column; each pose with the approaches above it.
+
+    Raises:
+        DataError: Another kind, a name that is given twice, an approach of no pose.
+    """
+    names = table.texts("pose")
+    kinds = table.texts("kind") if "kind" in table else ["pose"] * len(names)
+    waypoints: list[Waypoint] = []
+    approach: list[Array] = []
+    seen = set[str]()
+    for i, (line, name, kind) in enumerate(zip(table.lines, names, kinds, strict=True)):
+        if kind not in KINDS:
+            raise bad_cell(table.file, line, "kind", kind, " or ".join(KINDS))
+        if kind == "approach":
+            if tuple(names[i + 1 : i + 2]) != (name,):
+                raise bad_cell(table.file, line, "pose", name, "the name of the pose in the next row")
+            approach.append(q[i])
+            continue
+        if name in seen:
+            raise bad_cell(table.file, line, "pose", name, "a name that no row above has")
+        seen.add(name)
+        waypoints.append(Waypoint(name, q[i], tuple(approach)))
+        approach = []
+    return tuple(waypoints)
 
 
 def _no_poses(path: Path, reason: str) -> DataError:

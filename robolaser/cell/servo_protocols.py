@@ -19,7 +19,9 @@ EVERYBODY = 0xFE
 CRC_POLYNOMIAL = 0x8005
 RAMP = 0.25
 """Share of a motion's time in which it gains speed."""
-BRAKING = 100, 254
+STEEPEST = 254
+"""Acceleration of Feetech's servos at most [100 steps/s2]."""
+BRAKING = 100, STEEPEST
 """Speed [steps/s] and acceleration [100 steps/s2] of Feetech's servos that are told to stop."""
 WRONG_VOLTAGE, TOO_HOT, OVERLOADED = "wrong voltage", "too hot", "overloaded"
 NO_READING = "no reading of its encoder"
@@ -67,6 +69,10 @@ class ServoProtocol(ABC):
         """What `motion` holds to go so far to a goal [steps] in so many seconds; in 0 s: stop."""
 
     @abstractmethod
+    def setpoint(self, goal: int) -> bytes:
+        """What `motion` holds to go to a goal [steps] without a ramp."""
+
+    @abstractmethod
     def positions(self, raw: Ints, length: int) -> Ints:
         """Positions from what registers of so many bytes hold, (j,) [steps]."""
 
@@ -102,6 +108,10 @@ class Dynamixel(ServoProtocol):
         times = round(1000 * RAMP * seconds), round(1000 * seconds), goal
         return b"".join(number.to_bytes(4, "little", signed=True) for number in times)
 
+    def setpoint(self, goal: int) -> bytes:
+        """Times of 0."""
+        return self.motion_data(0, goal, 0.0)
+
     def positions(self, raw: Ints, length: int) -> Ints:
         """Two's complement."""
         return np.where(raw < 1 << 8 * length - 1, raw, raw - (1 << 8 * length))
@@ -136,14 +146,22 @@ class Feetech(ServoProtocol):
         speed, ramp = BRAKING
         if seconds:
             speed = max(1, round(way / (seconds * (1 - RAMP))))
-            ramp = min(254, max(1, round(speed / (RAMP * seconds) / 100)))
-        signed = abs(goal) | (0x8000 if goal < 0 else 0)
-        return bytes([ramp]) + signed.to_bytes(2, "little") + b"\0\0" + speed.to_bytes(2, "little")
+            ramp = min(STEEPEST, max(1, round(speed / (RAMP * seconds) / 100)))
+        return bytes([ramp]) + _signed(goal) + b"\0\0" + speed.to_bytes(2, "little")
+
+    def setpoint(self, goal: int) -> bytes:
+        """The highest acceleration; a speed of 0 is no limit."""
+        return bytes([STEEPEST]) + _signed(goal) + b"\0\0\0\0"
 
     def positions(self, raw: Ints, length: int) -> Ints:
         """The highest bit is the sign."""
         highest = 1 << 8 * length - 1
         return np.where(raw < highest, raw, highest - raw)
+
+
+def _signed(position: int) -> bytes:
+    """The highest bit is the sign."""
+    return (abs(position) | (0x8000 if position < 0 else 0)).to_bytes(2, "little")
 
 
 def crc16(data: bytes) -> int:

@@ -34,6 +34,7 @@ class ServoArm(BusArm):
     """
 
     synchronous_read: ClassVar[bool] = True
+    follows: ClassVar[bool] = True
     counted_rad: ClassVar[float] = 2 * np.pi / 4096
     most: ClassVar[int] = 252
 
@@ -64,6 +65,11 @@ class ServoArm(BusArm):
             self._send_checked(start, start, seconds, slack=SAGGED)
             self._write(self._protocol.torque, [b"\1"] * len(self._ids))
         self._send_checked(start, goal, seconds)
+
+    def follow(self, q: Array) -> None:
+        """Let all servos go to angles, (j,), as fast as their loops can; the next call makes up for what is lost."""
+        goal = (MIDDLE + self._counts(q)).tolist()
+        self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in goal])
 
     def stop(self) -> None:
         """Stop where it is: these servos know no other command than to go where they are.

@@ -12,6 +12,7 @@ from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.first_look import BoardCutOff, FirstLook
+from robolaser.cell.following import Follower
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import cell_violations, unsafe
@@ -59,6 +60,8 @@ class Session:
         self._position_confirmed = position_confirmed
         self._first_look = first_look
         self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock, cell.arm.unattended_s)
+        hz, speed = cell.arm.setpoint_hz, cell.limits.speed_rad_s
+        self._follower = None if hz is None else Follower(arm, robot, speed, clock, hz)
         self._began = clock.now() - writer.time_s
         self._at: Array | None = None
         self._sure = arm.absolute_encoders or not cell.arm.home
@@ -104,7 +107,7 @@ class Session:
         for waypoint in waypoints:
             begins(waypoint.name)
             samples = self._record_pose(waypoint, self._at)
-            self._writer.add(samples)
+            self._writer.add(samples, self._follower.taken() if self._follower else ())
             recorded(waypoint)
             if self._first_look is not None:
                 self._first_look.at(waypoint.name, samples[-1].images)
@@ -127,15 +130,20 @@ class Session:
         if waypoints:
             broken = cell_violations(self._cell, start, *way(waypoints))
             if broken:
-                run_up = any(waypoint.approach is not None for waypoint in waypoints)
+                run_up = any(waypoint.approach for waypoint in waypoints)
                 raise unsafe(broken, run_up=run_up)
 
     def _record_pose(self, waypoint: Waypoint, at: Array) -> list[Sample]:
         samples: list[Sample] = []
-        if waypoint.approach is not None:
-            at = self._at = self._mover.move_and_wait(waypoint.approach, waypoint.approach_name, at)
-            samples.append(Sample(waypoint.approach_name, self._now(), at))
-        at = self._at = self._mover.move_and_wait(waypoint.q, waypoint.name, at)
+        for name, goal in waypoint.places:
+            if self._follower is None:
+                at = self._mover.move_and_wait(goal, name, at)
+            else:
+                at = self._follower.move(goal, name)
+            self._at = at
+            samples.append(Sample(name, self._now(), at))
+        if self._follower is not None:
+            at = self._at = self._follower.rest(waypoint.name)
         images = {"image": self._lit_shot(0)}
         time_s = self._now()
         images |= {f"image_{k + 1}": self._lit_shot(k) for k in range(1, self._writer.shots)}
@@ -146,7 +154,7 @@ class Session:
             self._arm.laser_on(self._cell.laser_output)
             self._check_laser(waypoint, images["image"], images[IMAGE_OFF])
         self._check_rest(waypoint, at)
-        return [*samples, Sample(waypoint.name, time_s, at, images)]
+        return [*samples[:-1], Sample(waypoint.name, time_s, at, images)]
 
     def _lit_shot(self, number: int) -> Image:
         """A repeat, or one of an exposure series."""

@@ -226,7 +226,7 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
         terminal.warn(f"{bodies.name(pair)} overlap wherever the arm is: they are not checked against each other.")
     broken = cell_violations(cell, None, names, q)
     if broken:
-        run_up = any(waypoint.approach is not None for waypoint in waypoints)
+        run_up = any(waypoint.approach for waypoint in waypoints)
         raise unsafe(broken, run_up=run_up)
 
 

@@ -22,6 +22,7 @@ Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
 USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
 Axes = Literal["er7", "er5plus"]
 UNATTENDED_S, MOST_UNATTENDED_S = 0.9, 1.0
+MOST_SETPOINT_HZ = 200.0  # as a line carries
 USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
@@ -41,6 +42,8 @@ class ArmLine:
     home: bool = False  # whether it searches its home before it measures
     # longest motion that the controller is given at a time: how long the arm may move on when this computer dies [s]
     unattended_s: Positive = UNATTENDED_S
+    # setpoints a second that the arm follows, and that are logged; None: its controller plans each motion
+    setpoint_hz: Annotated[float, Meta(gt=0, le=MOST_SETPOINT_HZ)] | None = None
     axes: Axes | None = None  # what a SCORBOT's encoders count, see `robolaser.cell.acl`; stated for each of them
 
 

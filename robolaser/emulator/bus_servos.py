@@ -4,9 +4,11 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.controller import ArmFault, ServoChain
 from robolaser.emulator.joints import least_seconds
+from robolaser.emulator.servo_loop import ServoLoop
 
 TURN = 4096
 MIDDLE = 2048
@@ -23,8 +25,9 @@ class BusServos(ServoChain):
 
     command_mark: ClassVar[bytes] = b"\xff\xff"
 
-    def __init__(self, cell: Cell) -> None:
+    def __init__(self, cell: Cell, loop: ServoLoop | None = None) -> None:
         super().__init__(cell)
+        self._loop = loop
         self._memory = {servo: bytearray(REGISTERS) for servo in self._ids}
         self._dynamixel = cell.arm.kind == "dynamixel"
         self._torque, self._goal, self._present, self._status = (
@@ -36,10 +39,16 @@ class BusServos(ServoChain):
     def receive(self, data: bytes, now_s: float) -> bytes:
         """Take packets, and answer those that ask."""
         self._heard += data
+        self.motor(now_s)  # up to now the joints followed what they were told before
         answers = b""
         while (packet := self._next_packet()) is not None:
             answers += self._obey(*packet, now_s)
         return answers
+
+    def motor(self, now_s: float) -> Array:
+        """Joint angles as the encoders see them, (j,) [rad]."""
+        wanted = super().motor
+        return wanted(now_s) if self._loop is None else self._loop.follow(wanted, now_s)
 
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """Let a fault happen; servos have no home to miss."""
@@ -89,7 +98,7 @@ class BusServos(ServoChain):
 
     def _answer(self, servo: int, address: int, length: int, now_s: float) -> bytes:
         i = self._ids.index(servo)
-        memory, turned = self._memory[servo], self._turned(i, self._axes[i].at(now_s))
+        memory, turned = self._memory[servo], self._turned(i, float(self.motor(now_s)[i]))
         memory[self._present : self._present + self._size] = self._coded(MIDDLE + round(turned * TURN / (2 * np.pi)))
         return self._status_packet(servo, bytes(memory[address : address + length]))
 
@@ -126,8 +135,9 @@ class BusServos(ServoChain):
             timed = memory[10] & 4
             seconds = int.from_bytes(memory[112:116], "little") / 1000 if timed else 0.0
         else:
-            seconds = least_seconds(way, max(1, int.from_bytes(memory[46:48], "little")) * 2 * np.pi / TURN)
-        axis.queue(goal, now_s, max(seconds, least_seconds(way, FASTEST_RAD_S)))
+            speed = int.from_bytes(memory[46:48], "little") * 2 * np.pi / TURN
+            seconds = least_seconds(way, speed) if speed else 0.0
+        axis.queue(goal, now_s, max(seconds, least_seconds(way, FASTEST_RAD_S)) if seconds else 0.0)
 
     def _coded(self, position: int) -> bytes:
         if self._dynamixel:

@@ -17,6 +17,7 @@ from robolaser.emulator.faults import ARM, Fault, not_a_fault, read_fault
 from robolaser.emulator.faulty import FaultyController
 from robolaser.emulator.lss import LssController
 from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
+from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world import load_world
 from robolaser.errors import DataError, UsageError, near
 
@@ -28,7 +29,7 @@ BITS_A_BYTE = 10
 """Start, eight, stop."""
 
 
-CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {
+CONTROLLERS: Mapping[str, Callable[..., Controller]] = {
     "acl": AclController,
     "dynamixel": BusServos,
     "feetech": BusServos,
@@ -36,11 +37,15 @@ CONTROLLERS: Mapping[str, Callable[[Cell], Controller]] = {
 }
 
 
-def controller_of(cell: Cell) -> Controller:
+def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
     """The controller that a cell's arm has.
 
+    Args:
+        cell: Names the arm's language.
+        loop: How its servos follow; None: exactly.
+
     Raises:
-        DataError: No emulated controller speaks the arm's language.
+        DataError: No emulated controller speaks the arm's language, or it has no servos whose loops could be at fault.
     """
     if cell.arm.kind not in CONTROLLERS:
         meant = near(cell.arm.kind, CONTROLLERS)
@@ -49,7 +54,16 @@ def controller_of(cell: Cell) -> Controller:
             file="cell.toml",
             column="kind",
         )
-    return CONTROLLERS[cell.arm.kind](cell)
+    controller = CONTROLLERS[cell.arm.kind]
+    if loop is None:
+        return controller(cell)
+    if controller is not BusServos:
+        raise DataError(
+            f"The world has effects of servos ({', '.join(SERVO_FAULTS)}), but arms of kind '{cell.arm.kind}' are"
+            " emulated without. Take these [[effect]] out.",
+            column="effect",
+        )
+    return BusServos(cell, loop)
 
 
 @final
@@ -75,7 +89,8 @@ class EmulatedCell:
         cell = load_cell(folder)
         wire, line = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
         wanted = [read_fault(text) for text in faults]
-        self._controller = FaultyController(controller_of(cell), wanted, wire)
+        seen = None if world is None else load_world(world, cell.description)
+        self._controller = FaultyController(controller_of(cell, seen and seen.loop), wanted, wire)
         _check(wanted, cell.arm.kind, len(cell.robot.joints))
         self._line: ServedLine = TcpLine() if over_socket else PtyLine(cell.arm.baud, line)
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
@@ -86,9 +101,8 @@ class EmulatedCell:
         self._watched_s = 0.0
         self.arm = self._line.address
         self._stream: CameraServer | None = None
-        if world is not None:
+        if seen is not None:
             noise = np.random.default_rng([seed, 2])
-            seen = load_world(world, cell.description)
             self._stream = CameraServer(seen, self._snapshot(0.0), wanted, noise, camera_port)
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()

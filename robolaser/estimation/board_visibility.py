@@ -24,6 +24,7 @@ from robolaser.robot.postures import random_configurations
 from robolaser.robot.visibility import TILT, View
 
 NEAR, FAR = 1.3, 2.5  # distances of the board, in distances at which it would just fill the image
+SLANT = 50 * np.pi / 180  # of a board at which a camera still finds it well [rad]
 MARGIN = 0.04  # of the image, left free around the board
 ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half beside it
 ALONG = 7  # points of the stripe that stand for all of them
@@ -98,7 +99,7 @@ class CameraBoard(BoardObserver):
         size = np.array(self.image_px) - 1.0
         with np.errstate(invalid="ignore"):
             inside = np.abs(self._pixels(T) - size / 2.0) <= (0.5 - MARGIN) * size
-        return np.asarray((T[:, 2, 2] > np.cos(TILT)) & inside.all(axis=(1, 2)))
+        return np.asarray((T[:, 2, 2] > np.cos(SLANT)) & inside.all(axis=(1, 2)))
 
     def points(self, q: Array) -> Points:
         """Every corner."""

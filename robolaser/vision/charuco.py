@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.board import Board
-from robolaser.errors import DataError, meant
+from robolaser.data.printed_board import dictionary
 from robolaser.vision.board import Image
 
 WINDOW_PX = (2, 8)  # half sides of the window in which a corner is sharpened, least and most
@@ -28,25 +28,6 @@ def find_charuco(image: Image, board: Board) -> Array | None:
     seen = [_seen(image, board, legacy=legacy) for legacy in (False, True)]
     grid = max(seen, key=lambda one: np.isfinite(one).sum())
     return grid if np.isfinite(grid).any() else None
-
-
-def dictionary(board: Board) -> int:
-    """OpenCV's number of a board's dictionary.
-
-    Raises:
-        DataError: There is none of that name.
-    """
-    known = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
-    if board.dictionary not in known:
-        guess = meant(str(board.dictionary), known)
-        raise DataError(
-            f"dataset.toml, [board] dictionary: {board.dictionary!r}, expected one of OpenCV's, such as"
-            f" 'DICT_6X6_250'.{guess}",
-            file="dataset.toml",
-            column="[board] dictionary",
-        )
-    number: int = getattr(cv2.aruco, board.dictionary)
-    return number
 
 
 def _sharpened(image: Image, grid: Array, board: Board) -> Array:

@@ -160,8 +160,7 @@ def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Pat
     waypoints = both_ways(numbered(Q[:2]), 0.05)
     writer = bench.begun(cell, tmp_path / "out", waypoints, shots=2)
     for i, waypoint in enumerate(waypoints[:2]):
-        assert waypoint.approach is not None
-        writer.add([Sample(waypoint.approach_name, i, waypoint.approach), sample(waypoint, i + 0.5)])
+        writer.add([Sample(waypoint.approach_names[0], i, waypoint.approach[0]), sample(waypoint, i + 0.5)])
     image = tmp_path / "out" / "images" / "p001_down.2.png"
     data = image.read_bytes()
     if damage == "gone":
@@ -172,8 +171,7 @@ def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Pat
     writer = bench.resumed(cell, tmp_path / "out")
     assert [waypoint.name for waypoint in writer.remaining] == ["p001_down", "p002_up", "p002_down"]
     again = writer.remaining[0]
-    assert again.approach is not None
-    writer.add([Sample(again.approach_name, 9.0, again.approach), sample(again, 9.5)])
+    writer.add([Sample(again.approach_names[0], 9.0, again.approach[0]), sample(again, 9.5)])
     assert robolaser.load(tmp_path / "out").poses.names == ("p001_up_from", "p001_up", "p001_down_from", "p001_down")
     assert not list((tmp_path / "out" / "images").glob(".*"))
 
@@ -213,11 +211,9 @@ def test_a_route_reads_back_as_it_was_written(robot: Robot, tmp_path: Path) -> N
 
 def test_both_ways_come_from_below_and_from_above() -> None:
     up, down = both_ways(numbered(Q[:1]), 0.1)
-    assert up.approach is not None
-    assert down.approach is not None
-    assert (up.approach < up.q).all()
-    assert (down.approach > down.q).all()
-    assert (up.name, up.approach_name, down.name) == ("p001_up", "p001_up_from", "p001_down")
+    assert (up.approach[0] < up.q).all()
+    assert (down.approach[0] > down.q).all()
+    assert (up.name, up.approach_names, down.name) == ("p001_up", ("p001_up_from",), "p001_down")
 
 
 def test_poses_of_a_recording_are_those_with_an_image(cell: Cell, robot: Robot, tmp_path: Path) -> None:

@@ -5,13 +5,15 @@ from scenes import MIDDLE, above, eye, face_up, grey, heading, light, near, phot
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.world.checkerboard import Checkerboard
+from robolaser.data.board import Board
+from robolaser.data.printed_board import board_print
+from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.solids import Block, Floor, Solid, Sphere
 from robolaser.vision.board import find_board
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
 BLOCK = Block(near(-0.02, -0.03, 0.0), (0.05, 0.04, 0.01), heading(17))
-BOARD = Checkerboard(face_up(near(-0.04, 0.025, 0.0)), 9, 6, 0.010)
+BOARD = PrintedBoard(face_up(near(-0.04, 0.025, 0.0)), board_print(Board(9, 6, 0.010)))
 T = above()
 
 
@@ -55,7 +57,7 @@ def test_every_pixel_lies_on_the_solid_that_it_shows() -> None:
 
 @pytest.mark.parametrize("solid", [Floor(), BALL, BLOCK, BOARD], ids=lambda solid: type(solid).__name__)
 def test_seen_from_above_normals_point_at_who_looks(solid: Solid) -> None:
-    aims = {Floor: MIDDLE, Sphere: BALL.centre_m, Block: BLOCK.origin_m, Checkerboard: corners().mean(axis=0)}
+    aims = {Floor: MIDDLE, Sphere: BALL.centre_m, Block: BLOCK.origin_m, PrintedBoard: corners().mean(axis=0)}
     start = np.add(aims[type(solid)], [0.0, 0.0, 0.3])
     direction = np.random.default_rng(3).uniform(-0.02, 0.02, (50, 3)) - [0.0, 0.0, 1.0]
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.world.checkerboard import Checkerboard
+from robolaser.emulator.servo_loop import ServoLoop
 from robolaser.emulator.world.faults import TrackedBacklash
+from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.scene import Image, Scene
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.fault_model import FaultModel
@@ -28,12 +29,18 @@ class EmulatedWorld:
         scene: Solids, camera and laser without faults.
         truth: The sensor's true numbers, by name, SI.
         faults: In what the cell is not what its model says, in the order in which they act.
+        loop: How the joints follow their commands; None: exactly.
     """
 
     def __init__(
-        self, arm: ScrewArm, scene: Scene, truth: Mapping[str, float], faults: Sequence[FaultModel] = ()
+        self,
+        arm: ScrewArm,
+        scene: Scene,
+        truth: Mapping[str, float],
+        faults: Sequence[FaultModel] = (),
+        loop: ServoLoop | None = None,
     ) -> None:
-        self.arm, self.faults, self._truth = arm, tuple(faults), truth
+        self.arm, self.faults, self.loop, self._truth = arm, tuple(faults), loop, truth
         self._motor: Array | None = None
         run, light = self._run(np.zeros(arm.count)), scene.light
         for fault in self.faults:
@@ -102,7 +109,7 @@ class EmulatedWorld:
         """
         target: dict[str, float] = {}
         for board in self.scene.solids:
-            if isinstance(board, Checkerboard):
+            if isinstance(board, PrintedBoard):
                 turns = Rotation.from_matrix(board.T_base_board[:3, :3]).as_euler("XYZ")
                 values = [*board.T_base_board[:3, 3].tolist(), *turns.tolist()]
                 names = (f"target.{name}" for name in ("x", "y", "z", "w", "phi", "psi"))

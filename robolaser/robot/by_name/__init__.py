@@ -6,8 +6,8 @@ Some URDFs come with the optional package example-robot-data (`pip install 'robo
 import importlib.metadata
 import sys
 import tomllib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, final
@@ -46,6 +46,8 @@ class RobotEntry:
     base: str = ""  # the first link of a URDF that is made of rows
     convention: Convention = "standard"  # that of the rows, see `rows_urdf`
     rows: tuple[dict[str, Any], ...] = ()
+    controller: Mapping[str, Any] = field(default_factory=dict)
+    """What `[arm]` of a cell says of its controller; empty: there is no driver."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -126,7 +128,7 @@ def find_robot(
     elif is_path:
         text, source = read(path), path.name
     else:
-        raise UsageError(f"No robot '{name_or_path}'.{_meant(str(name_or_path))} Or give the path of a .urdf file.")
+        raise UsageError(f"{_unknown(str(name_or_path))} Or give the path of a .urdf file.")
     if flange is None:
         flange = only_end(text, source)
     return Robot.from_urdf(text, flange=flange, joints=joints, gravity=gravity, source=source)
@@ -137,6 +139,22 @@ def named(name: str) -> RobotEntry | None:
     entries = {entry.name: entry for entry in known_robots()}
     found = match(name, {entry.name: entry.names for entry in entries.values()}, _makers())
     return None if found is None else entries[found]
+
+
+def entry_of(name: str) -> RobotEntry:
+    """The known robot that is called so.
+
+    Raises:
+        UsageError: None is.
+    """
+    entry = named(name)
+    if entry is None:
+        raise UsageError(_unknown(name))
+    return entry
+
+
+def _unknown(name: str) -> str:
+    return f"No robot '{name}'.{_meant(name)}"
 
 
 def _meant(name: str) -> str:

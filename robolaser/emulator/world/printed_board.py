@@ -1,4 +1,4 @@
-"""A printed checkerboard on a thin plate."""
+"""A printed board on a thin plate."""
 
 from dataclasses import dataclass
 from typing import final
@@ -6,29 +6,26 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.data.printed_board import BoardPrint
 from robolaser.emulator.world.solids import Solid
 
 
 @final
-@dataclass(frozen=True)
-class Checkerboard(Solid):
-    """A checkerboard, with a light border around its outer squares.
+@dataclass(frozen=True, eq=False)
+class PrintedBoard(Solid):
+    """A checkerboard with or without markers, with a light border around it.
 
     Attributes:
         T_base_board: Its frame: the origin is the inner corner whose outward diagonal square is dark, x runs along the
             columns, y along the rows, z into the board, (4, 4).
-        columns: Inner corners along x.
-        rows: Inner corners along y.
-        square_m: Side of a square [m].
+        pattern: What is on it.
         border_m: Breadth of the border [m].
         tone: Of the paper.
         black: Share of light that the ink reflects.
     """
 
     T_base_board: Array
-    columns: int
-    rows: int
-    square_m: float
+    pattern: BoardPrint
     border_m: float = 0.01
     tone: float = 0.85
     black: float = 0.09
@@ -37,13 +34,13 @@ class Checkerboard(Solid):
         """From either side."""
         R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
         start, along = (origin - t) @ R, direction @ R
-        room = self.square_m + self.border_m
-        ends = self.square_m * (np.array([self.columns, self.rows]) - 1.0)
+        cell = self.pattern.cell_m
         with np.errstate(divide="ignore", invalid="ignore"):
             distance = -start[..., 2] / along[:, 2]
             on = distance > 0
-            for i, end in enumerate(ends):
-                on &= np.abs(start[..., i] + distance * along[:, i] - end / 2) <= end / 2 + room
+            for i, count in enumerate(self.pattern.dark.shape[::-1]):
+                middle = (count / 2 - self.pattern.first) * cell
+                on &= np.abs(start[..., i] + distance * along[:, i] - middle) <= count / 2 * cell + self.border_m
         return np.where(on, distance, np.inf)
 
     def normal(self, point: Array) -> Array:
@@ -53,14 +50,23 @@ class Checkerboard(Solid):
     def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
         """Paper and ink, mixed where a pixel sees both."""
         R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
-        place, ray = (point - t) @ R / self.square_m, (point - eye) @ R / self.square_m
+        place, ray = (point - t) @ R / self.pattern.cell_m, (point - eye) @ R / self.pattern.cell_m
         footprint = breadth * np.linalg.norm(ray, axis=-1)
-        side, printed = np.ones(len(point)), np.ones(len(point))
-        for i, last in enumerate((self.columns - 1, self.rows - 1)):
-            x = place[:, i]
+        lines, beyond, printed = [], [], np.ones(len(point))
+        for i, count in enumerate(self.pattern.dark.shape[::-1]):
+            x = place[:, i] + self.pattern.first
             sharp = 1.0 / (footprint * np.hypot(1.0, ray[:, i] / ray[:, 2]))
-            line = np.clip(np.rint(x), 0.0, last)
-            side *= np.clip(2.0 * (x - line) * sharp, -1.0, 1.0) * (1.0 - 2.0 * (line % 2))
-            printed *= np.clip((last / 2 + 1.0 - np.abs(x - last / 2)) * sharp + 0.5, 0.0, 1.0)
-        albedo: Array = self.tone + (self.black - self.tone) * (0.5 + 0.5 * side) * printed
+            line = np.clip(np.rint(x), 1.0, count - 1.0)
+            lines.append(line.astype(np.int64))
+            beyond.append(np.clip((x - line) * sharp + 0.5, 0.0, 1.0))
+            printed *= np.clip((count / 2 - np.abs(x - count / 2)) * sharp + 0.5, 0.0, 1.0)
+        (column, row), (right, below) = lines, beyond
+        ink = sum(
+            self.pattern.dark[row - up, column - left]
+            * np.where(up, 1.0 - below, below)
+            * np.where(left, 1.0 - right, right)
+            for up in (0, 1)
+            for left in (0, 1)
+        )
+        albedo: Array = self.tone + (self.black - self.tone) * ink * printed
         return albedo

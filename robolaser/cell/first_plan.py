@@ -1,0 +1,143 @@
+"""The first plan of a cell: where the board is to lie, and poses and motions that see it, before anything was measured.
+
+A ChArUco board names its corners, so that a camera has to see only a part of it: the plan looks at the board's middle
+from a camera that looks where the arm points, and holds for one that is tilted or aside.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.cell.cell_collisions import collision_model, tool_points
+from robolaser.cell.plan_validation import allowed, reach, violations
+from robolaser.cell.route import Waypoint, numbered
+from robolaser.data.cell_config import Cell
+from robolaser.data.dataset import Dataset
+from robolaser.data.sensor_format import sensor_format
+from robolaser.estimation.optimal_poses import planned
+from robolaser.parameters import Parameter
+from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import random_configurations
+
+AHEAD = 0.55  # distance of the board's middle from the base, in the arm's reach
+MIDDLE = (5, 4)  # inner corners of the part of the board that every pose is to show
+FOCAL = 0.94  # length, in the image's width: a usual lens of 56°
+SPARE = 6  # poses that may be lost because the way to them is not free
+ASIDE_RAD = 0.3  # by which joints leave a pose between two poses, at most
+TURNS = 3  # places on the way to a pose at which joints turn back
+TRIES = 40
+SIX = ("x", "y", "z", "w", "phi", "psi")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where camera and board are, about."""
+
+    T_flange_camera: Array  # (4, 4)
+    T_base_board: Array  # (4, 4)
+
+
+def layout(cell: Cell) -> Layout:
+    """A camera at the flange that looks along the last joint's axis, and the board on the table before the arm."""
+    robot, board = cell.robot, cell.description.board
+    assert board is not None  # a new cell has one
+    T_camera, T_board = np.eye(4), np.eye(4)
+    T_camera[:3, :3] = _turned_to(_pointing(robot))
+    q = random_configurations(robot, 2000, np.random.default_rng(0))
+    T_board[:3, :3] = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
+    size = board.square_m * np.array([board.columns - 1, board.rows - 1, 0])
+    T_board[:3, 3] = [AHEAD * float(reach(robot, q).max()), 0.0, 0.0] - T_board[:3, :3] @ size / 2
+    return Layout(T_camera, T_board)
+
+
+def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
+    """Poses that see the board's middle, each with a free way to the next.
+
+    Raises:
+        PlanError: There are too few.
+    """
+    robot, described = cell.robot, _assumed(cell)
+    bodies, tools = collision_model(described, cell.limits, cell.boxes), tool_points(described)
+    kept: list[Array] = []
+    may = allowed(cell, ASIDE_RAD / 2)
+    for q in planned(described, count=count + SPARE, effects=("joint_offset",), allowed=may, seed=seed):
+        start = kept[-1] if kept else None
+        if len(kept) < count and not violations(robot, cell.limits, tools, start, ("",), q[None], bodies):
+            kept.append(q)
+    return numbered(np.array(kept))
+
+
+def with_motions(cell: Cell, waypoints: Sequence[Waypoint], seed: int) -> tuple[Waypoint, ...]:
+    """The same poses, with places before each from which all joints turn back, as far as the way there is free."""
+    robot, rng = cell.robot, np.random.default_rng(seed)
+    bodies, tools = collision_model(cell.description, cell.limits, cell.boxes), tool_points(cell.description)
+    start: Array | None = None
+    found = []
+    for waypoint in waypoints:
+        for far in np.linspace(1.0, 0.2, TRIES):
+            aside = far * ASIDE_RAD * rng.uniform(0.3, 1.0, (TURNS, len(waypoint.q)))
+            signs = rng.choice([-1.0, 1.0], len(waypoint.q)) * (-1.0) ** np.arange(TURNS)[:, None]
+            moved = replace(waypoint, approach=tuple(waypoint.q + signs * aside))
+            names, q = zip(*moved.places, strict=True)
+            if not violations(robot, cell.limits, tools, start, names, np.array(q), bodies):
+                break
+        else:
+            moved = waypoint
+        found.append(moved)
+        start = waypoint.q
+    return tuple(found)
+
+
+def _assumed(cell: Cell) -> Dataset:
+    """The cell's description with what the plan assumes of camera and board."""
+    described, at = cell.description, layout(cell)
+    board, size = described.board, described.image_px
+    assert board is not None
+    assert size is not None
+    left_out = np.array([board.columns - MIDDLE[0], board.rows - MIDDLE[1], 0]) // 2
+    T_base_middle = at.T_base_board.copy()
+    T_base_middle[:3, 3] += at.T_base_board[:3, :3] @ (board.square_m * left_out)
+    focal = FOCAL * size[0]
+    values = {"fx": focal, "fy": focal, "cx": size[0] / 2, "cy": size[1] / 2}
+    values |= dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0)
+    values |= {f"hand_eye.{name}": value for name, value in six(at.T_flange_camera).items()}
+    values |= {f"target.{name}": value for name, value in six(T_base_middle).items()}
+    units = sensor_format("camera")
+    return replace(
+        described,
+        kind="camera",
+        board=replace(board, columns=MIDDLE[0], rows=MIDDLE[1]),
+        parameters={
+            name: Parameter(name, units.unit_of(name), value, value - 0.1 * scale, value + 0.1 * scale)
+            for name, value in values.items()
+            for scale in [focal if units.unit_of(name) == "px" else 1.0]
+        },
+    )
+
+
+def six(T: Array) -> dict[str, float]:
+    """A placement as x, y, z [m] and w, phi, psi [rad]."""
+    turns = Rotation.from_matrix(T[:3, :3]).as_euler("XYZ")
+    return dict(zip(SIX, (*T[:3, 3].tolist(), *turns.tolist()), strict=True))
+
+
+def _pointing(robot: Robot) -> Array:
+    """Where the flange points, (3,) in its frame: along the last joint's axis, away from the joint before it."""
+    q = np.zeros((1, 1, len(robot.joints)))
+    frames, T_base_flange = robot.joint_frames(q)[0, 0], robot.forward(q)[0, 0]
+    axis = frames[-1, :3, :3] @ robot.axes[robot.chain[-1]]
+    outwards = np.sign(axis @ (T_base_flange[:3, 3] - frames[-2, :3, 3])) or 1.0
+    pointing: Array = outwards * axis @ T_base_flange[:3, :3]
+    return pointing
+
+
+def _turned_to(z: Array) -> Array:
+    """A rotation, (3, 3), whose z axis is a direction, by the shortest turn."""
+    turn, _ = Rotation.align_vectors(z[None], [[0.0, 0.0, 1.0]])
+    R: Array = turn.as_matrix()
+    return R

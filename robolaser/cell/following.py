@@ -1,0 +1,135 @@
+"""Motions by setpoints: joints are told many times a second where to be, and what they read is logged beside it."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import not_settled
+from robolaser.cell.joint_text import joint_text
+from robolaser.cell.motion_time import LEAST_S, seconds_for
+from robolaser.errors import ArmError
+from robolaser.robot.kinematics import Robot
+
+BEHIND = np.deg2rad(15.0)
+"""How far a joint may be from its setpoint: hobby servos stay behind by up to 10° [rad or m]."""
+LOOK_S = 0.5
+"""Time between two looks for faults."""
+REST_S, PATIENCE_S = 0.4, 3.0
+"""A joint rests that has not moved for so long; one that still moves after so long does not come to rest."""
+STEPS = 2.5
+"""Of the encoder, that an arm at rest may seem to move."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Tick:
+    """One moment of a motion."""
+
+    time_s: float  # on the clock
+    command: Array  # where the joints were last told to be, (j,) [rad or m]
+    q: Array  # as read, (j,) [rad or m]
+
+
+@final
+class Follower:
+    """Leads one arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
+
+    Args:
+        arm: One that follows.
+        robot: Its joints.
+        speed: Highest speed of a setpoint [rad/s or m/s].
+        clock: Of the time stamps.
+        rate_hz: Setpoints a second.
+    """
+
+    def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock, rate_hz: float) -> None:
+        self._arm, self._robot, self._speed, self._clock, self._rate_hz = arm, robot, speed, clock, rate_hz
+        self._command: Array | None = None
+        self._ticks: list[Tick] = []
+        self._looked_s = -np.inf
+
+    def taken(self) -> list[Tick]:
+        """What was logged since the last call."""
+        ticks, self._ticks = self._ticks, []
+        return ticks
+
+    def move(self, goal: Array, place: str) -> Array:
+        """Lead the arm to a goal, (j,), from where it was led before, or from where it is.
+
+        Args:
+            goal: (j,).
+            place: What messages call it.
+
+        Returns:
+            What was read last, (j,): the arm may still be on its way.
+
+        Raises:
+            ArmError: A joint stays too far behind.
+        """
+        start = self._held()
+        way = goal - start
+        seconds, began = seconds_for(way, self._speed), self._clock.now()
+        while True:
+            share = min(1.0, (self._clock.now() - began) / seconds)
+            q = self._tick(start + way * smooth(share), place)
+            if share == 1.0:
+                return q
+
+    def rest(self, place: str) -> Array:
+        """Hold the last setpoint until the joints rest, and give where they do, (j,).
+
+        Raises:
+            ArmError: A joint stays too far behind.
+            NotSettled: It does not come to rest.
+        """
+        command = self._held()
+        began = still = self._clock.now()
+        q = before = self._tick(command, place)
+        while (now := self._clock.now()) - still < REST_S:
+            q = self._tick(command, place)
+            moved = np.abs(q - before)
+            if (moved > STEPS * self._arm.step).any():
+                before, still = q, now
+            if now - began > PATIENCE_S:
+                joint = int(np.argmax(moved))
+                text = joint_text(self._robot, joint, float(moved[joint]))
+                raise not_settled(f"At {place}", self._robot.joints[joint], text)
+        return q
+
+    def _held(self) -> Array:
+        """The setpoint that the joints hold; at first they are told to hold where they are."""
+        if self._command is None:
+            self._command = self._arm.read()
+            self._arm.start_move(self._command, LEAST_S)
+        return self._command
+
+    def _tick(self, command: Array, place: str) -> Array:
+        """Read, log what was told last, tell the joints where to be now, and wait for the next time."""
+        began = self._clock.now()
+        if began - self._looked_s > LOOK_S:
+            self._arm.poll_faults()
+            self._looked_s = began
+        q = self._arm.read()
+        self._ticks.append(Tick(self._clock.now(), self._held(), q))
+        off = np.abs(q - command)
+        if (off > BEHIND).any():
+            joint = int(np.argmax(off))
+            at, wanted = (joint_text(self._robot, joint, float(each[joint])) for each in (q, command))
+            raise ArmError(
+                f"On the way to {place}, {self._robot.joints[joint]} is at {at}, but was told to be at {wanted}: it is"
+                " blocked, too weak, or turns the other way. Look for what blocks it, and check [arm] direction and"
+                " reference_rad in cell.toml; or state a lower speed_rad_s in [limits]."
+            )
+        self._arm.follow(command)
+        self._command = command
+        self._clock.wait(max(0.0, began + 1.0 / self._rate_hz - self._clock.now()))
+        return q
+
+
+def smooth(share: float) -> float:
+    """Share of the way after a share of the time, 0 to 1: a polynomial of fifth degree, at rest at both ends."""
+    return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)

@@ -1,0 +1,50 @@
+"""LeRobot's calibration file of an arm: which count of each servo is the zero of its joint."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, final
+
+import msgspec
+
+from robolaser.bounded_reading import SETTINGS_BYTES, read_text
+from robolaser.errors import DataError
+
+TURN: Final = 4096
+"""Counts of a servo's turn."""
+
+
+@final
+@dataclass(frozen=True)
+class Servo:
+    """An entry of the file: `MotorCalibration` of lerobot/motors/motors_bus.py."""
+
+    id: int
+    homing_offset: int
+    range_min: int
+    range_max: int
+
+    @property
+    def middle(self) -> float:
+        """The position at which LeRobot reads 0°."""
+        return (self.range_min + self.range_max) / 2
+
+
+def read_servos(path: Path, joints: Sequence[str]) -> dict[str, Servo]:
+    """The servos of joints, by the joints' names.
+
+    Raises:
+        DataError: It is not such a file, or lacks a joint.
+    """
+    try:
+        found = msgspec.json.decode(read_text(path, SETTINGS_BYTES), type=dict[str, Servo])
+    except msgspec.DecodeError as error:
+        raise DataError(
+            f"{path} is no calibration file of LeRobot (id, homing_offset, range_min and range_max of each joint):"
+            f" {error}",
+            file=path,
+        ) from None
+    missing = [joint for joint in joints if joint not in found]
+    if missing:
+        raise DataError(f"{path} lacks {', '.join(missing)}. It has {', '.join(found)}.", file=path)
+    return {joint: found[joint] for joint in joints}

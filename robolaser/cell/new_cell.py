@@ -1,0 +1,205 @@
+"""A new cell for a known arm with a camera: its description, a board to print, plans, and an emulated world."""
+
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, final
+
+from scipy.spatial.transform import Rotation
+
+from robolaser.cell.board_pdf import board_pdf
+from robolaser.cell.first_plan import Layout, first_poses, layout, six, with_motions
+from robolaser.cell.lerobot import TURN, Servo
+from robolaser.cell.route import route_text
+from robolaser.data.board import Board
+from robolaser.data.cell_config import load_cell
+from robolaser.errors import UsageError
+from robolaser.robot.by_name import RobotEntry, known_robots
+
+CELL_FILES: Final = (
+    "README.md", "board.pdf", "cell.toml", "dataset.toml", "motions.csv", "poses.csv", "world.toml"
+)  # fmt: skip
+FOLLOW_HZ, FOLLOW_RAD_S = 50, 0.8
+"""Of arms of small servos that follow setpoints."""
+FOLLOWING: Final = ("dynamixel", "feetech")
+EMULATED: Final = ("acl", *FOLLOWING)
+SEED: Final = 1
+
+
+@final
+@dataclass(frozen=True)
+class NewCell:
+    """What a new cell is to be."""
+
+    entry: RobotEntry
+    sensor: str  # "camera", or "stripe": with a laser
+    board: Board
+    image_px: tuple[int, int]  # width and height
+    poses: int
+    servos: Mapping[str, Servo]  # LeRobot's calibration; empty: servos count from position 2048
+
+
+def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
+    """The files of a cell by name; None for what such an arm has no use for.
+
+    No parameter is given a value: camera, mount and board are found from the images.
+
+    Raises:
+        UsageError: There is no driver for the arm, or the board does not fit on the sheet.
+        PlanError: Too few poses see the board.
+    """
+    if not new.entry.controller:
+        others = ", ".join(one.name for one in known_robots() if one.controller)
+        raise UsageError(
+            f"There is no driver for {new.entry.title}: a cell of it cannot be driven. Arms with one: {others}. Record"
+            " the joint angles with its own software and use 'robolaser import'."
+        )
+    pdf = board_pdf(new.board)
+    described = {"dataset.toml": _dataset(new), "cell.toml": _cell(new)}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in described.items():
+            (Path(folder) / name).write_text(text, encoding="utf-8")
+        cell = load_cell(folder)
+        poses = first_poses(cell, new.poses, SEED)
+        at = layout(cell)
+        follows = new.entry.controller["kind"] in FOLLOWING
+        motions = route_text(cell.robot, with_motions(cell, poses, SEED), 1) if follows else None
+        world = new.sensor == "camera" and new.entry.controller["kind"] in EMULATED
+        return {
+            **described,
+            "README.md": _readme(new, at),
+            "board.pdf": pdf,
+            "poses.csv": route_text(cell.robot, poses, 1),
+            "motions.csv": motions,
+            "world.toml": _world(new, at) if world else None,
+        }
+
+
+def _dataset(new: NewCell) -> str:
+    entry, board = new.entry, new.board
+    joints = ", ".join(f'"{joint}"' for joint in entry.joints)
+    markers = f'marker_m = {board.marker_m}\ndictionary = "{board.dictionary}"\n' if board.kind == "charuco" else ""
+    return f"""\
+format = "robolaser-dataset/1"
+name = "{entry.name}-cell"
+
+[robot]
+urdf = "{entry.name}"
+flange = "{entry.flange}"
+joints = [{joints}]
+
+[sensor]
+kind = "{new.sensor}"
+
+[image]
+width_px = {new.image_px[0]}
+height_px = {new.image_px[1]}
+
+[board]                 # board.pdf: measure the print, and correct square_m and marker_m
+kind = "{board.kind}"
+columns = {board.columns}
+rows = {board.rows}
+square_m = {board.square_m}
+{markers}
+[target]
+placed = false          # the position of the board is found
+"""
+
+
+def _cell(new: NewCell) -> str:
+    arm: dict[str, Any] = dict(new.entry.controller)
+    follows = arm["kind"] in FOLLOWING
+    if follows:
+        arm["setpoint_hz"] = FOLLOW_HZ
+    if new.servos:
+        servos = [new.servos[joint] for joint in new.entry.joints]
+        arm["ids"] = [servo.id for servo in servos]
+        arm["reference_rad"] = [round((TURN / 2 - servo.middle) * 2 * math.pi / TURN, 6) for servo in servos]
+    lines = "\n".join(f"{name} = {_toml(value)}" for name, value in arm.items())
+    speed = f"speed_rad_s = {FOLLOW_RAD_S}\n" if follows else ""
+    return f"""\
+format = "robolaser-cell/1"
+
+[arm]
+{lines}
+
+[camera]
+source = 0              # number, device or URL
+
+[limits]
+floor_m = 0.02          # nothing goes below
+{speed}"""
+
+
+def _toml(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _world(new: NewCell, at: Layout) -> str:
+    """An arm with usual faults, and a camera that is tilted and beside the flange."""
+    focal, joints = 0.96 * new.image_px[0], new.entry.joints
+    T = at.T_flange_camera.copy()
+    T[:3, 3] = T[:3, :3] @ [0.004, -0.045, -0.03]
+    T[:3, :3] = T[:3, :3] @ Rotation.from_euler("XYZ", [-0.12, 0.03, 0.02]).as_matrix()
+    camera = {
+        "fx": focal, "fy": 0.998 * focal, "cx": 0.51 * new.image_px[0], "cy": 0.49 * new.image_px[1],
+        "k1": 0.05, "k2": -0.08, **{f"hand_eye.{name}": value for name, value in six(T).items()},
+    }  # fmt: skip
+    numbers = "\n".join(f"{name} = {value:.6g}" for name, value in camera.items())
+    quat = [round(value, 6) for value in Rotation.from_matrix(at.T_base_board[:3, :3]).as_quat().tolist()]
+    origin = [round(value, 6) for value in at.T_base_board[:3, 3].tolist()]
+    faults = [("joint_offset", joints[2], 0.05), ("backlash", joints[1], 0.01)]
+    if new.entry.controller["kind"] in FOLLOWING:
+        late = [(name, joint, size) for joint in joints for name, size in (("lag", 0.06), ("dead_time", 0.03))]
+        faults += [("dead_zone", joints[2], 0.03), ("droop", joints[1], 0.05), *late]
+    effects = "\n".join(
+        f'[[effect]]\nname = "{name}"\nwhere = "{where}"\nsize = {size}\n' for name, where, size in faults
+    )
+    return f"""\
+format = "robolaser-world/1"
+# An emulated cell to practise with: the true camera and board, and the faults of the arm.
+# Only `robolaser emulate` reads it.
+
+[truth]
+{numbers}
+
+[floor]
+
+[board]
+origin_m = {origin}
+quat = {quat}
+
+{effects}"""
+
+
+def _readme(new: NewCell, at: Layout) -> str:
+    board = new.board
+    ahead_m = at.T_base_board[0, 3] - board.square_m * (board.rows - 1) / 2
+    long_m = board.square_m * (board.columns + 1)
+    follows = new.entry.controller["kind"] in FOLLOWING
+    plan = "motions.csv" if follows else "poses.csv --both-ways"
+    log = "\n       robolaser diagnose recording/motion --output servo" if follows else ""
+    return f"""\
+# {new.entry.title} with a camera
+
+1. Print `board.pdf` at 100 %. The longer side should measure {1e3 * long_m:.0f} mm; otherwise correct `square_m` and
+   `marker_m` in `dataset.toml`. Glue the print to something flat.
+2. Lay it on the table, its middle {100 * ahead_m:.0f} cm in front of the arm's base, the long side across. A few
+   centimetres do not matter: part of the board in view is enough.
+3. Fix the camera to the last link, so that it looks where the arm points. Its position and focal length are found.
+4. Set `port` and `source` in `cell.toml`, and the size of the camera's images in `dataset.toml`.
+5. Look at the plan, clear the table, keep a hand on the power switch, and record:
+
+       robolaser record . --poses {plan} --output ../recording --dry-run
+       robolaser record . --poses {plan} --output ../recording --move
+
+6. Find out what is wrong:
+
+       cd ..
+       robolaser extract recording --output points
+       robolaser diagnose points --output why{log}
+
+`why/report.html` says where the error lies, what causes it and what to do about it.
+"""

@@ -1,0 +1,82 @@
+"""What is printed on a board: a grid of dark and light cells."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from robolaser.arrays import Bools
+from robolaser.data.board import Board
+from robolaser.errors import DataError, meant
+
+EXACT = 1e-6
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class BoardPrint:
+    """A checkerboard, with or without markers."""
+
+    dark: Bools  # cells, (h, w): rows along y of the board's frame, columns along x
+    cell_m: float  # side of a cell [m]
+    first: int  # cells from the edge of the print to the frame's origin, along x and along y
+
+
+def board_print(board: Board) -> BoardPrint:
+    """The print of a checkerboard or a ChArUco board (of OpenCV 4.6 or newer).
+
+    Raises:
+        DataError: It has circles, OpenCV has no such dictionary or too few markers in it, or its markers' bits are no
+            whole part of its squares.
+    """
+    if board.kind == "checkerboard":
+        dark = np.indices((board.rows + 1, board.columns + 1)).sum(axis=0) % 2 == 0
+        return BoardPrint(dark, board.square_m, 1)
+    if board.kind != "charuco":
+        raise _not_printed(f"a board of kind '{board.kind}'")
+    import cv2  # noqa: PLC0415 - slow to import
+
+    markers = cv2.aruco.getPredefinedDictionary(dictionary(board))
+    bits = markers.markerSize + 2  # with its frame
+    marker_m = float(board.marker_m or 0.0)
+    cells = board.square_m / marker_m * bits
+    if abs(cells - round(cells)) > EXACT or (round(cells) - bits) % 2:
+        raise _not_printed(
+            f"a marker of {bits} bits and {1e3 * marker_m:g} mm in squares of {1e3 * board.square_m:g} mm"
+        )
+    squares = (board.columns + 1, board.rows + 1)
+    if squares[0] * squares[1] // 2 > len(markers.bytesList):
+        raise _not_printed(f"a board of {squares[0]} x {squares[1]} squares with markers of {board.dictionary}")
+    drawn = cv2.aruco.CharucoBoard(squares, board.square_m, marker_m, markers)
+    image = drawn.generateImage((squares[0] * round(cells), squares[1] * round(cells)))
+    return BoardPrint(np.asarray(image) < 128, board.square_m / round(cells), round(cells))
+
+
+def dictionary(board: Board) -> int:
+    """OpenCV's number of the dictionary of a board's markers.
+
+    Raises:
+        DataError: There is none of that name.
+    """
+    import cv2  # noqa: PLC0415 - slow to import
+
+    known = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
+    if board.dictionary not in known:
+        guess = meant(str(board.dictionary), known)
+        raise DataError(
+            f"dataset.toml, [board] dictionary: {board.dictionary!r}, expected one of OpenCV's, such as"
+            f" 'DICT_6X6_250'.{guess}",
+            file="dataset.toml",
+            column="[board] dictionary",
+        )
+    number: int = getattr(cv2.aruco, board.dictionary)
+    return number
+
+
+def _not_printed(what: str) -> DataError:
+    return DataError(
+        f"dataset.toml, [board]: {what} cannot be drawn. Use a checkerboard, or ChArUco squares 4/3 as wide as their"
+        " markers of 4 x 4 bits.",
+        file="dataset.toml",
+        column="[board]",
+    )

@@ -1,0 +1,50 @@
+"""What keeps the joints of hobby servos from being where they are told to be."""
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.trials.synthetic.arm import ScrewArm
+
+STEP_S: Final = 0.005
+SHORTEST_LAG_S: Final = 1e-4
+SERVO_FAULTS: Final = ("dead_time", "lag", "dead_zone", "droop")
+"""What world.toml may set wrong in a servo: [s], [s], half width [rad], [rad/Nm]."""
+
+
+@final
+class ServoLoop:
+    """Joints that approach their commands, dead time ago and lowered by droop, as far as they are outside a dead zone.
+
+    Args:
+        arm: Its weight makes joints sink.
+        faults: Sizes by name and joint.
+    """
+
+    def __init__(self, arm: ScrewArm, faults: Mapping[tuple[str, str], float]) -> None:
+        self._arm = arm
+        delay, lag, self._dead, self._droop = (
+            np.array([faults.get((name, joint), 0.0) for joint in arm.robot.joints]) for name in SERVO_FAULTS
+        )
+        self._share = -np.expm1(-STEP_S / np.maximum(lag, SHORTEST_LAG_S))
+        self._late = np.rint(delay / STEP_S).astype(np.int64)
+        self._told: deque[Array] = deque(maxlen=int(self._late.max()) + 1)
+        self._q: Array | None = None
+        self._now_s = 0.0
+
+    def follow(self, command: Callable[[float], Array], now_s: float) -> Array:
+        """Where the joints are, (j,) [rad], as commands by time go on; time never runs backwards [s]."""
+        if self._q is None:
+            self._q, self._now_s = command(now_s), now_s
+        sinks = self._droop * self._arm.torques(self._q[None], 0.0)[0]
+        while self._now_s + STEP_S <= now_s:
+            self._now_s += STEP_S
+            self._told.appendleft(command(self._now_s))
+            late = np.minimum(self._late, len(self._told) - 1)
+            told = np.array([self._told[k][i] for i, k in enumerate(late.tolist())])
+            off = told - sinks - self._q
+            self._q = self._q + self._share * (off - np.clip(off, -self._dead, self._dead))
+        return self._q
