@@ -19,6 +19,7 @@ from robolaser.data.cell_config import Cell
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import sensor_format
 from robolaser.estimation.optimal_poses import planned
+from robolaser.model.sensors.placements import six_of
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
@@ -30,7 +31,6 @@ SPARE = 6  # poses that may be lost because the way to them is not free
 ASIDE_RAD = 0.3  # by which joints leave a pose between two poses, at most
 TURNS = 3  # places on the way to a pose at which joints turn back
 TRIES = 40
-SIX = ("x", "y", "z", "w", "phi", "psi")
 
 
 @final
@@ -105,8 +105,8 @@ def _assumed(cell: Cell) -> Dataset:
     focal = FOCAL * size[0]
     values = {"fx": focal, "fy": focal, "cx": size[0] / 2, "cy": size[1] / 2}
     values |= dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0)
-    values |= {f"hand_eye.{name}": value for name, value in six(at.T_flange_camera).items()}
-    values |= {f"target.{name}": value for name, value in six(T_base_middle).items()}
+    for name, T in (("hand_eye", at.T_flange_camera), ("target", T_base_middle)):
+        values |= {key: float(value[0]) for key, value in six_of(T[None], name).items()}
     units = sensor_format("camera")
     return replace(
         described,
@@ -118,12 +118,6 @@ def _assumed(cell: Cell) -> Dataset:
             for scale in [focal if units.unit_of(name) == "px" else 1.0]
         },
     )
-
-
-def six(T: Array) -> dict[str, float]:
-    """A placement as x, y, z [m] and w, phi, psi [rad]."""
-    turns = Rotation.from_matrix(T[:3, :3]).as_euler("XYZ")
-    return dict(zip(SIX, (*T[:3, 3].tolist(), *turns.tolist()), strict=True))
 
 
 def _pointing(robot: Robot) -> Array:

@@ -10,12 +10,13 @@ from typing import Any, Final, final
 from scipy.spatial.transform import Rotation
 
 from robolaser.cell.board_pdf import board_pdf
-from robolaser.cell.first_plan import Layout, first_poses, layout, six, with_motions
-from robolaser.cell.lerobot import TURN, Servo
+from robolaser.cell.first_plan import Layout, first_poses, layout, with_motions
 from robolaser.cell.route import route_text
 from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
+from robolaser.data.lerobot import TURN, Servo
 from robolaser.errors import UsageError
+from robolaser.model.sensors.placements import six_of
 from robolaser.robot.by_name import RobotEntry, known_robots
 
 CELL_FILES: Final = (
@@ -145,7 +146,7 @@ def _world(new: NewCell, at: Layout) -> str:
     T[:3, :3] = T[:3, :3] @ Rotation.from_euler("XYZ", [-0.12, 0.03, 0.02]).as_matrix()
     camera = {
         "fx": focal, "fy": 0.998 * focal, "cx": 0.51 * new.image_px[0], "cy": 0.49 * new.image_px[1],
-        "k1": 0.05, "k2": -0.08, **{f"hand_eye.{name}": value for name, value in six(T).items()},
+        "k1": 0.05, "k2": -0.08, **{name: float(value[0]) for name, value in six_of(T[None], "hand_eye").items()},
     }  # fmt: skip
     numbers = "\n".join(f"{name} = {value:.6g}" for name, value in camera.items())
     quat = [round(value, 6) for value in Rotation.from_matrix(at.T_base_board[:3, :3]).as_quat().tolist()]

@@ -1,4 +1,4 @@
-"""robolaser export: a result in a copy of the user's own robot."""
+"""robolaser export: a result in a copy of the user's own robot or calibration."""
 
 from math import degrees
 from pathlib import Path
@@ -21,16 +21,17 @@ def export(
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Write a result into a copy of your own URDF or MJCF; everything else in it is unchanged.
+    """Write a result into a copy of your own URDF, MJCF or LeRobot calibration; everything else in it is unchanged.
 
     For example:
 
         robolaser export result --into cell.urdf --output cell-corrected.urdf
         robolaser export why --into so101.xml --output so101-real.xml --replay other-motions
+        robolaser export why --into my_arm.json --output my_arm-corrected.json
 
     Args:
         result: Folder of a calibration or a diagnosis.
-        into: Your URDF; for a moving arm also MJCF.
+        into: Your URDF; for a moving arm also MJCF; LeRobot's calibration of the arm, .json, takes the zeros.
         output: File for the copy.
         replay: Drive your MJCF and the copy in MuJoCo by the commands of this log, and compare both with its readings.
         force: Overwrite an earlier file.
@@ -38,6 +39,7 @@ def export(
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
     from robolaser.data.atomic_write import write_text
     from robolaser.export.into import motion_into
+    from robolaser.export.lerobot import zeros_into
     from robolaser.export.placements_into import placements_into
     from robolaser.results.difference import read_result
 
@@ -47,7 +49,9 @@ def export(
         )
     _, contents = read_result(result)
     text = read_text(into, ROBOT_BYTES)
-    if contents.get("kind") == "motion":
+    if into.suffix == ".json":
+        written = zeros_into(text, contents["effects"], into.name)
+    elif contents.get("kind") == "motion":
         written = motion_into(text, contents["effects"], into.name)
     else:
         corrected = (result if result.is_dir() else result.parent) / "robot_corrected.urdf"
@@ -67,6 +71,8 @@ def export(
     }
 
     def print_rows() -> None:
+        for remark in written.remarks:
+            say(remark)
         for effect, where in written.contains:
             say(f"contains {effect} at {where}")
         for effect, where in written.lacks:

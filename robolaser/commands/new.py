@@ -47,9 +47,10 @@ def cell(
         output: Folder for the cell. Default: NAME-cell.
         force: Overwrite an earlier cell.
     """
-    from robolaser.cell.lerobot import read_servos
+    from robolaser.bounded_reading import read_text
     from robolaser.cell.new_cell import CELL_FILES, NewCell, new_cell
     from robolaser.data.board import Board
+    from robolaser.data.lerobot import read_servos
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.errors import UsageError
     from robolaser.robot.by_name import entry_of
@@ -57,7 +58,7 @@ def cell(
     entry = entry_of(name)
     if lerobot is not None and entry.controller.get("kind") != "feetech":
         raise UsageError(f"--lerobot is for arms of Feetech servos, which {entry.title} is not: leave it out.")
-    servos = {} if lerobot is None else read_servos(lerobot, entry.joints)
+    servos = {} if lerobot is None else read_servos(read_text(lerobot), entry.joints, lerobot.name)
     side_m = square / 1e3
     board = Board(columns, rows, side_m, "charuco", round(0.75 * side_m, 6), "DICT_4X4_100")
     wanted = NewCell(entry, "camera" if camera else "stripe", board, (width, height), poses, servos)

@@ -21,6 +21,7 @@ class Written:
     text: str
     contains: tuple[Pair, ...]
     lacks: tuple[Pair, ...]
+    remarks: tuple[str, ...] = ()  # what was changed, where a user may want to see it
 
 
 @final

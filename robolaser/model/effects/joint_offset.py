@@ -18,7 +18,10 @@ class JointOffset(Effect):
     title = "constant error of the joint's zero"
     clause = "the zero of {where} is wrong"
     caveat = "is relative to the zero that the robot's controller was given"
-    remedy = "Set the zero of {where} again, or use `robot_corrected.urdf`, which includes the offset."
+    remedy = (
+        "Set the zero of {where} again (`robolaser export` writes it into LeRobot's `homing_offset`), or use"
+        " `robot_corrected.urdf`, which includes the offset."
+    )
     reference = "Mooring, Roth, Driels 1991, Fundamentals of Manipulator Calibration; homing leaves 0.1°"
     stage = Stage.JOINTS
     cause = "arm_geometry"

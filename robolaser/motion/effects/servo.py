@@ -4,6 +4,7 @@ import numpy as np
 
 from robolaser.motion.effect import TIMING, MotionEffect, Number
 
+P_GAIN = "the servo's P gain (`P_Coefficient` in LeRobot)"
 HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
 SURVEY = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30: a survey of friction and its compensation"
 LOOPS = "Siciliano et al. 2009, Robotics, ch. 8: independent joint control; a lag of one over the position loop's gain"
@@ -103,7 +104,7 @@ TRACKING = (
         cause="servo",
         rows="tracking",
         numbers=(Number("compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="compliance"),),
-        remedy="Give the servo an I term or gravity compensation, or the simulated actuator this stiffness.",
+        remedy=f"Raise {P_GAIN}, add an I term, or give the simulated actuator this stiffness.",
         reference=LOOPS,
         rivals=("offset",),
     ),
@@ -114,7 +115,7 @@ TRACKING = (
         cause="servo",
         rows="tracking",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="dead"),),
-        remedy="Reduce the dead band in the servo's settings or raise its P gain; gear friction looks the same.",
+        remedy=f"Raise {P_GAIN}, or reduce its dead band; gear friction looks the same.",
         reference=SURVEY,
         rivals=("play",),
     ),

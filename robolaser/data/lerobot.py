@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final, final
 
 import msgspec
 
-from robolaser.bounded_reading import SETTINGS_BYTES, read_text
 from robolaser.errors import DataError
 
 TURN: Final = 4096
@@ -30,21 +28,26 @@ class Servo:
         return (self.range_min + self.range_max) / 2
 
 
-def read_servos(path: Path, joints: Sequence[str]) -> dict[str, Servo]:
+def read_servos(text: str, joints: Sequence[str], source: str) -> dict[str, Servo]:
     """The servos of joints, by the joints' names.
+
+    Args:
+        text: Of the file.
+        joints: Those that are needed.
+        source: What error messages call the file.
 
     Raises:
         DataError: It is not such a file, or lacks a joint.
     """
     try:
-        found = msgspec.json.decode(read_text(path, SETTINGS_BYTES), type=dict[str, Servo])
+        found = msgspec.json.decode(text, type=dict[str, Servo])
     except msgspec.DecodeError as error:
         raise DataError(
-            f"{path} is no calibration file of LeRobot (id, homing_offset, range_min and range_max of each joint):"
+            f"{source} is no calibration file of LeRobot (id, homing_offset, range_min and range_max of each joint):"
             f" {error}",
-            file=path,
+            file=source,
         ) from None
     missing = [joint for joint in joints if joint not in found]
     if missing:
-        raise DataError(f"{path} lacks {', '.join(missing)}. It has {', '.join(found)}.", file=path)
+        raise DataError(f"{source} lacks {', '.join(missing)}. It has {', '.join(found)}.", file=source)
     return {joint: found[joint] for joint in joints}
