@@ -18,16 +18,18 @@ from robolaser.cell.route import Waypoint, numbered
 from robolaser.data.cell_config import Cell
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import sensor_format
+from robolaser.errors import PlanError
 from robolaser.estimation.optimal_poses import planned
 from robolaser.model.sensors.placements import six_of
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.postures import random_configurations
+from robolaser.robot.postures import foot_of, random_configurations
 
 AHEAD = 0.55  # distance of the board's middle from the base, in the arm's reach
 MIDDLE = (5, 4)  # inner corners of the part of the board that every pose is to show
+ALL_AROUND_RAD = 6.2
 FOCAL = 0.94  # length, in the image's width: a usual lens of 56°
-SPARE = 6  # poses that may be lost because the way to them is not free
+SPARE = 20  # poses that may be lost because the way to them is not free
 ASIDE_RAD = 0.3  # by which joints leave a pose between two poses, at most
 TURNS = 3  # places on the way to a pose at which joints turn back
 TRIES = 40
@@ -40,6 +42,8 @@ class Layout:
 
     T_flange_camera: Array  # (4, 4)
     T_base_board: Array  # (4, 4)
+    ahead_m: float  # distance of the board's middle from the foot of the first joint
+    front: str  # the direction to it, an axis of the base frame: "+x"
 
 
 def layout(cell: Cell) -> Layout:
@@ -48,11 +52,14 @@ def layout(cell: Cell) -> Layout:
     assert board is not None  # a new cell has one
     T_camera, T_board = np.eye(4), np.eye(4)
     T_camera[:3, :3] = _turned_to(_pointing(robot))
-    q = random_configurations(robot, 2000, np.random.default_rng(0))
-    T_board[:3, :3] = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
+    ahead_m = AHEAD * float(reach(robot, _straight_ahead(robot)).max())
+    front = _front(robot)
+    name = "xy"[int(np.abs(front).argmax())]
+    T_board[:3, :3] = np.stack([np.cross(front, [0, 0, 1]), -front, [0, 0, -1]], axis=1)
     size = board.square_m * np.array([board.columns - 1, board.rows - 1, 0])
-    T_board[:3, 3] = [AHEAD * float(reach(robot, q).max()), 0.0, 0.0] - T_board[:3, :3] @ size / 2
-    return Layout(T_camera, T_board)
+    foot = foot_of(robot) * [1, 1, 0]
+    T_board[:3, 3] = foot + ahead_m * front - T_board[:3, :3] @ size / 2
+    return Layout(T_camera, T_board, ahead_m, f"{'+' if front.sum() > 0 else '-'}{name}")
 
 
 def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
@@ -62,13 +69,28 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
         PlanError: There are too few.
     """
     robot, described = cell.robot, _assumed(cell)
-    bodies, tools = collision_model(described, cell.limits, cell.boxes), tool_points(described)
-    kept: list[Array] = []
+    bodies, tools = collision_model(described, cell.limits), tool_points(described)
     may = allowed(cell, ASIDE_RAD / 2)
-    for q in planned(described, count=count + SPARE, effects=("joint_offset",), allowed=may, seed=seed):
-        start = kept[-1] if kept else None
-        if len(kept) < count and not violations(robot, cell.limits, tools, start, ("",), q[None], bodies):
-            kept.append(q)
+
+    def free(start: Array, q: Array) -> bool:
+        return not violations(robot, cell.limits, tools, start, ("",), q[None], bodies)
+
+    try:
+        left = list(planned(described, count=count + SPARE, effects=("joint_offset",), allowed=may, seed=seed))
+    except PlanError:
+        left = []
+    kept: list[Array] = left[:1]
+    following: int | None = 0
+    while len(kept) < count and following is not None:
+        left.pop(following)
+        left.sort(key=lambda q: float(np.abs(q - kept[-1]).max()))
+        following = next((i for i, q in enumerate(left) if free(kept[-1], q)), None)
+        kept += [] if following is None else [left[following]]
+    if len(kept) < count:
+        raise PlanError(
+            f"{robot.name} would see the middle of this board, lying on the table before it, from {len(kept)} poses"
+            f" with free ways between them, but {count} are wanted. Ask for fewer poses, or for smaller squares."
+        )
     return numbered(np.array(kept))
 
 
@@ -118,6 +140,23 @@ def _assumed(cell: Cell) -> Dataset:
             for scale in [focal if units.unit_of(name) == "px" else 1.0]
         },
     )
+
+
+def _straight_ahead(robot: Robot) -> Array:
+    """Configurations whose first joint is in the middle of its range, (n, j)."""
+    q = random_configurations(robot, 2000, np.random.default_rng(0))
+    q[:, robot.chain[0]] = np.mean([end[robot.chain[0]] for end in robot.range])
+    return q
+
+
+def _front(robot: Robot) -> Array:
+    """The axis of the base frame, (3,), that an arm faces which cannot turn all around; x of one that can."""
+    lower, upper = (end[robot.chain[0]] for end in robot.range)
+    if upper - lower > ALL_AROUND_RAD:
+        return np.array([1.0, 0.0, 0.0])
+    mean = (robot.forward(_straight_ahead(robot)[None])[0, :, :2, 3] - foot_of(robot)[:2]).mean(axis=0)
+    axis = int(np.abs(mean).argmax())
+    return np.asarray(np.eye(3)[axis] * np.sign(mean[axis]))
 
 
 def _pointing(robot: Robot) -> Array:

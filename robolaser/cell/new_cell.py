@@ -14,6 +14,7 @@ from robolaser.cell.first_plan import Layout, first_poses, layout, with_motions
 from robolaser.cell.route import route_text
 from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
+from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, Servo
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import six_of
@@ -41,6 +42,16 @@ class NewCell:
     poses: int
     servos: Mapping[str, Servo]  # LeRobot's calibration; empty: servos count from position 2048
 
+    @property
+    def sensor_name(self) -> str:
+        """As people call it."""
+        return "camera" if self.sensor == "camera" else "scanner"
+
+    @property
+    def follows(self) -> bool:
+        """Whether the arm follows setpoints."""
+        return self.entry.controller["kind"] in FOLLOWING
+
 
 def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
     """The files of a cell by name; None for what such an arm has no use for.
@@ -65,14 +76,16 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
         cell = load_cell(folder)
         poses = first_poses(cell, new.poses, SEED)
         at = layout(cell)
-        follows = new.entry.controller["kind"] in FOLLOWING
-        motions = route_text(cell.robot, with_motions(cell, poses, SEED), 1) if follows else None
+        motions = route_text(cell.robot, with_motions(cell, poses, SEED), 1) if new.follows else None
         world = new.sensor == "camera" and new.entry.controller["kind"] in EMULATED
         return {
             **described,
             "README.md": _readme(new, at),
             "board.pdf": pdf,
-            "poses.csv": route_text(cell.robot, poses, 1),
+            "poses.csv": table_text(
+                ["pose", *(f"q_{joint}" for joint in cell.robot.joints)],
+                [[pose.name, *map(repr, pose.q.tolist())] for pose in poses],
+            ),
             "motions.csv": motions,
             "world.toml": _world(new, at) if world else None,
         }
@@ -111,15 +124,15 @@ placed = false          # the position of the board is found
 
 def _cell(new: NewCell) -> str:
     arm: dict[str, Any] = dict(new.entry.controller)
-    follows = arm["kind"] in FOLLOWING
-    if follows:
+    if new.follows:
         arm["setpoint_hz"] = FOLLOW_HZ
     if new.servos:
         servos = [new.servos[joint] for joint in new.entry.joints]
         arm["ids"] = [servo.id for servo in servos]
         arm["reference_rad"] = [round((TURN / 2 - servo.middle) * 2 * math.pi / TURN, 6) for servo in servos]
     lines = "\n".join(f"{name} = {_toml(value)}" for name, value in arm.items())
-    speed = f"speed_rad_s = {FOLLOW_RAD_S}\n" if follows else ""
+    speed = f"speed_rad_s = {FOLLOW_RAD_S}\n" if new.follows else ""
+    lit = "\n[laser]\n# output = 1            # of the controller; absent: always on\n"
     return f"""\
 format = "robolaser-cell/1"
 
@@ -128,7 +141,7 @@ format = "robolaser-cell/1"
 
 [camera]
 source = 0              # number, device or URL
-
+{lit if new.sensor == "stripe" else ""}
 [limits]
 floor_m = 0.02          # nothing goes below
 {speed}"""
@@ -152,7 +165,7 @@ def _world(new: NewCell, at: Layout) -> str:
     quat = [round(value, 6) for value in Rotation.from_matrix(at.T_base_board[:3, :3]).as_quat().tolist()]
     origin = [round(value, 6) for value in at.T_base_board[:3, 3].tolist()]
     faults = [("joint_offset", joints[2], 0.05), ("backlash", joints[1], 0.01)]
-    if new.entry.controller["kind"] in FOLLOWING:
+    if new.follows:
         late = [(name, joint, size) for joint in joints for name, size in (("lag", 0.06), ("dead_time", 0.03))]
         faults += [("dead_zone", joints[2], 0.03), ("droop", joints[1], 0.05), *late]
     effects = "\n".join(
@@ -177,19 +190,17 @@ quat = {quat}
 
 def _readme(new: NewCell, at: Layout) -> str:
     board = new.board
-    ahead_m = at.T_base_board[0, 3] - board.square_m * (board.rows - 1) / 2
     long_m = board.square_m * (board.columns + 1)
-    follows = new.entry.controller["kind"] in FOLLOWING
-    plan = "motions.csv" if follows else "poses.csv --both-ways"
-    log = "\n       robolaser diagnose recording/motion --output servo" if follows else ""
+    plan = "motions.csv" if new.follows else "poses.csv --both-ways"
+    log = "\n       robolaser diagnose recording/motion --output servo" if new.follows else ""
     return f"""\
-# {new.entry.title} with a camera
+# {new.entry.title} with a {new.sensor_name}
 
 1. Print `board.pdf` at 100 %. The longer side should measure {1e3 * long_m:.0f} mm; otherwise correct `square_m` and
    `marker_m` in `dataset.toml`. Glue the print to something flat.
-2. Lay it on the table, its middle {100 * ahead_m:.0f} cm in front of the arm's base, the long side across. A few
-   centimetres do not matter: part of the board in view is enough.
-3. Fix the camera to the last link, so that it looks where the arm points. Its position and focal length are found.
+2. Lay it on the table, its middle {100 * at.ahead_m:.0f} cm in front of the arm ({at.front} of its base frame), the
+   long side across. A few centimetres do not matter: part of the board in view is enough.
+3. Fix the {new.sensor_name} to the last link, so that it looks where the arm points. Where exactly is found.
 4. Set `port` and `source` in `cell.toml`, and the size of the camera's images in `dataset.toml`.
 5. Look at the plan, clear the table, keep a hand on the power switch, and record:
 

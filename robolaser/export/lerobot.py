@@ -25,9 +25,11 @@ def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> 
         source: What error messages call the file.
 
     Raises:
-        DataError: It is no such file, lacks a joint, or has no room for the change.
+        DataError: It is no such file, lacks a joint, or has no room for the change; no zero is wrong.
     """
     offsets = {one["where"]: one["parameters"]["offset"]["value"] for one in effects if one["effect"] == "joint_offset"}
+    if not offsets:
+        raise DataError("The result names no joint with a wrong zero (joint_offset): there is nothing to write.")
     servos = read_servos(text, list(offsets), source)
     calibration = json.loads(text)
     remarks = []

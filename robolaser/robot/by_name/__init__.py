@@ -154,20 +154,16 @@ def entry_of(name: str) -> RobotEntry:
 
 
 def _unknown(name: str) -> str:
-    return f"No robot '{name}'.{_meant(name)}"
-
-
-def _meant(name: str) -> str:
-    """The known robots that may have been meant, with their titles."""
+    """That no robot is called so, and which ones may have been meant, with their titles."""
     entries = {entry.name: entry for entry in known_robots()}
     near_names = nearest(name, {one.name: one.names for one in entries.values()}, _makers())
     of_maker = [one.name for one in entries.values() if name and not without_maker(name, [one.maker])]
     likely = [entries[one] for one in near_names or of_maker]
     if not likely:
-        return " No known robot has a similar name: see `robolaser list robots`."
+        return f"No robot '{name}'. No known robot has a similar name: see `robolaser list robots`."
     first, *others = (f"'{entry.name}' ({entry.title})" for entry in likely)
     similar = f" Similar: {', '.join(others)}." if others else ""
-    return f" Did you mean {first}?{similar}"
+    return f"No robot '{name}'. Did you mean {first}?{similar}"
 
 
 def _makers() -> list[str]:
