@@ -11,7 +11,7 @@ from robolaser.errors import UsageError
 
 A4_M = (0.297, 0.210)
 MARGIN_M = 0.01  # that printers leave white
-PIXELS = 30  # a cell
+PIXEL_M = 1e-3 / 12  # about, so that cells are whole numbers of pixels
 INCH_M = 0.0254
 LETTERS_M = 0.004
 
@@ -25,21 +25,23 @@ def board_pdf(board: Board) -> bytes:
     """
     printed = board_print(board)
     height, width = printed.dark.shape
+    pixels = round(printed.cell_m / PIXEL_M)
+    pixel_m = printed.cell_m / pixels
     if any(count * printed.cell_m > side - 2 * MARGIN_M for count, side in zip((width, height), A4_M, strict=True)):
         raise UsageError(
             f"A board of {board.columns + 1} x {board.rows + 1} squares of {1e3 * board.square_m:g} mm does not fit on"
             " A4. Take fewer columns or rows, or smaller squares."
         )
-    page_px = [round(side / printed.cell_m * PIXELS) for side in A4_M]
+    page_px = [round(side / pixel_m) for side in A4_M]
     page = Image.new("1", (page_px[0], page_px[1]), 1)
-    board_px = np.kron(~printed.dark, np.ones((PIXELS, PIXELS), dtype=np.bool_))
+    board_px = np.kron(~printed.dark, np.ones((pixels, pixels), dtype=np.bool_))
     left, top = ((page_px[i] - board_px.shape[1 - i]) // 2 for i in (0, 1))
     page.paste(Image.fromarray(board_px), (left, top))
-    letters = ImageFont.load_default(LETTERS_M / printed.cell_m * PIXELS)
+    letters = ImageFont.load_default(LETTERS_M / pixel_m)
     under = (left, (top + board_px.shape[0] + page_px[1]) // 2)
     ImageDraw.Draw(page).text(under, _sizes(board), fill=0, font=letters, anchor="lm")
     file = io.BytesIO()
-    page.save(file, "PDF", resolution=PIXELS / printed.cell_m * INCH_M, creationDate=None, modDate=None)
+    page.save(file, "PDF", resolution=INCH_M / pixel_m, creationDate=None, modDate=None)
     return file.getvalue()
 
 

@@ -29,7 +29,7 @@ AHEAD = 0.55  # distance of the board's middle from the base, in the arm's reach
 MIDDLE = (5, 4)  # inner corners of the part of the board that every pose is to show
 ALL_AROUND_RAD = 6.2
 FOCAL = 0.94  # length, in the image's width: a usual lens of 56°
-SPARE = 20  # poses that may be lost because the way to them is not free
+SPARE = (0, 5, 20)  # poses that may be lost because the way to them is not free
 ASIDE_RAD = 0.3  # by which joints leave a pose between two poses, at most
 TURNS = 3  # places on the way to a pose at which joints turn back
 TRIES = 40
@@ -68,36 +68,39 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
     Raises:
         PlanError: There are too few.
     """
-    robot, described = cell.robot, _assumed(cell)
-    bodies, tools = collision_model(described, cell.limits), tool_points(described)
-    may = allowed(cell, ASIDE_RAD / 2)
+    described, may = _assumed(cell), allowed(cell, ASIDE_RAD / 2)
+    for spare in SPARE:
+        try:
+            chosen = planned(described, count=count + spare, effects=("joint_offset",), allowed=may, seed=seed)
+        except PlanError:
+            break
+        kept = _chained(cell, chosen)
+        if len(kept) >= count:
+            return numbered(kept[:count])
+    raise PlanError(
+        f"{cell.robot.name} does not see the middle of this board, lying on the table before it, from {count} poses"
+        " with free ways between them. Ask for fewer poses, or for smaller squares."
+    )
 
-    def free(start: Array, q: Array) -> bool:
-        return not violations(robot, cell.limits, tools, start, ("",), q[None], bodies)
 
-    try:
-        left = list(planned(described, count=count + SPARE, effects=("joint_offset",), allowed=may, seed=seed))
-    except PlanError:
-        left = []
-    kept: list[Array] = left[:1]
-    following: int | None = 0
-    while len(kept) < count and following is not None:
-        left.pop(following)
-        left.sort(key=lambda q: float(np.abs(q - kept[-1]).max()))
-        following = next((i for i, q in enumerate(left) if free(kept[-1], q)), None)
-        kept += [] if following is None else [left[following]]
-    if len(kept) < count:
-        raise PlanError(
-            f"{robot.name} would see the middle of this board, lying on the table before it, from {len(kept)} poses"
-            f" with free ways between them, but {count} are wanted. Ask for fewer poses, or for smaller squares."
-        )
-    return numbered(np.array(kept))
+def _chained(cell: Cell, q: Array) -> Array:
+    """Configurations (n, j) in an order in which each is the nearest to which the way is free; others are left out."""
+    bodies, tools = collision_model(cell.description, cell.limits), tool_points(cell.description)
+    kept, left = [q[0]], list(q[1:])
+    while left:
+        left.sort(key=lambda one: float(np.abs(one - kept[-1]).max()))
+        ways = (violations(cell.robot, cell.limits, tools, kept[-1], ("",), one[None], bodies) for one in left)
+        following = next((i for i, broken in enumerate(ways) if not broken), None)
+        if following is None:
+            break
+        kept.append(left.pop(following))
+    return np.array(kept)
 
 
 def with_motions(cell: Cell, waypoints: Sequence[Waypoint], seed: int) -> tuple[Waypoint, ...]:
     """The same poses, with places before each from which all joints turn back, as far as the way there is free."""
     robot, rng = cell.robot, np.random.default_rng(seed)
-    bodies, tools = collision_model(cell.description, cell.limits, cell.boxes), tool_points(cell.description)
+    bodies, tools = collision_model(cell.description, cell.limits), tool_points(cell.description)
     start: Array | None = None
     found = []
     for waypoint in waypoints:

@@ -39,12 +39,12 @@ class ServoLoop:
         """Where the joints are, (j,) [rad], as commands by time go on; time never runs backwards [s]."""
         if self._q is None:
             self._q, self._now_s = command(now_s), now_s
+            self._told.extend([self._q] * (self._told.maxlen or 1))
         sinks = self._droop * self._arm.torques(self._q[None], 0.0)[0]
         while self._now_s + STEP_S <= now_s:
             self._now_s += STEP_S
             self._told.appendleft(command(self._now_s))
-            late = np.minimum(self._late, len(self._told) - 1)
-            told = np.array([self._told[k][i] for i, k in enumerate(late.tolist())])
+            told = np.array([self._told[k][i] for i, k in enumerate(self._late.tolist())])
             off = told - sinks - self._q
             self._q = self._q + self._share * (off - np.clip(off, -self._dead, self._dead))
         return self._q
