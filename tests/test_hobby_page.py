@@ -23,7 +23,11 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "howto" / "hobby-arm.md"
 SHOWN_ARM, SHOWN_CAMERA = "/dev/pts/7", "tcp://127.0.0.1:40083"
 TRUTH = {("joint_offset", "elbow_flex"): 0.05, ("backlash", "shoulder_lift"): 0.01}
-SERVOS = {("dead_zone", "elbow_flex", "half_width"): 0.03, ("droop", "shoulder_lift", "compliance"): 0.05}
+SERVOS = {
+    ("dead_zone", "elbow_flex", "half_width"): 0.03,
+    ("droop", "shoulder_lift", "compliance"): 0.05,
+    ("droop", "elbow_flex", "compliance"): 0.08,
+}
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,8 @@ ALL_AROUND_RAD = 6.2
 FOCAL = 0.94  # length, in the image's width: a usual lens of 56°
 SPARE = (0, 5, 20)  # poses that may be lost because the way to them is not free
 ASIDE_RAD = 0.3  # by which joints leave a pose between two poses, at most
-TURNS = 3  # places on the way to a pose at which joints turn back
+OFFSETS = ("joint_offset",)  # which the poses are to show besides
+TURNS = 2  # places on the way to a pose at which joints turn back
 TRIES = 40
 
 
@@ -52,7 +53,7 @@ def layout(cell: Cell) -> Layout:
     assert board is not None  # a new cell has one
     T_camera, T_board = np.eye(4), np.eye(4)
     T_camera[:3, :3] = _turned_to(_pointing(robot))
-    ahead_m = AHEAD * float(reach(robot, _straight_ahead(robot)).max())
+    ahead_m = AHEAD * reach_of(robot)
     front = _front(robot)
     name = "xy"[int(np.abs(front).argmax())]
     T_board[:3, :3] = np.stack([np.cross(front, [0, 0, 1]), -front, [0, 0, -1]], axis=1)
@@ -71,7 +72,9 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
     described, may = _assumed(cell), allowed(cell, ASIDE_RAD / 2)
     for spare in SPARE:
         try:
-            chosen = planned(described, count=count + spare, effects=("joint_offset",), allowed=may, seed=seed)
+            chosen = planned(
+                described, count=count + spare, effects=("joint_offset",), allowed=may, unsure_m=0.0, seed=seed
+            )
         except PlanError:
             break
         kept = _chained(cell, chosen)
@@ -143,6 +146,11 @@ def _assumed(cell: Cell) -> Dataset:
             for scale in [focal if units.unit_of(name) == "px" else 1.0]
         },
     )
+
+
+def reach_of(robot: Robot) -> float:
+    """How far an arm reaches, at least nearly [m]."""
+    return float(reach(robot, _straight_ahead(robot)).max())
 
 
 def _straight_ahead(robot: Robot) -> Array:

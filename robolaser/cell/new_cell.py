@@ -10,7 +10,7 @@ from typing import Any, Final, final
 from scipy.spatial.transform import Rotation
 
 from robolaser.cell.board_pdf import board_pdf
-from robolaser.cell.first_plan import Layout, first_poses, layout, with_motions
+from robolaser.cell.first_plan import Layout, first_poses, layout, reach_of, with_motions
 from robolaser.cell.route import route_text
 from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
@@ -18,7 +18,7 @@ from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, Servo
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import six_of
-from robolaser.robot.by_name import RobotEntry, known_robots
+from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
 
 CELL_FILES: Final = (
     "README.md", "board.pdf", "cell.toml", "dataset.toml", "motions.csv", "poses.csv", "world.toml"
@@ -27,6 +27,7 @@ FOLLOW_HZ, FOLLOW_RAD_S = 50, 0.8
 """Of arms of small servos that follow setpoints."""
 FOLLOWING: Final = ("dynamixel", "feetech")
 EMULATED: Final = ("acl", *FOLLOWING)
+REACH: Final = 0.95  # of what the arm reaches at most, so that it is never stretched
 SEED: Final = 1
 
 
@@ -69,7 +70,8 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
             " the joint angles with its own software and use 'robolaser import'."
         )
     pdf = board_pdf(new.board)
-    described = {"dataset.toml": _dataset(new), "cell.toml": _cell(new)}
+    reach_m = REACH * reach_of(find_robot(new.entry.name))
+    described = {"dataset.toml": _dataset(new), "cell.toml": _cell(new, reach_m)}
     with tempfile.TemporaryDirectory() as folder:
         for name, text in described.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
@@ -122,7 +124,7 @@ placed = false          # the position of the board is found
 """
 
 
-def _cell(new: NewCell) -> str:
+def _cell(new: NewCell, reach_m: float) -> str:
     arm: dict[str, Any] = dict(new.entry.controller)
     if new.follows:
         arm["setpoint_hz"] = FOLLOW_HZ
@@ -144,6 +146,7 @@ source = 0              # number, device or URL
 {lit if new.sensor == "stripe" else ""}
 [limits]
 floor_m = 0.02          # nothing goes below
+reach_m = {reach_m:.2f}          # the arm does not stretch farther
 {speed}"""
 
 
@@ -167,7 +170,7 @@ def _world(new: NewCell, at: Layout) -> str:
     faults = [("joint_offset", joints[2], 0.05), ("backlash", joints[1], 0.01)]
     if new.follows:
         late = [(name, joint, size) for joint in joints for name, size in (("lag", 0.06), ("dead_time", 0.03))]
-        faults += [("dead_zone", joints[2], 0.03), ("droop", joints[1], 0.05), *late]
+        faults += [("dead_zone", joints[2], 0.03), ("droop", joints[1], 0.05), ("droop", joints[2], 0.08), *late]
     effects = "\n".join(
         f'[[effect]]\nname = "{name}"\nwhere = "{where}"\nsize = {size}\n' for name, where, size in faults
     )

@@ -18,14 +18,19 @@ LEAST_CANDIDATES, MOST_CANDIDATES = 60, 400  # within these bounds, but never fe
 BATCH = 600  # postures tried at a time
 BATCHES = 60  # for so many candidates as usual, and more in proportion
 UNSURE_M = 0.03  # distance, in each direction, by which the board may lie elsewhere than it is stated to
-SHIFTS_M = UNSURE_M * np.concatenate([np.eye(3), -np.eye(3)])
 MOST_TRIED = 1800  # candidates, after which no more are sought that leave so much room
 Allowed = Callable[[Array], Bools]  # postures (n, j) to whether the arm may stand there, (n,)
 MOST_SWAPS = 200
 
 
 def planned(
-    description: Dataset, *, count: int, effects: Sequence[str] = (), allowed: Allowed | None = None, seed: int
+    description: Dataset,
+    *,
+    count: int,
+    effects: Sequence[str] = (),
+    allowed: Allowed | None = None,
+    unsure_m: float = UNSURE_M,
+    seed: int,
 ) -> Array:
     """Postures from which a calibration learns the most: D-optimal (Fedorov 1972) among ones that see the board.
 
@@ -34,6 +39,7 @@ def planned(
         count: How many.
         effects: `EFFECT[:WHERE]` each, that are to be told apart from all else too.
         allowed: Where the arm may stand, besides its joints' limits; anywhere when absent.
+        unsure_m: By how much the board may lie elsewhere than stated [m].
         seed: Of the candidates.
 
     Returns:
@@ -46,19 +52,19 @@ def planned(
     """
     may = allowed or (lambda q: np.ones(len(q), dtype=np.bool_))
     view = board_observer(description)
-    candidates = _candidates(view, count, may, np.random.default_rng(seed))
+    candidates = _candidates(view, count, may, unsure_m, np.random.default_rng(seed))
     chosen = candidates[most_telling(_slopes(description, view, candidates, effects), count)]
     return chosen[_short_way(chosen)]
 
 
-def _candidates(view: BoardObserver, wanted: int, allowed: Allowed, rng: np.random.Generator) -> Array:
+def _candidates(view: BoardObserver, wanted: int, allowed: Allowed, unsure_m: float, rng: np.random.Generator) -> Array:
     """Postures from which the whole board is seen, (≥ wanted, j).
 
-    Of these, only such as keep the board in the image wherever it lies within `UNSURE_M`, if there are enough.
+    Of these, only such as keep the board in the image wherever it lies within `unsure_m`, if there are enough.
     """
     enough = max(wanted, int(np.clip(SPARE * wanted, LEAST_CANDIDATES, MOST_CANDIDATES)))
     found, tried, seeing, roomy = np.empty((0, len(view.robot.joints))), 0, 0, np.empty(0, dtype=np.bool_)
-    elsewhere = [view.with_board_moved(shift) for shift in SHIFTS_M]
+    elsewhere = [view.with_board_moved(unsure_m * axis) for axis in np.concatenate([np.eye(3), -np.eye(3)])]
     for _ in range(BATCHES * max(1, round(enough / MOST_CANDIDATES))):
         q = view.tried(BATCH, rng)
         q = q[view.sees(q)]

@@ -15,6 +15,7 @@ import pytest
 from robolaser.cli import app, main
 from robolaser.data.result_folder import MANIFEST
 
+GROUPS = ("challenge", "new")
 CELL = Path(__file__).parents[2] / "examples/cell"
 PAPER = ["simulate", "--robot", "scorbot_er7", "--paper", "--seed", "3"]
 
@@ -44,7 +45,9 @@ def test_help_explains_the_command(command: str, capsys: pytest.CaptureFixture[s
     assert f"robolaser {command}" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", [[name] for name in app if name[0].isalpha() and name != "challenge"])
+@pytest.mark.parametrize(
+    "words", [[name] for name in app if name[0].isalpha() and name not in GROUPS] + [["new", "cell"]]
+)
 def test_every_command_has_json_quiet_and_an_example(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "--help"]) == 0
     said = capsys.readouterr().out
@@ -67,7 +70,7 @@ def test_what_is_missing_is_named(words: list[str], what: str, capsys: pytest.Ca
     assert capsys.readouterr().err.startswith(f"robolaser: The value of {what} is missing. See")
 
 
-@pytest.mark.parametrize("words", [[], ["challenge"]])
+@pytest.mark.parametrize("words", [[], *([name] for name in GROUPS)])
 def test_no_command_is_wrong_usage(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2
     said = capsys.readouterr()
