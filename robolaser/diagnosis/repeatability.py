@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.thresholds import WORTH_SAYING
 from robolaser.model.noise.covariance import NoiseModel, Origin
 
 
@@ -47,6 +48,10 @@ class Repeatability:
     def is_estimated(self) -> bool:
         """Whether nobody stated it."""
         return any(source.origin != "stated" for source in self.sources.values())
+
+    def is_most_of(self, floor_m: float) -> bool:
+        """Whether it is worth saying: nobody stated it, and it is most of what noise alone makes of a row."""
+        return self.is_estimated and self.at_sensor_m > WORTH_SAYING * floor_m
 
 
 def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:

@@ -11,7 +11,7 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN, WORTH_SAYING
+from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -54,7 +54,7 @@ def sentence(
         text += f" The error of rotations on new poses is {after}" + (f", {before} without it." if findings else ".")
     if scatter:
         text += f" {scatters(scatter)}"
-    elif repeatability.is_estimated and repeatability.at_sensor_m > WORTH_SAYING * gap.noise_floor_m:
+    elif repeatability.is_most_of(gap.noise_floor_m):
         limit = "the data sheet allows" if repeatability.is_stated else "arms do"
         text += (
             f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause that these data show."

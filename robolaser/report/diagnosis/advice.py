@@ -113,7 +113,13 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.model.effects:
         said.append("The corrected model is `calibration.json`: it contains all effects found.")
     said += _bounds(diagnosis)
-    if diagnosis.verdict == "no_gap" and not diagnosis.wrong_input:
+    is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input
+    if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
+        said.append(
+            "Nothing needs repair. Most of the error is scatter of whole poses: measuring more poses averages it, repeating"
+            " shots at one pose does not. Finer joint readings lower it."
+        )
+    elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
         said.append(f"Nothing needs repair. To become more accurate, lower the noise: repeat measurements{line}.")
     return said

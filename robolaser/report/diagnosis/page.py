@@ -107,10 +107,12 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
     interval = f"95 %: {millimetre_interval(*gap.after_ci95_m)}"
     largest = max(gap.calibrated_m, gap.after_m, gap.noise_floor_m) or 1.0
     has_effects = bool(diagnosis.model.effects)
+    fewer_rows = not has_effects and len(diagnosis.outliers) > 0 and gap.after_m != gap.calibrated_m
+    left = "with the effects" if has_effects else "without gross errors" if fewer_rows else "calibrated"
     lines = [
         ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
-        ("held-out", "with the effects" if has_effects else "calibrated", gap.after_m, interval),
+        ("held-out", left, gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
     ]
     origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
@@ -119,7 +121,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
                None if size is None or i == 0 else 100 * size / largest,
                f"noise {origins}" if kind == "noise" and origins else "")
         for i, (kind, label, size, remark) in enumerate(lines)
-        if has_effects or i != 1
+        if has_effects or fewer_rows or i != 1
     ]  # fmt: skip
 
 
