@@ -116,8 +116,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
         said.append(
-            "Nothing needs repair. Most of the error is scatter of whole poses: measuring more poses averages it, repeating"
-            " shots at one pose does not. Finer joint readings lower it."
+            "Nothing needs repair. Most of the error is scatter of whole poses: measuring more poses averages it,"
+            " repeating shots at one pose does not. Finer joint readings lower it."
         )
     elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
