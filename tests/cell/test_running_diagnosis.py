@@ -10,14 +10,14 @@ from emulator_process import EmulatorProcess
 from robolaser.cli import main
 from robolaser.commands.running_diagnosis import answer, in_a_line
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "so101-cell"
-PLANNED = 12
+CELL = Path(__file__).parents[2] / "examples" / "cell"
+PLANNED = 10
 
 
 def test_the_diagnosis_of_all_poses_is_shown_as_they_come(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     cell, recording = tmp_path / "cell", tmp_path / "recording"
-    shutil.copytree(EXAMPLE, cell)
-    with EmulatorProcess(cell, world=cell / "world.toml", time_scale=20.0) as emulated:
+    shutil.copytree(CELL, cell)
+    with EmulatorProcess(cell, world=cell / "world.toml", time_scale=40.0) as emulated:
         how = ["--plan", str(PLANNED), "--port", emulated.arm, "--camera", str(emulated.camera), "--move"]
         assert main(["record", str(cell), "--output", str(recording), *how, "--diagnose", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -46,5 +46,5 @@ def test_a_line_says_who_leads_how_sure_and_which_pose_would_decide() -> None:
 
 
 def test_an_option_without_motion_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["record", str(EXAMPLE), "--output", "nowhere", "--watch", "4", "--diagnose"]) == 2
+    assert main(["record", str(CELL), "--output", "nowhere", "--watch", "4", "--diagnose"]) == 2
     assert "--diagnose" in capsys.readouterr().err
