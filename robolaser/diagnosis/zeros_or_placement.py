@@ -59,21 +59,27 @@ def set_rivals(refits: Refits, fit: Fit, one: CandidateEffect, held_out: HeldOut
     for number in [at] if one.effect is LinkGeometry else [at, at + 1]:
         if not 0 < number < len(joints):
             continue
-        placement = [CandidateEffect(LinkGeometry, joints[number])]
+        placement = CandidateEffect(LinkGeometry, joints[number])
         zeros = [CandidateEffect(JointOffset, joint) for joint in joints[number - 1 : number + 1]]
-        here, there = (placement, zeros) if one in placement else (zeros, placement)
-        if not set(here) <= set(fit.effects) or set(placement) & set(fit.effects) != set(here) & set(placement):
+        held = [zero for zero in zeros if zero in fit.effects]
+        if one == placement and held != zeros:
+            here, there = [placement, *held], zeros
+        elif held == zeros and placement not in fit.effects:
+            here, there = zeros, [placement]
+        else:
             continue
-        new = [each for each in there if each not in fit.effects]
-        rival = _exchanged(refits, fit, here, new)
+        new = tuple(each for each in there if each not in here)
+        rival = _exchanged(refits, fit, [each for each in here if each not in there], new)
         if rival is not None:
-            held = [each for each in zeros if each in fit.effects]
-            excess = _evidence(rival, there) - _evidence(fit, [*here, *held] if one in placement else here)
-            pose = fit.model.dataset.points.pose
-            errors = held_out.errors(fit), held_out.errors(rival)
-            most = 1.0 if is_lower(errors[0], errors[1], pose) else LIKELY
-            least = 0.0 if is_lower(errors[1], errors[0], pose) else 1.0 - LIKELY
-            yield SetRival(tuple(new), rival, float(np.clip(expit(np.clip(-0.5 * excess, -700, 700)), least, most)))
+            probability = expit(np.clip(0.5 * (_evidence(fit, here) - _evidence(rival, there)), -700.0, 700.0))
+            yield SetRival(new, rival, float(np.clip(probability, *_limits(fit, rival, held_out))))
+
+
+def _limits(fit: Fit, rival: Fit, held_out: HeldOut) -> tuple[float, float]:
+    """The least and the largest probability of a rival, by how well both predict held-out poses."""
+    pose, own, other = fit.model.dataset.points.pose, held_out.errors(fit), held_out.errors(rival)
+    least = 0.0 if is_lower(other, own, pose) else 1.0 - LIKELY
+    return least, 1.0 if is_lower(own, other, pose) else LIKELY
 
 
 def _exchanged(
