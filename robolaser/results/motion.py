@@ -3,6 +3,7 @@
 import json
 from typing import TYPE_CHECKING, Final, final
 
+from robolaser.export import servo_table
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.result_json import motion_calibration_json, motion_json
@@ -14,7 +15,7 @@ from robolaser.results.diagnosis import FINDING
 if TYPE_CHECKING:
     import pandas as pd
 
-MOTION_FILES: Final = ("diagnosis.json", PAGE)
+MOTION_FILES: Final = ("diagnosis.json", servo_table.FILE, PAGE)
 MOTION_CALIBRATION_FILES: Final = ("calibration.json", PAGE)
 
 
@@ -39,9 +40,11 @@ class MotionResult(FittedResult):
         return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
 
     def files(self, *, command: str = "") -> Files:
-        """diagnosis.json and the page."""
+        """diagnosis.json, the table of the servos' numbers, and the page."""
+        found = self.to_dict()
         return {
-            "diagnosis.json": json.dumps(self.to_dict(), indent=1) + "\n",
+            "diagnosis.json": json.dumps(found, indent=1) + "\n",
+            servo_table.FILE: servo_table.servo_table(found["effects"]),
             PAGE: of_motion.page(self.diagnosis, command=command),
         }
 

@@ -1,5 +1,6 @@
 """The commands on a log of a moving arm."""
 
+import csv
 import json
 from importlib.resources import files
 from pathlib import Path
@@ -62,6 +63,23 @@ def test_diagnose_writes_what_the_schema_says_and_a_page(folder: Path, capsys: p
     assert {row["kind"]: row["unit"] for row in written["rows"]} == {"tracking": "rad", "torque": "Nm", "load": "rad"}
     page = (folder / "why" / "report.html").read_text(encoding="utf-8")
     assert "lift" in page
+
+
+def test_every_number_is_in_the_table_for_simulators_with_the_words_that_they_have(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, found = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "table"), "--seed", "0")
+    rows = list(csv.DictReader((folder / "table" / "servos.csv").read_text(encoding="utf-8").splitlines()))
+    told = {(row["effect"], row["joint"], row["number"]): float(row["value"]) for row in rows}
+    assert told == {
+        (one["effect"], one["where"], name): number["value"]
+        for one in found["effects"]
+        for name, number in one["parameters"].items()
+    }
+    words = {row["effect"]: (row["isaac_lab"], row["ros"]) for row in rows}
+    assert words["viscous_friction"][0].startswith("viscous_friction = ")
+    assert words["viscous_friction"][1].startswith("URDF: <dynamics damping=")
+    assert "stiffness" in words["lag"][0]
 
 
 @pytest.mark.parametrize("command", ["plan", "view"])
