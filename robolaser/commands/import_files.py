@@ -132,7 +132,8 @@ def import_files(
     read_back = checked(imported)
     shown = preview(imported)
     terminal.print(_text(imported, shown))
-    for warning in read_back.warnings:
+    warnings = list(dict.fromkeys((*imported.dataset.warnings, *read_back.warnings)))
+    for warning in warnings:
         terminal.warn(warning)
     if extract and not imported.images:
         raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
@@ -152,7 +153,7 @@ def import_files(
         "columns": [asdict(reading) for reading in imported.readings],
         "left_out": list(imported.left_out),
         "preview": shown,
-        "warnings": list(read_back.warnings),
+        "warnings": warnings,
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
     terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 from robolaser.data.csv_tables import CsvTable
+from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
 from robolaser.data.importers.wide_tables import numbered_joints
@@ -30,7 +31,11 @@ def pose_quantities(options: ImportOptions) -> Quantities:
         readings = {**dict.fromkeys(XYZ, LENGTH), **dict.fromkeys(QUATERNION, NONE), **angles}
     else:
         joints = list(zip(options.robot.joints, options.robot.prismatic, strict=True))
-        readings = {f"{q}_{joint}": LENGTH if slides else ANGLE for q in ("q", "qd") for joint, slides in joints}
+        readings = {
+            f"{q}_{joint}": LENGTH if slides else ANGLE
+            for q in ("q", "qd", COMMAND.rstrip("_"))
+            for joint, slides in joints
+        }
     return {"pose": TEXT, "time_s": TIME, **readings, "temperature_c": NONE, "payload_kg": NONE}
 
 

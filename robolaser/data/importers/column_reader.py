@@ -7,6 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite
+from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.column_choice import EULER, POINTS, ROTATION_VECTOR, TEXT, Chosen, Quantities
 from robolaser.data.importers.importer import ImportOptions, Reading
 from robolaser.data.importers.orientation import turned_by
@@ -34,6 +35,8 @@ class ColumnReader:
             quantity = self.quantities.get(column, TEXT)
             if quantity is TEXT:
                 texts[column] = self._texts(column, source)
+            elif column.startswith(COMMAND):  # kept as a further column, though it has a unit
+                texts[column] = tuple(map(repr, (units.factor(quantity, source) * self._numbers(source)).tolist()))
             else:
                 known[column] = units.factor(quantity, source) * self._numbers(source)
         if number_poses and "pose" not in self.chosen:

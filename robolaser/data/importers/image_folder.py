@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import ClassVar, Final, final
 
 from robolaser.data.csv_tables import CsvTable
@@ -101,7 +101,9 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
         return list(images), "(order of the names)"
     if ORDER in options.further:
         raise UsageError(f"--set {ORDER}: the column {column} names the images. Leave one of them out.")
-    known = {image.name: image for image in images}
+    known: dict[str, list[Path]] = {}
+    for image in images:
+        known.setdefault(image.name, []).append(image)
     files: list[Path | None] = []
     for line, cell in zip(table.lines, table.columns[column], strict=True):
         name = Path(cell).name
@@ -112,14 +114,18 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
                 row=line,
                 column=column,
             )
-        files.append(known[name] if cell else None)
+        there = [image for image in known.get(name, ()) if image.as_posix().endswith(f"/{PurePosixPath(cell)}")]
+        files.append((there or known[name])[0] if cell else None)
     return files, column
 
 
 def _images(folder: Path) -> list[Path]:
-    """The images of a folder, those with numbers in their names by the numbers."""
-    found = [path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES]
-    return sorted(found, key=lambda path: [(not part.isdigit(), part.zfill(20)) for part in _parts(path.stem)])
+    """The images of a folder and of those in it, those with numbers in their names by the numbers."""
+    found = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if path.suffix.lower() in SUFFIXES]
+    return sorted(
+        found,
+        key=lambda path: [(not part.isdigit(), part.zfill(20)) for part in _parts(f"{path.parent.name}/{path.stem}")],
+    )
 
 
 def _parts(stem: str) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import ClassVar, final
+from typing import ClassVar, Final, final
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.importers.clock_offset import clock_offset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.data.importers.yaml_file import motion_of_seven, peek
@@ -22,6 +23,8 @@ from robolaser.geometry.rigid_motion import to_quaternion
 COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 SUFFIXES = (".tum", ".txt")
 BODY = "body"
+CLOCKS: Final = "clocks"  # option that says that the two files were timed by different clocks
+SURE: Final = 5.0  # standard errors from which on an offset is said
 
 
 @final
@@ -32,6 +35,7 @@ class Trajectory:
     file: str
     time_s: Array
     T: Array
+    repeated: int = 0  # lines that were left out, since their time is that of the line before
 
 
 @final
@@ -43,7 +47,7 @@ class Tum(Importer):
 
     name: ClassVar[str] = "tum"
     title: ClassVar[str] = "TUM trajectories (timestamp tx ty tz qx qy qz qw): the flange's, then a tracked body's"
-    further: ClassVar[tuple[str, ...]] = (TOLERANCE,)
+    further: ClassVar[tuple[str, ...]] = (TOLERANCE, CLOCKS)
     takes: ClassVar[tuple[str, ...]] = ("point",)
 
     def recognises(self, path: Path) -> bool:
@@ -58,6 +62,7 @@ class Tum(Importer):
         if len(paths) > 2:
             raise UsageError(f"{len(paths)} trajectories: expected the flange's, and perhaps that of a tracked body.")
         flange, *others = [read_tum(path) for path in paths]
+        repeated = _repeated([flange, *others])
         dataset = Dataset(
             options.name,
             _poses(flange.time_s, flange.T),
@@ -69,9 +74,9 @@ class Tum(Importer):
         if not others:
             if options.further or options.point is not None:
                 raise UsageError("One trajectory is the flange's: name that of the tracked body as a second file.")
-            return Imported(dataset, tuple(_pose_readings(flange.file, flange.file, "")))
-        (body,) = others
-        tolerance = tolerance_of(options.further, body.file)
+            return Imported(dataset, tuple(_pose_readings(flange.file, flange.file, "")), repeated)
+        tolerance = tolerance_of(options.further, others[0].file)
+        body, clock, warnings = _by_one_clock(flange, others[0], tolerance, options)
         found = match(flange.time_s, body.time_s, tolerance)
         kept, left_out = with_readings(found.near, found.away_s, tolerance, file=body.file, what="pose")
         name = options.point or BODY
@@ -83,16 +88,17 @@ class Tum(Importer):
         )
         poses = _poses(body.time_s[kept], found.motions(flange.T)[kept])
         readings = [
-            *_pose_readings(flange.file, body.file, f", at the times of {body.file}"),
+            *_pose_readings(flange.file, body.file, f", at the times of {body.file}", clock),
             Reading("points.csv", "pose", body.file, "(number of the pose)"),
             Reading("points.csv", "point", body.file, "(--point)" if options.point else "(a name)"),
             *(Reading("points.csv", *pair) for pair in _columns(body.file, "")),
         ]
-        return Imported(replace(dataset, poses=poses, points=points), tuple(readings), left_out)
+        dataset = replace(dataset, poses=poses, points=points, warnings=warnings)
+        return Imported(dataset, tuple(readings), (*repeated, *left_out))
 
 
 def read_tum(path: Path) -> Trajectory:
-    """Read a trajectory.
+    """Read a trajectory, without lines that repeat the time of the one before.
 
     Raises:
         DataError: A line is not eight finite numbers, a quaternion's length is not one, or times are not in order.
@@ -111,14 +117,45 @@ def read_tum(path: Path) -> Trajectory:
         T[i] = motion_of_seven(rows[i, 1:], path.name, f"row {line}")
     if not lines:
         raise DataError(f"{path.name} has no line of numbers: {' '.join(COLUMNS)}.", file=path.name)
-    for i in np.flatnonzero(np.diff(rows[:, 0]) <= 0)[:1]:
+    for i in np.flatnonzero(np.diff(rows[:, 0]) < 0)[:1]:
         raise DataError(
-            f"{path.name}, row {lines[i + 1]}: its time is not after that of the row before.",
+            f"{path.name}, row {lines[i + 1]}: its time is before that of the row before.",
             file=path.name,
             row=lines[i + 1],
             column=COLUMNS[0],
         )
-    return Trajectory(path.name, rows[:, 0], T)
+    new = np.diff(rows[:, 0], prepend=-np.inf) > 0
+    return Trajectory(path.name, rows[new, 0], T[new], int((~new).sum()))
+
+
+def _repeated(trajectories: Sequence[Trajectory]) -> tuple[str, ...]:
+    return tuple(
+        f"{one.file}: {one.repeated} rows, whose times repeat the row before" for one in trajectories if one.repeated
+    )
+
+
+def _by_one_clock(
+    flange: Trajectory, body: Trajectory, tolerance_s: float, options: ImportOptions
+) -> tuple[Trajectory, str, tuple[str, ...]]:
+    """The body by the flange's clock if it had another, what was added to its times, and what to warn of."""
+    stated = options.further.get(CLOCKS)
+    if stated not in (None, "differ"):
+        raise UsageError(f"--set {CLOCKS}={stated}: expected differ, or nothing where both files have one clock.")
+    found = clock_offset(flange.time_s, flange.T, body.time_s, body.T)
+    if stated is None:
+        if found is None or abs(found.offset_s) < max(SURE * found.std_s, tolerance_s / 10):
+            return body, "", ()
+        return body, "", (
+            f"The clocks of {flange.file} and {body.file} seem to differ: both turn alike if {found} is added to the"
+            f" times of {body.file}. --set {CLOCKS}=differ does so.",
+        )  # fmt: skip
+    if found is None:
+        raise DataError(
+            f"{body.file} and {flange.file} do not turn alike at any offset of their clocks: at least 40 rows of both"
+            " must be of one motion that turns the flange.",
+            file=body.file,
+        )
+    return replace(body, time_s=body.time_s + found.offset_s), f" + {found} (by the turns of both)", ()
 
 
 def _rows(lines: Sequence[str]) -> list[list[str]]:
@@ -133,10 +170,10 @@ def _poses(time_s: Array, T: Array) -> Poses:
     return Poses(tuple(str(i) for i in range(1, len(time_s) + 1)), time_s, T_base_flange=T)
 
 
-def _pose_readings(file: str, timed: str, at: str) -> list[Reading]:
+def _pose_readings(file: str, timed: str, at: str, clock: str = "") -> list[Reading]:
     return [
         Reading("poses.csv", "pose", timed, "(number of the pose)"),
-        Reading("poses.csv", "time_s", timed, COLUMNS[0], "s"),
+        Reading("poses.csv", "time_s", timed, f"{COLUMNS[0]}{clock}", "s"),
         *(Reading("poses.csv", *pair) for pair in _columns(file, at)),
     ]
 

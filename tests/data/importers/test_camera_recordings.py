@@ -76,6 +76,15 @@ def test_images_belong_to_rows_by_name_or_by_order(tmp_path: Path) -> None:
         read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further={**STATED, "order": "sorted"}))
 
 
+def test_images_may_be_in_sub_folders(tmp_path: Path) -> None:
+    raw = folder(tmp_path)
+    (raw / "camera").mkdir()
+    for image in raw.glob("*.png"):
+        image.rename(raw / "camera" / image.name)
+    found = read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
+    assert found.poses.image == ("images/3.png", "images/10.png", "images/20.png")
+
+
 def test_images_and_table_may_lie_apart(tmp_path: Path) -> None:
     raw = folder(tmp_path)
     table = shutil.move(raw / "poses.csv", tmp_path / "log.csv")

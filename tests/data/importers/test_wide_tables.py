@@ -120,3 +120,14 @@ def test_each_file_may_have_units_of_its_own() -> None:
     Path("log.csv").write_text(as_text(np.radians(q), 1e-3 * xyz))
     main(["import", "log.csv", "--robot", "ur5", "--units", "log.csv:m,rad", "--units", "mm,deg", "--output", "cell"])
     assert_as_measured(robolaser.load("cell"), q, xyz)
+
+
+def test_commanded_angles_are_kept_beside_those_read_in_radians() -> None:
+    q, xyz = measured()
+    lines = as_text(q, xyz).splitlines()
+    Path("log.csv").write_text(
+        "\n".join([f"C3,{lines[0]}", *(f"{a[2] + 0.5},{x}" for a, x in zip(q, lines[1:], strict=True))])
+    )
+    joint = ROBOT.joints[2]
+    found = imported("log.csv", "--column", f"q_command_{joint}=C3")
+    np.testing.assert_allclose(found.poses.following[joint], np.radians(0.5), atol=1e-9)
