@@ -115,7 +115,17 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
                 column=column,
             )
         there = [image for image in known.get(name, ()) if image.as_posix().endswith(f"/{PurePosixPath(cell)}")]
-        files.append((there or known[name])[0] if cell else None)
+        there = there or known.get(name, [])
+        if cell and len(there) > 1:
+            folders = ", ".join(image.parent.name for image in there)
+            raise DataError(
+                f"{table.file}, row {line}, column {column}: {cell} is in several folders ({folders}). Write"
+                f" FOLDER/{name}.",
+                file=table.file,
+                row=line,
+                column=column,
+            )
+        files.append(there[0] if cell else None)
     return files, column
 
 

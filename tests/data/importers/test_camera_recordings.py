@@ -83,6 +83,10 @@ def test_images_may_be_in_sub_folders(tmp_path: Path) -> None:
         image.rename(raw / "camera" / image.name)
     found = read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
     assert found.poses.image == ("images/3.png", "images/10.png", "images/20.png")
+    (raw / "other").mkdir()
+    shutil.copy(raw / "camera" / "10.png", raw / "other")
+    with pytest.raises(DataError, match=r"10\.png is in several folders \(camera, other\)"):
+        read([raw], ImportOptions(columns=COLUMNS, units=("mm",), further=STATED))
 
 
 def test_images_and_table_may_lie_apart(tmp_path: Path) -> None:
