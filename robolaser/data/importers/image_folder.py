@@ -117,7 +117,7 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
         there = [image for image in known.get(name, ()) if image.as_posix().endswith(f"/{PurePosixPath(cell)}")]
         there = there or known.get(name, [])
         if cell and len(there) > 1:
-            folders = ", ".join(image.parent.name for image in there)
+            folders = ", ".join(sorted(image.parent.name for image in there))
             raise DataError(
                 f"{table.file}, row {line}, column {column}: {cell} is in several folders ({folders}). Write"
                 f" FOLDER/{name}.",
