@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from rich.console import Console
 
-from robolaser.bounded_reading import read_json, read_text
+from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.data.atomic_write import write_text
 from robolaser.data.dataset_file import check_format
 from robolaser.data.result_folder import results_in, write_results
@@ -19,6 +19,7 @@ from robolaser.errors import UsageError, near
 from robolaser.report.document import Charts, Document
 from robolaser.report.page import charts_in, fragment
 from robolaser.report.plots import Plots, plots
+from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -150,6 +151,25 @@ class FittedResult(Result, Record):
         """The files of a result that was read back."""
         folder = self._folder or Path()
         return {name: read_text(folder / name) for name in names if (folder / name).is_file()}
+
+
+def robot_in(folder: Path | None) -> Robot | None:
+    """The corrected arm of a saved result, as the URDF in its folder has it; None for measured flange poses.
+
+    Raises:
+        DataError: The folder's files cannot be read.
+    """
+    if folder is None:
+        return None
+    model = read_json(folder / "calibration.json")["model"]
+    if not model.get("robot"):
+        return None
+    corrected = folder / "robot_corrected.urdf"
+    file = corrected if corrected.is_file() else folder / model["robot"]
+    text = read_text(file, ROBOT_BYTES)
+    return Robot.from_urdf(
+        text, flange=model["flange"], joints=model["joints"], gravity=model["gravity"], source=file.name
+    )
 
 
 def read_back(path: Path, name: str, expected: str) -> tuple[dict[str, Any], Path]:

@@ -11,8 +11,9 @@ from robolaser.calibration.result import FORMAT, Calibration, as_json
 from robolaser.export.files import EXPORTED, exported
 from robolaser.report import calibration as of_calibration
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, json_text, numbers_of, printed, read_back
+from robolaser.results import PAGE, Files, FittedResult, json_text, numbers_of, printed, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
+from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,6 +59,11 @@ class CalibrationResult(FittedResult):
     def __getattr__(self, name: str) -> Any:
         made = self.__dict__.get("calibration")
         return getattr(made, name) if made is not None and name not in self else super().__getattr__(name)
+
+    @property
+    def robot(self) -> Robot | None:
+        """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; see `Calibration.robot`."""
+        return robot_in(self._folder) if self.calibration is None else self.calibration.robot
 
     @property
     def x(self) -> Array:

@@ -11,9 +11,10 @@ from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.export.files import exported
 from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, json_text, printed, read_back
+from robolaser.results import PAGE, Files, FittedResult, json_text, printed, read_back, robot_in
 from robolaser.results.calibration import CALIBRATION_FILES
 from robolaser.results.delivered import Delivered, delivered
+from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,6 +59,11 @@ class DiagnosisResult(FittedResult):
         model = corrected(made, seed)
         files = delivered(model)
         return cls(diagnosis_json(made) | {"files": [one.to_dict() for one in files]}, made, model, files)
+
+    @property
+    def robot(self) -> Robot | None:
+        """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; see `Diagnosis.robot`."""
+        return robot_in(self._folder) if self.diagnosis is None else self.diagnosis.robot
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each effect."""

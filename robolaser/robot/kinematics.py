@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.duals import bare, is_dual
+from robolaser.errors import UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, log_so3, pose
 from robolaser.robot import damped_newton
 from robolaser.robot.flange_motion import FlangeMotion
@@ -85,12 +86,18 @@ class Robot:
         """Where the flange is. Joint limits are not checked here.
 
         Args:
-            q: Joint values, (c or 1, n, j) [rad] or [m].
+            q: Joint values, (c or 1, n, j) [rad] or [m]; fewer leading axes, (n, j) or (j,), give fewer.
             placements: Of the joints, in place of the nominal ones, (c or 1, n or 1, j, 4, 4).
 
         Returns:
             T_base_flange, (c, n, 4, 4); with derivatives where values or placements carry some.
+
+        Raises:
+            UsageError: There is not a value for each joint.
         """
+        if not is_dual(q) and np.ndim(q) < 3:
+            whole: Array = self.forward(self._rows(q), placements)[0]
+            return whole if np.ndim(q) == 2 else whole[0]
         if is_dual(q) or is_dual(placements):
             nominal = self.placements[None, None] if placements is None else placements
             return self.motion(bare(q), bare(nominal), by_placements=is_dual(nominal)).carried(q, nominal)
@@ -118,14 +125,30 @@ class Robot:
         """How a point that the flange carries moves with the joints: the geometric Jacobian in the base frame.
 
         Args:
-            q: Joint values, (c, n, j) [rad] or [m].
+            q: Joint values, (c, n, j) [rad] or [m]; fewer leading axes, (n, j) or (j,), give fewer.
             points: In the base frame, (c or 1, n, 3) [m]; absent, the flange's origin.
 
         Returns:
             Velocity of the point, then angular velocity, per unit speed of each joint, (c, n, 6, j); zero for joints
             that do not move the flange.
+
+        Raises:
+            UsageError: There is not a value for each joint.
         """
+        if np.ndim(q) < 3:
+            whole: Array = self.jacobian(self._rows(q), points)[0]
+            return whole if np.ndim(q) == 2 else whole[0]
         return self.motion(q, by_placements=False).jacobian(points)
+
+    def _rows(self, q: Array) -> Array:
+        """Joint values of poses, (n, j) or (j,), as (1, n, j)."""
+        rows = np.atleast_2d(np.asarray(q, dtype=np.float64))
+        if rows.shape[1] != len(self.joints):
+            raise UsageError(
+                f"{rows.shape[1]} joint values for each pose, but {self.name} has {len(self.joints)} joints:"
+                f" {', '.join(self.joints)}."
+            )
+        return rows[None]
 
     def inverse(self, T_base_flange: Array, start: Array | None = None) -> tuple[Array, Bools]:
         """Joint values within the limits that bring the flange to given poses.
