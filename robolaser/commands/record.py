@@ -241,7 +241,8 @@ def _record(
 ) -> None:
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
+    exposures = bool(cell.camera.exposures)
+    running = RunningDiagnosis(writer.folder, exposures=exposures, show=terminal.print) if diagnose else None
     with ExitStack() as at_end:
         if running is not None:
             at_end.callback(running.stop)
@@ -250,7 +251,7 @@ def _record(
         if running is not None:
             running.finish()
     planned = len(writer.waypoints)
-    series = "; extract them with --exposures" if cell.camera.exposures else ""
+    series = "; extract them with --exposures" if exposures else ""
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
         | ({"diagnosis": running.latest} if running is not None else {}),

@@ -1,12 +1,16 @@
 """The diagnosis of a recording while it is made: of all its poses so far, in a process beside the arm's."""
 
+import signal
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, final
+
+import numpy as np
 
 from robolaser.errors import RobolaserError
 
@@ -17,12 +21,13 @@ class RunningDiagnosis:
 
     Args:
         folder: Of the recording.
+        exposures: Whether the images of a pose are a series of exposures.
         show: Is called with each answer, once.
     """
 
-    def __init__(self, folder: Path, show: Callable[[str], None]) -> None:
-        self._folder, self._show = folder, show
-        self._engine = ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn"))
+    def __init__(self, folder: Path, *, exposures: bool, show: Callable[[str], None]) -> None:
+        self._folder, self._exposures, self._show = folder, exposures, show
+        self._engine = ProcessPoolExecutor(1, get_context("spawn"), initializer=_leave_ctrl_c_to_the_arm)
         self._asked: Future[str] | None = None
         self._is_current = False
         self.latest = ""
@@ -47,7 +52,7 @@ class RunningDiagnosis:
 
     def _ask(self) -> None:
         with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
-            self._asked, self._is_current = self._engine.submit(answer, self._folder), True
+            self._asked, self._is_current = self._engine.submit(answer, self._folder, exposures=self._exposures), True
 
     def _take(self) -> None:
         if self._asked is None:
@@ -61,7 +66,11 @@ class RunningDiagnosis:
         self.latest = text
 
 
-def answer(folder: Path) -> str:
+def _leave_ctrl_c_to_the_arm() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def answer(folder: Path, *, exposures: bool = False) -> str:
     """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet."""
     from robolaser.api import diagnose
     from robolaser.data.loading import load
@@ -72,10 +81,13 @@ def answer(folder: Path) -> str:
     try:
         recording = load(folder)
         has_stripe = sensor_class(recording.kind).has_laser_plane()
-        _, dataset = points_from_images(recording) if has_stripe else points_of_target(recording)
+        of_images = partial(points_from_images, exposures=exposures) if has_stripe else points_of_target
+        _, dataset = of_images(recording)
         found = diagnose(dataset, seed=1).to_dict()
     except RobolaserError as error:
         return f"no diagnosis yet: {error}"
+    except np.linalg.LinAlgError:
+        return "no diagnosis yet: these poses do not determine the model."
     return in_a_line(found)
 
 
