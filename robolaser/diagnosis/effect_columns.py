@@ -1,5 +1,6 @@
 """What effects would do to the residuals: by the chain rule, from what they do to the value that passes their stage."""
 
+from types import EllipsisType
 from typing import Any, cast, final
 
 import numpy as np
@@ -14,6 +15,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.stages import OF_ROWS, Stage
 from robolaser.parameters import Values
 
+Part = tuple[EllipsisType | int, ...]
 NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
 
 
@@ -47,7 +49,8 @@ class Columns:
         robot, q = fit.model.dataset.arm
         column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
         parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
-        moves = np.concatenate([joint_moves(fit.model, candidate_effect, part)[:, :, column] for part in parts])
+        own = (..., column)
+        moves = np.concatenate([stage_moves(fit.model, candidate_effect, part, q, own) for part in parts])
         moves = moves.reshape(len(grid), a, -1)
         if moves.size <= MOVES_KEPT:
             self._moves[candidate_effect] = moves
@@ -63,12 +66,12 @@ class Columns:
     def _worked_out(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
         stage = candidate_effect.effect.stage_in(fit.model.dataset)
         if stage is Stage.JOINTS:
-            return self._by_joints(fit, joint_moves(fit.model, candidate_effect, grid))
+            return self._by_joints(fit, stage_moves(fit.model, candidate_effect, grid, fit.model.dataset.arm[1]))
         value = self._passed(fit, stage)
         if value is None:  # each session has its own
             columns = fit.at.columns(candidate_effect, grid) * prior_scales(candidate_effect)
             return np.moveaxis(columns, 0, 1).reshape(columns.shape[1], -1)
-        return self._through(fit, stage, value, _stage_moves(fit.model, candidate_effect, grid, value))
+        return self._through(fit, stage, value, stage_moves(fit.model, candidate_effect, grid, value))
 
     def by_parameters(self, fit: Fit, candidate_effect: CandidateEffect, x: Array) -> Array | None:
         """By all parameters of an effect that are x (p,), per unit of each, (K, p); None where that is not known."""
@@ -117,23 +120,9 @@ class Columns:
         return self._by_motion[stage, joint]
 
 
-def joint_moves(model: Model, candidate_effect: CandidateEffect, grid: Array) -> Array:
-    """Moves of the joints by an effect's amplitudes, each at its prior scale, (g a, n, j) [rad or m].
-
-    Args:
-        model: Whose joints.
-        candidate_effect: Sits at the joints.
-        grid: Values of its nonlinear parameters, (g, s).
-    """
-    _, q = model.dataset.arm
-    scales = prior_scales(candidate_effect)
-    parameters = np.hstack([np.tile(np.diag(scales), (len(grid), 1)), np.repeat(grid, len(scales), axis=0)])
-    effect = candidate_effect.at(dict(zip(candidate_effect.parameters.names, parameters.T, strict=True)))
-    moved: Array = perturb_with((effect,), model.run)(Stage.JOINTS, q[None]) - q
-    return moved
-
-
-def _stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array) -> Array:
+def stage_moves(
+    model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array, part: Part = (...,)
+) -> Array:
     """Derivatives of what comes out of a stage by an effect's amplitudes, in units of prior scales, (g a, ...).
 
     Args:
@@ -141,20 +130,28 @@ def _stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, v
         candidate_effect: Is at the stage.
         grid: Values of its nonlinear parameters, (g, s).
         value: What passes it.
+        part: Of what comes out, that is wanted.
     """
     scales = prior_scales(candidate_effect)
     x = np.hstack([np.zeros((len(grid), len(scales))), grid])
-    return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value)
+    return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value, part)
 
 
-def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, ways: Array, value: Array) -> Array:
+def _slopes(
+    model: Model, candidate_effect: CandidateEffect, x: Array, ways: Array, value: Array, part: Part = (...,)
+) -> Array:
     """Derivatives of what comes out of an effect's stage with parameters x (c, p), along ways (q, p), (c q, ...)."""
-    every = tuple(range(len(ways)))
-    numbers = [Dual(at, np.repeat(way[:, None], len(x), axis=1), every) for at, way in zip(x.T, ways.T, strict=True)]
+    numbers: list[Any] = []
+    for at, way in zip(x.T, ways.T, strict=True):
+        by = np.flatnonzero(way)
+        slopes = np.repeat(way[by, None], len(x), axis=1)
+        numbers.append(Dual(at, slopes, tuple(by.tolist())) if len(by) else at)
     effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
     moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
-    slopes = np.swapaxes(moved.slopes, 0, 1)
-    return np.asarray(slopes.reshape(-1, *slopes.shape[2:]))
+    moved = moved[part]
+    slopes = np.zeros((len(x), len(ways), *moved.shape[1:]))
+    slopes[:, list(moved.of)] = np.swapaxes(moved.slopes, 0, 1)
+    return slopes.reshape(-1, *slopes.shape[2:])
 
 
 def _twists(T: Array, slopes: Array) -> Array:

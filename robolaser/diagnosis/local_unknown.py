@@ -6,7 +6,7 @@ parameters, a random function for its freedom, by the marginal likelihood. And a
 still finds much beside it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 import numpy as np
@@ -15,7 +15,9 @@ from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
-from robolaser.diagnosis.localization import likelihood_ratio
+from robolaser.diagnosis.localization import chance_ratio, likelihood_ratio
+from robolaser.diagnosis.random_functions import RandomFunctions
+from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EFFECT, FORM_SHARE
 from robolaser.diagnosis.verdict import posterior_weights
@@ -45,15 +47,22 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
         site: A joint that moves; or another site, in the place of which any joint may be off by a function of time.
     """
     derivatives, joints = stage_derivatives(fit), moving_joints(fit.model.dataset.robot)
-    if site in joints:
-        pairs = [(derivatives.joint(site), basis) for basis in _coordinates(fit, site)]
-    elif site == TARGET:
+    if site == TARGET:
         return 0.0  # `unmodelled_chi2` has functions of the place on it
-    else:
-        in_time = rough(fit.model.run.progress)
-        pairs = [(derivatives.joint(joint), in_time) for joint in joints]
-    columns = (by_joint * basis[fit.pose_of_number] for by_joint, basis in pairs)
-    return max(likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns)
+
+    def ratios(joint: str, bases: Iterable[Array], *, chance: bool) -> Iterator[float]:
+        n = len(fit.model.dataset.poses)
+        gradient, own, shared = normal_equations(fit, derivatives.joint(joint)[:, 0], fit.pose_of_number, n)
+        for basis in bases:
+            along = basis.T @ shared
+            yield likelihood_ratio((basis.T * own) @ basis - along @ along.T, basis.T @ gradient)[0]
+        if chance:
+            yield chance_ratio(gradient, own, shared)
+
+    if site in joints:
+        return max(ratios(site, _coordinates(fit, site), chance=True))
+    in_time = rough(fit.model.run.progress)
+    return max(ratio for joint in joints for ratio in ratios(joint, [in_time], chance=False))
 
 
 def posture_unknown_chi2(fit: Fit) -> float:
@@ -61,8 +70,9 @@ def posture_unknown_chi2(fit: Fit) -> float:
 
     Of the whole posture, one for each of these joints, all of one size; or a force at the flange.
     """
-    columns = (site.columns for site in of_several_joints(fit))
-    return max((likelihood_ratio(fit.at.project(some), fit.at.r, np.inf)[0] for some in columns), default=0.0)
+    functions, several = RandomFunctions(fit), tuple(of_several_joints(fit))
+    by = ((functions.normal_equations(site), functions.gradient(site)) for site in several)
+    return max((likelihood_ratio(normal, gradient)[0] for normal, gradient in by), default=0.0)
 
 
 def probability_of_local_unknown(final: float, left: float, without: float, instead: float) -> float:
@@ -84,7 +94,7 @@ def probability_of_local_unknown(final: float, left: float, without: float, inst
 
 
 def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
-    """Bases (n, p) of rough functions of the joint's angle, of its gravity torque, of time; and each pose by itself."""
+    """Bases (n, p) of rough functions of the joint's angle, of its gravity torque, of time."""
     robot, q = fit.model.dataset.arm
     column, run = robot.joints.index(joint), fit.model.run
     yield rough(q[:, column])
@@ -92,4 +102,3 @@ def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
         yield rough(torque)
     if fit.model.dataset.poses.time_s is not None and np.ptp(run.progress) > 0:
         yield rough(run.progress)
-    yield np.eye(len(q))

@@ -41,17 +41,40 @@ class Localization:
     unknown: bool = True
 
 
-def likelihood_ratio(B: Array, residuals: Array, most: float) -> tuple[float, float]:
+def likelihood_ratio(normal: Array, gradient: Array, most: float = np.inf) -> tuple[float, float]:
     """Twice the logarithm of the largest likelihood ratio of a random function, and the size that has it.
 
     Args:
-        B: Derivatives of the whitened residuals by the function's basis, (k, p).
-        residuals: Whitened, (k,).
+        normal: Products of the derivatives of the whitened residuals by the function's basis with each other, (p, p).
+        gradient: Their products with the residuals, (p,).
         most: Largest plausible size.
     """
-    normal = B.T @ B
-    ratios, sizes = _likelihood_ratios(normal[None], (B.T @ residuals)[None], np.array([most]), np.zeros(1))
+    ratios, sizes = _likelihood_ratios(normal[None], gradient[None], np.array([most]), np.zeros(1))
     return float(ratios[0]), float(sizes[0])
+
+
+def chance_ratio(gradient: Array, own: Array, shared: Array) -> float:
+    """The same ratio of chance: independent motions, one for each of n groups, all of one size.
+
+    By the matrix inversion lemma: what grows with the cube of n is left out.
+
+    Args:
+        gradient: Products of what the motions do with the residuals, (n,).
+        own: Their products with each other are diag(own) - shared sharedᵀ, (n,).
+        shared: See there, (n, d).
+    """
+    mean = float(np.mean(own - np.square(shared).sum(axis=1)))
+    if mean <= 0.0:
+        return 0.0
+    best = 0.0
+    for t in np.square(SIZES) / mean:
+        within = 1.0 + t * own
+        left, V = np.linalg.eigh(np.eye(shared.shape[1]) - shared.T @ (shared * (t / within)[:, None]))
+        left = np.maximum(left, np.finfo(float).tiny)
+        along = V.T @ (shared.T @ (gradient / within))
+        explained = t * (gradient @ (gradient / within) + t * (np.square(along) / left).sum())
+        best = max(best, float(explained - np.log(within).sum() - np.log(left).sum()))
+    return best
 
 
 def _likelihood_ratios(normal: Array, gradient: Array, most: Array, least: Array) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2, norm
 
 from robolaser.diagnosis import thresholds
-from robolaser.diagnosis.localization import likelihood_ratio, p_value
+from robolaser.diagnosis.localization import chance_ratio, likelihood_ratio, p_value
 from robolaser.diagnosis.verdict import (
     Evidence,
     complexity_penalty,
@@ -193,7 +193,7 @@ def test_nine_in_ten_lie_above_the_detection_quantile():
 def test_a_random_function_of_one_shape_has_the_likelihood_ratio_of_a_variance():
     residuals = np.zeros(50)
     residuals[0] = 6.0
-    ratio, size = likelihood_ratio(np.eye(50)[:, :1], residuals, np.inf)
+    ratio, size = likelihood_ratio(np.eye(1), residuals[:1])
     assert ratio == pytest.approx(36.0 - 1.0 - np.log(36.0), rel=1e-3)
     assert size == pytest.approx(np.sqrt(35.0), rel=0.15)
 
@@ -201,15 +201,25 @@ def test_a_random_function_of_one_shape_has_the_likelihood_ratio_of_a_variance()
 def test_a_function_of_many_shapes_pays_for_each():
     residuals = np.zeros(50)
     residuals[0] = 6.0
-    few, _ = likelihood_ratio(np.eye(50)[:, :1], residuals, np.inf)
-    many, _ = likelihood_ratio(np.eye(50)[:, :20], residuals, np.inf)
+    few, _ = likelihood_ratio(np.eye(1), residuals[:1])
+    many, _ = likelihood_ratio(np.eye(20), residuals[:20])
     assert many < few - 10
+
+
+def test_chance_has_the_likelihood_ratio_of_a_function_that_is_free_at_each_pose():
+    rng = np.random.default_rng(3)
+    moves, parameters = rng.uniform(0.5, 2.0, 40), np.linalg.qr(rng.normal(size=(40, 4)))[0]
+    residuals = 3.0 * moves * rng.normal(size=40)
+    gradient, shared = moves * (residuals - parameters @ (parameters.T @ residuals)), moves[:, None] * parameters
+    dense, _ = likelihood_ratio(np.diag(moves**2) - shared @ shared.T, gradient)
+    assert dense > 10.0
+    assert chance_ratio(gradient, moves**2, shared) == pytest.approx(dense, rel=1e-9)
 
 
 def test_a_function_is_no_larger_than_is_plausible():
     residuals = np.zeros(50)
     residuals[0] = 6.0
-    ratio, size = likelihood_ratio(np.eye(50)[:, :1], residuals, 0.5)
+    ratio, size = likelihood_ratio(np.eye(1), residuals[:1], 0.5)
     assert size == 0.5
     assert ratio == pytest.approx(36.0 * 0.25 / 1.25 - np.log(1.25))
 

@@ -24,7 +24,11 @@ def joint_column(run: Run, joint: str) -> int:
 
 def add_to_joint(q: Array, run: Run, joint: str, move: Array) -> Array:
     """Joint values (c or 1, n, j) with one joint moved by (c, n or 1) [rad or m], (c, n, j)."""
-    moved: Array = q + move[:, :, None] * (np.arange(q.shape[2]) == joint_column(run, joint))
+    column = joint_column(run, joint)
+    own = q[:, :, column] + move
+    moved: Array = np.zeros_like(own, shape=(*own.shape, q.shape[2]))
+    moved[:] = q
+    moved[:, :, column] = own
     return moved
 
 
