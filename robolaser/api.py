@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -132,8 +133,8 @@ def diagnose(
         return MotionResult(diagnose_motion(log, names, seed=seed, progress=progress))
     kinds = None if effects is None else _kinds(effects)
     others = [_data_set(one) for one in validate]
-    found = examine(_data_set(data), kinds, seed=seed, validate=others, progress=progress)
-    return DiagnosisResult.of(found, seed or 0)
+    again = partial(examine, effects=kinds, seed=seed, validate=others, progress=progress)
+    return DiagnosisResult.of(again(_data_set(data)), seed or 0, again)
 
 
 def compare(

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -52,7 +53,10 @@ class RunningDiagnosis:
 
     def _ask(self) -> None:
         with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
-            self._asked, self._is_current = self._engine.submit(answer, self._folder, exposures=self._exposures), True
+            self._asked, self._is_current = (
+                self._engine.submit(_answer_here, self._folder, exposures=self._exposures),
+                True,
+            )
 
     def _take(self) -> None:
         if self._asked is None:
@@ -70,7 +74,24 @@ def _leave_ctrl_c_to_the_arm() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def answer(folder: Path, *, exposures: bool = False) -> str:
+@final
+@dataclass
+class _SoFar:
+    """What the engine's process knows of the recording: what its images showed, and the last diagnosis."""
+
+    shown: dict[object, Any] = field(default_factory=dict)
+    found: Any = None
+
+
+_HERE = _SoFar()
+
+
+def _answer_here(folder: Path, *, exposures: bool) -> str:
+    """The answer of a process that is asked of one recording again and again."""
+    return answer(folder, exposures=exposures, so_far=_HERE)
+
+
+def answer(folder: Path, *, exposures: bool = False, so_far: _SoFar | None = None) -> str:
     """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet."""
     from robolaser.api import diagnose
     from robolaser.data.loading import load
@@ -78,17 +99,18 @@ def answer(folder: Path, *, exposures: bool = False) -> str:
     from robolaser.vision.recordings import points_from_images
     from robolaser.vision.target_corners import points_of_target
 
+    so_far = so_far or _SoFar()
     try:
         recording = load(folder)
         has_stripe = sensor_class(recording.kind).has_laser_plane()
         of_images = partial(points_from_images, exposures=exposures) if has_stripe else points_of_target
-        _, dataset = of_images(recording)
-        found = diagnose(dataset, seed=1).to_dict()
+        _, dataset = of_images(recording, known=so_far.shown)
+        so_far.found = so_far.found.with_poses(dataset) if so_far.found else diagnose(dataset, seed=1)
     except RobolaserError as error:
         return f"no diagnosis yet: {error}"
     except np.linalg.LinAlgError:
         return "no diagnosis yet: these poses do not determine the model."
-    return in_a_line(found)
+    return in_a_line(so_far.found)
 
 
 def in_a_line(found: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Several data sets of one arm joined into one with a session each."""
+"""Data sets of one arm joined into one, with a session each, or as poses that followed others."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from robolaser.data.dataset import Dataset, Noise, Points, Poses
 from robolaser.data.same_arm import check_same_arm
 from robolaser.data.sessions import OWN, Sessions
+from robolaser.errors import DataError
 from robolaser.parameters import Parameter
 
 A = TypeVar("A", bound=np.generic)
@@ -52,6 +53,47 @@ def join_sessions(datasets: Mapping[str, Dataset], *, name: str, own: tuple[str,
     )
 
 
+def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
+    """A data set with poses that were measured after its own, and their points.
+
+    Raises:
+        DataError: They are not of one arm and one kind of sensor, or two poses have one name.
+    """
+    check_same_arm(dataset, further, f"appended to {dataset.name}")
+    names = (*dataset.poses.names, *further.poses.names)
+    if len(set(names)) < len(names):
+        twice = sorted(set(dataset.poses.names) & set(further.poses.names))
+        raise DataError(f"Pose {twice[0]} is in both data sets: give the further poses names of their own.")
+    sessions = [one.poses.session for one in (dataset, further)]
+    session = None if None in sessions else tuple(chain.from_iterable(one or () for one in sessions))
+    poses = replace(_poses({"": dataset, "further": further}), names=names, session=session)
+    return replace(dataset, poses=poses, points=_points([dataset, further]))
+
+
+def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
+    """The poses of a longer data set that are not in one with which it begins; None where it does not begin so."""
+    n, rows = len(dataset.poses), len(dataset.points)
+    if len(longer.poses) < n or len(longer.points) < rows or (longer.points.pose[rows:] < n).any():
+        return None
+    poses, some = longer.poses.take(np.arange(n)), longer.points.take(slice(rows))
+    pairs = [
+        (poses.q, dataset.poses.q),
+        (poses.T_base_flange, dataset.poses.T_base_flange),
+        (some.pose, dataset.points.pose),
+        (some.pixel, dataset.points.pixel),
+        (some.xyz, dataset.points.xyz),
+        *((some.columns.get(name), values) for name, values in dataset.points.columns.items()),
+    ]
+    names = (poses.names, some.names) == (dataset.poses.names, dataset.points.names)
+    if not names or not all(_equal(*pair) for pair in pairs):
+        return None
+    return longer.of_poses(np.arange(len(longer.poses)) >= n)
+
+
+def _equal(one: NDArray[A] | None, other: NDArray[A] | None) -> bool:
+    return one is other or (one is not None and other is not None and np.array_equal(one, other))
+
+
 def _poses(datasets: Mapping[str, Dataset]) -> Poses:
     poses = [one.poses for one in datasets.values()]
     names = list(chain.from_iterable(one.names for one in poses))
@@ -71,6 +113,11 @@ def _poses(datasets: Mapping[str, Dataset]) -> Poses:
         payload_kg=_all([one.payload_kg for one in poses]),
         temperature_c=_all([one.temperature_c for one in poses]),
         session=session,
+        following={
+            joint: np.concatenate([one.following[joint] for one in poses])
+            for joint in poses[0].following
+            if all(joint in one.following for one in poses)
+        },
         extra={column: tuple(chain.from_iterable(one.extra[column] for one in poses)) for column in columns},
     )
 

@@ -4,7 +4,8 @@ An arm that is off everywhere a little has a dozen effects that could each stand
 the arm's geometry could stand in for all of them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -67,7 +68,7 @@ def cause_classes(
     for name in dict.fromkeys(map(class_of, probabilities)):
         members = {one: p for one, p in probabilities.items() if class_of(one) == name}
         own = [one for one in evidence if class_of(one.candidate_effect) == name]
-        some = 1.0 - float(np.prod([1.0 - p for p in members.values()]))
+        some = at_least_one(list(members.values()))
         without_m = None
         if own:
             without = _without(refits, final, own)
@@ -110,12 +111,62 @@ def cause_kinds(
         own = [one for one in evidence if one.candidate_effect.effect is kind]
         places = {one.where: p for one, p in probabilities.items() if one.effect is kind}
         without = _without(refits, final, own)
-        some = 1.0 - float(np.prod([1.0 - p for p in places.values()]))
+        some = at_least_one(list(places.values()))
         if some < CREDIBLE_MASS and len(places) > 1:
             some = max(some, _probability(refits, final, without, _kind, kind))
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
         found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))
     return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))
+
+
+def reweighed_classes(
+    classes: Sequence[CauseClass], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
+) -> tuple[CauseClass, ...]:
+    """The classes with other evidence for their members; what else their probabilities rest on is as it was.
+
+    Args:
+        classes: As they were told.
+        before: The evidence that they were told by.
+        now: The evidence that is to count.
+    """
+    were, are = member_probabilities(before), member_probabilities(now)
+    told = []
+    for one in classes:
+        members = {each: p for each, p in are.items() if class_of(each) == one.name}
+        own = [each for each in now if class_of(each.candidate_effect) == one.name]
+        some = _with_other_members(
+            one.probability, [p for each, p in were.items() if class_of(each) == one.name], members
+        )
+        ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
+        sets = tuple(filter(None, map(credible_set, own)))
+        told.append(replace(one, probability=some, members=ordered, credible_sets=sets) if members else one)
+    return tuple(sorted(told, key=_importance))
+
+
+def reweighed_kinds(
+    kinds: Sequence[CauseKind], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
+) -> tuple[CauseKind, ...]:
+    """The kinds likewise."""
+    were, are = member_probabilities(before), member_probabilities(now)
+    told = []
+    for one in kinds:
+        members = {each: p for each, p in are.items() if each.effect.name == one.effect}
+        some = _with_other_members(
+            one.probability, [p for each, p in were.items() if each.effect.name == one.effect], members
+        )
+        told.append(replace(one, probability=some))
+    return tuple(told)
+
+
+def _with_other_members(told: float, before: Sequence[float], now: Mapping[CandidateEffect, float]) -> float:
+    """The probability that some member is at work, if it was told by that of each; else by all together, as it was."""
+    by_members = at_least_one(before)
+    return at_least_one(list(now.values())) if np.isclose(told, by_members, rtol=0.0) else told
+
+
+def at_least_one(probabilities: Sequence[float]) -> float:
+    """Probability that at least one of some independent causes is at work."""
+    return 1.0 - float(np.prod([1.0 - p for p in probabilities]))
 
 
 def departs(site: str, evidence: Sequence[EffectEvidence]) -> float:

@@ -34,7 +34,7 @@ class EffectEvidence:
         credibility: Probability that it, and nothing unmodelled, explains what it does.
         weights: Probabilities of it and of each candidate that was tried in its place, None for neither; sum 1, but for
             those that are at work together.
-        without: The final model without it, fitted.
+        fits: The model that each of these is a probability of.
         alternatives: Indistinguishable candidates, the cheapest first, and the final model with each in its place.
     """
 
@@ -43,8 +43,13 @@ class EffectEvidence:
     probability: float
     credibility: float
     weights: Mapping[CandidateEffect | None, float]
-    without: Fit
+    fits: Mapping[CandidateEffect | None, Fit]
     alternatives: tuple[tuple[CandidateEffect, Fit], ...]
+
+    @property
+    def without(self) -> Fit:
+        """The final model without it, fitted."""
+        return self.fits[None]
 
 
 def evidence_for(
@@ -74,11 +79,13 @@ def evidence_for(
     by_candidate: dict[CandidateEffect | None, float] = dict(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
+    fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
     alike = sorted(_alike(final, others), key=lambda pair: refits.cost(pair[1]))
     for rival in set_rivals(refits, final, candidate_effect, held_out):
         instead = by_candidate[candidate_effect] * rival.probability
         by_candidate[candidate_effect] -= instead
         by_candidate |= {one: max(instead, by_candidate.get(one, 0.0)) for one in rival.effects}
+        fits |= dict.fromkeys(rival.effects, rival.fit)
         if rival.probability > LEAST_PROBABILITY:
             alike = [*((one, rival.fit) for one in rival.effects), *alike]
     return EffectEvidence(
@@ -87,7 +94,7 @@ def evidence_for(
         by_candidate[candidate_effect] * believable,
         believable,
         by_candidate,
-        without,
+        fits,
         tuple({one: (one, fit) for one, fit in reversed(alike)}.values())[::-1],
     )
 

@@ -23,6 +23,7 @@ from robolaser.diagnosis.findings import (
     not_testable,
 )
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
 from robolaser.diagnosis.held_parameters import with_parameters_free
@@ -173,6 +174,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         hindrance=hindrance,
         wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,
         pose_scatter=scatter,
+        weighed=None if hindrance or scatter or preparation.belongs else Weighed.of(start, final, evidence),
     )
 
 

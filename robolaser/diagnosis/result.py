@@ -9,6 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
@@ -265,6 +266,8 @@ class Diagnosis:
         hindrance: Why no effect was looked for, as a sentence; empty where they were.
         wrong_input: What is wrong with the data set; None where nothing is known to be.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
+        weighed: The models that were weighed, so that further poses can be added; None where they cannot.
+        added_poses: How many poses count in the probabilities beside those that are used for all else.
 
     Examples:
         >>> from robolaser.diagnosis import examine
@@ -301,6 +304,8 @@ class Diagnosis:
     hindrance: str = ""
     wrong_input: WrongInput | None = None
     pose_scatter: ExcessScatter | None = None
+    weighed: Weighed | None = None
+    added_poses: int = 0
 
     @cached_property
     def robot(self) -> Robot | None:
@@ -315,4 +320,4 @@ class Diagnosis:
     def poses(self) -> tuple[int, int]:
         """How many poses are used, and how many have points."""
         used, every = (len(np.unique(one.points.pose)) for one in (self.observed, self.dataset))
-        return used, every
+        return used + self.added_poses, every

@@ -35,9 +35,10 @@ class Record(dict[str, Any]):
         super().__init__({key: _recorded(value) for key, value in contents.items()})
 
     def __getattr__(self, name: str) -> Any:
-        if name not in self:
-            raise AttributeError(f"No '{name}'.{near(name, self)}")
-        return self[name]
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"No '{name}'.{near(name, self)}") from None
 
     def __dir__(self) -> list[str]:
         """Methods and entries, for completion at a prompt."""

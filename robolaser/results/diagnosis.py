@@ -1,17 +1,22 @@
 """Diagnoses that were just made or read back."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self, final
 
 from robolaser.calibration.result import Calibration
+from robolaser.data.dataset import Dataset
+from robolaser.data.loading import load
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
+from robolaser.diagnosis.growth import with_poses
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
+from robolaser.errors import UsageError
 from robolaser.export.files import exported
 from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, json_text, printed, read_back, robot_in
+from robolaser.results import PAGE, Files, FittedResult, Record, json_text, printed, read_back, robot_in
 from robolaser.results.calibration import CALIBRATION_FILES
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
@@ -19,6 +24,7 @@ from robolaser.robot.kinematics import Robot
 if TYPE_CHECKING:
     import pandas as pd
 
+Again = Callable[[Dataset], Diagnosis]
 DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
 FINDING: Final = [
     "effect", "where", "probability", "parameters", "gap_mm_before", "gap_mm_after", "gap_mm_without",
@@ -32,7 +38,6 @@ class DiagnosisResult(FittedResult):
 
     Attributes:
         diagnosis: With all that a report shows; None if it was read back.
-        model: The corrected model, as a calibration; None likewise.
 
     Examples:
         >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
@@ -46,19 +51,70 @@ class DiagnosisResult(FittedResult):
         self,
         contents: Mapping[str, Any],
         made: Diagnosis | None = None,
-        model: Calibration | None = None,
-        files: Sequence[Delivered] = (),
+        *,
+        seed: int = 0,
         folder: Path | None = None,
+        again: Again | None = None,
     ) -> None:
         super().__init__(contents, folder)
-        self.diagnosis, self.model, self._delivered = made, model, files
+        self.diagnosis, self._seed, self._again = made, seed, again
 
     @classmethod
-    def of(cls, made: Diagnosis, seed: int) -> Self:
-        """A diagnosis that was just made with this seed."""
-        model = corrected(made, seed)
-        files = delivered(model)
-        return cls(diagnosis_json(made) | {"files": [one.to_dict() for one in files]}, made, model, files)
+    def of(cls, made: Diagnosis, seed: int, again: Again | None = None) -> Self:
+        """A diagnosis that was just made.
+
+        Args:
+            made: It.
+            seed: With which.
+            again: Diagnoses another data set in the same way; without it, the diagnosis cannot grow.
+        """
+        return cls(diagnosis_json(made), made, seed=seed, again=again)
+
+    def __missing__(self, key: str) -> Any:
+        """The files of the corrected arm: they are written and held against unseen poses when they are asked for."""
+        if key != "files" or self.diagnosis is None:
+            raise KeyError(key)
+        self[key] = [Record(one.to_dict()) for one in self._delivered]
+        return self[key]
+
+    @cached_property
+    def model(self) -> Calibration | None:
+        """The corrected model, as a calibration; None if the diagnosis was read back."""
+        return None if self.diagnosis is None else corrected(self.diagnosis, self._seed)
+
+    @cached_property
+    def _delivered(self) -> Sequence[Delivered]:
+        return () if self.model is None else delivered(self.model)
+
+    def with_poses(self, data: Dataset | str | Path) -> "DiagnosisResult":
+        """The diagnosis of more poses: of a few more, in a fraction of the time.
+
+        Probabilities and sizes then count the further poses; held-out errors stay those of the last examination of
+        all. There is another one after a twentieth more poses, after a pose that the model does not predict, or where
+        a probability moves by a tenth.
+
+        Args:
+            data: The further poses, or all of them, those so far first; or their folder.
+
+        Raises:
+            DataError: They are of another arm or kind of sensor, or have names of poses so far.
+            UsageError: The diagnosis was read back.
+
+        Examples:
+            >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
+            >>> why.with_poses(dataset).verdict
+            'no_gap'
+        """
+        if self.diagnosis is None or self._again is None:
+            raise UsageError("A diagnosis that was read back cannot grow: call `robolaser.diagnose` with all poses.")
+        dataset = data if isinstance(data, Dataset) else load(data)
+        return type(self).of(with_poses(self.diagnosis, dataset, self._again), self._seed, self._again)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What diagnosis.json holds."""
+        if self.diagnosis is not None:
+            self["files"]  # written when they are first asked for
+        return super().to_dict()
 
     @property
     def robot(self) -> Robot | None:

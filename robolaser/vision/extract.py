@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -97,6 +97,7 @@ def extract_points(
     *,
     step: int | None = None,
     R_base_flange: Array | None = None,
+    known: dict[object, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Extraction:
     """Find at each pose the board and the stripe on its plane, and give the stripe's pixels their places.
@@ -111,6 +112,7 @@ def extract_points(
             POINTS_PER_IMAGE.
         R_base_flange: Turn of the flange at each pose, (n, 3, 3). Only used for boards whose colours allow several
             frames; without, the frame is followed by sight from image to image.
+        known: What images showed earlier; what these show is added, and nothing is looked for twice.
         progress: Called with poses done and poses in all.
 
     Returns:
@@ -119,9 +121,13 @@ def extract_points(
     Raises:
         ImageError: A file is missing, no image, or of another size.
     """
-    seen = []
+    seen: list[_Seen] = []
+    known = {} if known is None else known
     for done, shots in enumerate(images, start=1):
-        seen.append(_look(shots, search, board))
+        key = shots.files, search
+        if key not in known:
+            known[key] = _look(shots, search, board)
+        seen.append(known[key])
         if progress is not None:
             progress(done, len(images))
     boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}

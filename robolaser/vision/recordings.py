@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TypedDict, Unpack
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -31,7 +31,11 @@ class StripeOptions(TypedDict, total=False):
 
 
 def points_from_images(
-    recording: Dataset, *, progress: Progress | None = None, **options: Unpack[StripeOptions]
+    recording: Dataset,
+    *,
+    progress: Progress | None = None,
+    known: dict[object, Any] | None = None,
+    **options: Unpack[StripeOptions],
 ) -> tuple[Extraction, Dataset]:
     """Find board and stripe in every image.
 
@@ -39,6 +43,7 @@ def points_from_images(
         recording: A data set on disk with [board], [image] and a column `image` in poses.csv. A column `image_off`
             holds images with the laser off; `image_2`, `image_3` ... hold repeats.
         progress: Called with what is being done and the share that is done.
+        known: What images showed earlier; what these show is added, and nothing is looked for twice.
         options: How the stripe is looked for.
 
     Returns:
@@ -59,6 +64,7 @@ def points_from_images(
         recording.board,
         step=options.get("step"),
         R_base_flange=recording.flange()[[one.row for one in shots], :3, :3],
+        known=known,
         progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
     )
     if not len(found):

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -41,12 +41,15 @@ class _Found:
     ways: tuple[Array, ...]
 
 
-def points_of_target(recording: Dataset, progress: Progress | None = None) -> tuple[list[SeenTarget], Dataset]:
+def points_of_target(
+    recording: Dataset, progress: Progress | None = None, *, known: dict[object, Any] | None = None
+) -> tuple[list[SeenTarget], Dataset]:
     """Find the target in every image.
 
     Args:
         recording: A data set on disk with [board], [image] and a column `image` in poses.csv.
         progress: Called with what is being done and the share that is done.
+        known: What images showed earlier; what these show is added, and nothing is looked for twice.
 
     Returns:
         A word on each image, and the data set with the points; images without the target have none.
@@ -63,11 +66,15 @@ def points_of_target(recording: Dataset, progress: Progress | None = None) -> tu
         raise ImageError("There are no points to extract: poses.csv has no column 'image' with images.")
     images = [(one.row, number, path) for one in shots for number, path in enumerate(one.lit, start=1)]
     camera = CameraImages.of((path for _, _, path in images), size)
+    known = {} if known is None else known
 
     def look(wanted: Board, *, staggered: bool = False) -> list[_Found]:
         found = []
         for done, (row, number, path) in enumerate(images, start=1):
-            found.append(_Found(row, number, target_in(camera.grey(path), wanted, staggered=staggered)))
+            key = path, camera, wanted, staggered
+            if key not in known:
+                known[key] = target_in(camera.grey(path), wanted, staggered=staggered)
+            found.append(_Found(row, number, known[key]))
             if progress is not None:
                 progress("looking at images", done / len(images))
         return found

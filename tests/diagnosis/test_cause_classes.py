@@ -29,7 +29,7 @@ GEAR = candidate("backlash", "joint_3")
 
 def weighed(weights: dict[CandidateEffect | None, float], credibility: float = 1.0) -> EffectEvidence:
     first = next(one for one in weights if one is not None)
-    return EffectEvidence(first, 100.0, weights[first], credibility, weights, None, ())  # type: ignore[arg-type]
+    return EffectEvidence(first, 100.0, weights[first], credibility, weights, {}, ())
 
 
 def test_every_effect_of_the_package_belongs_to_a_class() -> None:

@@ -193,7 +193,7 @@ def test_the_gap_lies_where_it_was_made_and_in_its_coordinate(
 
 def weighed(effect: str, explained: float) -> EffectEvidence:
     (one,) = candidate_effects([effect], cell())
-    return EffectEvidence(one, explained, 1.0, 1.0, {one: 1.0}, None, ())  # type: ignore[arg-type]
+    return EffectEvidence(one, explained, 1.0, 1.0, {one: 1.0}, {}, ())
 
 
 def test_of_two_effects_at_one_place_the_least_likely_by_chance_counts_in_any_order(

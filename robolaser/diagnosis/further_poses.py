@@ -1,0 +1,182 @@
+"""What further poses say of models that were fitted without them: recursive least squares.
+
+Normal equations add up, so a pose more needs its own rows only: residuals r and derivatives J by parameters of
+covariance P raise chi-squared by rᵀ(1 + J P Jᵀ)⁻¹r and move the parameters by -P Jᵀ(1 + J P Jᵀ)⁻¹r (Plackett 1950,
+Biometrika 37).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+from scipy.special import chdtrc
+
+from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+from robolaser.data.joining import with_poses_of
+from robolaser.diagnosis.evidence import EffectEvidence
+from robolaser.diagnosis.fit import Fit
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.noise_estimate import sources_of
+from robolaser.model.batches import of_data, with_rows
+from robolaser.model.derivatives import jacobian
+from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.forward_model import Model
+from robolaser.model.noise import NoiseModel
+from robolaser.model.stages import OF_ROWS
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FurtherRows:
+    """Rows of further poses, as any of the models sees them.
+
+    Attributes:
+        dataset: All rows, these last.
+        count: How many these are.
+        start: The model without effects, which was fitted to the others.
+    """
+
+    dataset: Dataset
+    count: int
+    start: Fit
+
+    @classmethod
+    def of(cls, start: Fit, before: Dataset, further: Dataset) -> "FurtherRows":
+        """Of poses that followed others.
+
+        Args:
+            start: The model without effects.
+            before: Its averaged rows, with those of further poses so far.
+            further: The poses that came last.
+        """
+        averaged = AveragedData.of(further).dataset
+        return cls(with_poses_of(before, averaged), len(averaged.points), start)
+
+    def white(self, fit: Fit, x: Array) -> tuple[Array, Array]:
+        """Their whitened residuals by a model with parameters x (d,), and the derivatives of these, (k,) and (k, d)."""
+        looks_at_rows = any(one.effect.stage in OF_ROWS for one in fit.effects)
+        model, last = (self._whole if looks_at_rows else self._own).with_effects(fit.effects), slice(-self.count, None)
+        residuals, J = model.residuals(x[None])[:, last], jacobian(model, x[None])[0][:, last]
+        return self._noise.whiten(residuals)[0], self._noise.whiten(J).T
+
+    @cached_property
+    def _whole(self) -> Model:
+        return of_data(self.start.model, self.dataset)
+
+    @cached_property
+    def _own(self) -> Model:
+        rows = len(self.dataset.points)
+        return with_rows(self._whole, np.arange(rows - self.count, rows))
+
+    @cached_property
+    def _noise(self) -> NoiseModel:
+        noise, shots = self.start.noise, np.ones(self.count, dtype=np.int64)
+        data = AveragedData(self._own.dataset, self._own.dataset, shots, np.arange(self.count))
+        sources = sources_of(data, self._own, self.start.x)
+        return replace(noise, sources=sources, sigmas={one.name: noise.sigmas.get(one.name, 0.0) for one in sources})
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A model, and what further poses say of it.
+
+    Attributes:
+        fit: As it was fitted.
+        x: Its parameters now, (d,).
+        covariance: Of them, (d, d); zero for those that cannot move.
+        added: Chi-squared that those poses added.
+        chance: Probability of the last rows' residuals by chance.
+    """
+
+    fit: Fit
+    x: Array
+    covariance: Array
+    added: float = 0.0
+    chance: float = 1.0
+
+    @classmethod
+    def of(cls, fit: Fit) -> "Followed":
+        """A model as it was fitted."""
+        return cls(fit, fit.x, fit.at.covariance)
+
+    def with_rows(self, rows: FurtherRows) -> "Followed":
+        """After these rows, too."""
+        r, J = rows.white(self.fit, self.x)
+        PJ = self.covariance @ J.T
+        solved = np.linalg.solve(np.eye(len(r)) + J @ PJ, np.column_stack([r, PJ.T]))
+        problem, added = self.fit.problem, float(r @ solved[:, 0])
+        left = max(1.0, self.fit.chi2 / self.fit.freedoms)
+        return Followed(
+            self.fit,
+            np.clip(self.x - PJ @ solved[:, 0], problem.lower, problem.upper),
+            self.covariance - PJ @ solved[:, 1:],
+            self.added + added,
+            float(chdtrc(len(r), added / left)),
+        )
+
+    @property
+    def narrowed(self) -> Array:
+        """Standard deviations of the parameters now, over those of the fit, (d,); 1 for those that cannot move."""
+        before, now = np.diag(self.fit.at.covariance), np.diag(self.covariance)
+        return np.sqrt(np.divide(np.maximum(now, 0.0), before, out=np.ones(len(now)), where=before > 0.0))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """The models that a diagnosis weighed against each other, and what further poses say of them.
+
+    Attributes:
+        start: The model without effects.
+        final: That with all effects found.
+        evidence: For each of them, when all poses were examined.
+        dataset: The averaged rows of all poses since.
+        followed: The models by their fits.
+    """
+
+    start: Fit
+    final: Fit
+    evidence: Sequence[EffectEvidence]
+    dataset: Dataset
+    followed: Mapping[Fit, Followed] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> "Weighed":
+        """Models that were fitted to all poses."""
+        return cls(start, final, evidence, start.model.dataset)
+
+    def with_poses(self, further: Dataset) -> "Weighed":
+        """After these poses, too."""
+        rows = FurtherRows.of(self.start, self.dataset, further)
+        rivals = (fit for one in self.evidence for fit in one.fits.values())
+        followed = {
+            fit: self.followed.get(fit, Followed.of(fit)).with_rows(rows)
+            for fit in dict.fromkeys((self.start, self.final, *rivals))
+        }
+        return replace(self, dataset=rows.dataset, followed=followed)
+
+    @property
+    def is_of_all_poses(self) -> bool:
+        """Whether no pose came since all were examined."""
+        return not self.followed
+
+    @property
+    def reweighed(self) -> tuple[EffectEvidence, ...]:
+        """The evidence with what these poses say of each model."""
+        return tuple(map(self._reweighed, self.evidence))
+
+    def _reweighed(self, one: EffectEvidence) -> EffectEvidence:
+        added = {fit: self.followed[fit].added for fit in one.fits.values()}
+        least = min(added.values())
+        odds: dict[CandidateEffect | None, float] = {
+            candidate: weight * float(np.exp(-0.5 * (added[one.fits[candidate]] - least)))
+            for candidate, weight in one.weights.items()
+        }
+        models = {one.fits[candidate]: candidate for candidate in odds}.values()  # some are of several candidates
+        scale = sum(one.weights[each] for each in models) / sum(odds[each] for each in models)
+        weights = {candidate: scale * odd for candidate, odd in odds.items()}
+        return replace(one, weights=weights, probability=weights[one.candidate_effect] * one.credibility)

@@ -1,0 +1,103 @@
+"""A diagnosis that grows: further poses change how sure it is, and the sizes of what it found.
+
+Held-out errors stay those of the last examination of all poses. After enough further poses, or one that says something
+else, all are examined anew.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from robolaser.data.dataset import Dataset
+from robolaser.data.joining import poses_beyond, with_poses_of
+from robolaser.diagnosis.cause_classes import reweighed_classes, reweighed_kinds
+from robolaser.diagnosis.further_poses import Followed, Weighed
+from robolaser.diagnosis.result import Diagnosis, Finding
+from robolaser.diagnosis.summary_text import sentence
+
+SHARE: Final = 0.05
+"""Of the poses of the last examination of all, that may be added before the next one. A judgement."""
+SURPRISE: Final = 1e-3
+"""Probability of a pose's residuals by chance, below which all poses are examined anew. A judgement."""
+CHANGE: Final = 0.1
+"""Of a probability, from which on all poses are examined anew: other effects may take the lead. A judgement."""
+
+
+def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], Diagnosis]) -> Diagnosis:
+    """The diagnosis of more poses.
+
+    Args:
+        found: Of the poses so far.
+        dataset: The further poses, or all of them, those so far first.
+        examine: Diagnoses a data set from the beginning.
+
+    Raises:
+        DataError: The further poses are of another arm or kind of sensor, or have names of those so far.
+    """
+    names = found.dataset.poses.names
+    if dataset.poses.names[: len(names)] == names:
+        whole, further = dataset, poses_beyond(found.dataset, dataset)
+        if further is None:  # what was measured at poses so far has changed
+            return examine(dataset)
+    else:
+        whole, further = with_poses_of(found.dataset, dataset), dataset
+    if not len(further.points):
+        return replace(found, dataset=whole)
+    weighed, examined = found.weighed, len(np.unique(found.observed.points.pose))
+    if (
+        weighed is None
+        or found.wrong_input
+        or len(np.unique(further.points.pose)) + found.added_poses > SHARE * examined
+    ):
+        return examine(whole)
+    grown = weighed.with_poses(further)
+    before = {one.candidate_effect: one.probability for one in weighed.evidence}
+    change = max((abs(one.probability - before[one.candidate_effect]) for one in grown.reweighed), default=0.0)
+    if change > CHANGE or grown.followed[grown.final].chance < SURPRISE:
+        return examine(whole)
+    return _told(found, whole, grown)
+
+
+def _told(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
+    evidence, final = grown.reweighed, grown.followed[grown.final]
+    probability = {one.candidate_effect: one.probability for one in evidence}
+    findings = tuple(
+        replace(_resized(one, final), probability=probability[one.candidate_effect]) for one in found.findings
+    )
+    classes = reweighed_classes(found.classes, grown.evidence, evidence)
+    start = grown.followed[grown.start]
+    return replace(
+        found,
+        dataset=whole,
+        added_poses=len(np.unique(grown.dataset.points.pose)) - len(np.unique(found.observed.points.pose)),
+        sentence=sentence(
+            found.verdict,
+            findings,
+            classes,
+            found.where,
+            found.gap,
+            found.repeatability,
+            found.outliers,
+            found.pose_scatter,
+            found.hindrance,
+        ),
+        findings=findings,
+        classes=classes,
+        kinds=reweighed_kinds(found.kinds, grown.evidence, evidence),
+        x=final.x,
+        std=found.std * final.narrowed,
+        calibrated_x=found.calibrated_x + start.x - grown.start.x,
+        weighed=grown,
+    )
+
+
+def _resized(finding: Finding, final: Followed) -> Finding:
+    names = final.fit.problem.parameters.names
+    parameters = {}
+    for name, was in finding.parameters.items():
+        i = names.index(finding.candidate_effect.key(name))
+        std = None if was.std is None else was.std * float(final.narrowed[i])
+        parameters[name] = replace(was, value=float(final.x[i]), std=std)
+    return replace(finding, parameters=parameters)

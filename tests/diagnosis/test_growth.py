@@ -1,0 +1,109 @@
+"""A diagnosis grows with its poses: as a fresh one says, without examining all poses again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.joining import poses_beyond, with_poses_of
+from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.further_poses import Followed, FurtherRows
+from robolaser.diagnosis.growth import SHARE
+from robolaser.errors import DataError, UsageError
+from robolaser.estimation.averaging import AveragedData
+from robolaser.estimation.noise_estimate import sources_of
+from robolaser.model.batches import of_data
+from robolaser.results.diagnosis import DiagnosisResult
+from robolaser.simulation.simulate import simulate
+
+FIRST = 60
+
+
+@pytest.fixture(scope="module")
+def arm() -> Dataset:
+    effects = {"backlash:elbow_joint": 0.0004, "joint_offset:wrist_1_joint": 0.0006}
+    noise = Noise(point_m=1e-4)
+    return simulate("ur5", kind="point", poses=FIRST + 10, noise=noise, effects=effects, seed=4).dataset
+
+
+@pytest.fixture(scope="module")
+def found(arm: Dataset) -> DiagnosisResult:
+    return robolaser.diagnose(first(arm, FIRST), seed=1)
+
+
+def first(dataset: Dataset, count: int) -> Dataset:
+    return dataset.of_poses(np.arange(len(dataset.poses)) < count)
+
+
+def told(result: DiagnosisResult) -> dict[tuple[str, str], float]:
+    return {(one.effect, one.where): one.probability for one in result.effects}
+
+
+def test_further_poses_give_the_names_of_a_fresh_diagnosis_and_its_probabilities(arm, found):
+    grown, fresh = found, robolaser.diagnose(first(arm, FIRST + 3), seed=1)
+    for count in range(FIRST + 1, FIRST + 4):
+        grown = grown.with_poses(first(arm, count))
+    assert not grown.diagnosis.weighed.is_of_all_poses
+    assert told(grown) == pytest.approx(told(fresh), abs=0.02)
+    assert grown.poses == fresh.poses == {"used": FIRST + 3, "all": FIRST + 3}
+    assert {one["class"]: one.probability for one in grown.classes} == pytest.approx(
+        {one["class"]: one.probability for one in fresh.classes}, abs=0.02
+    )
+
+
+def test_what_is_added_one_by_one_or_at_once_alone_or_with_the_rest_is_the_same(arm, found):
+    one_by_one = found.with_poses(first(arm, FIRST + 1)).with_poses(first(arm, FIRST + 2))
+    at_once = found.with_poses(first(arm, FIRST + 2))
+    further = first(arm, FIRST + 2).of_poses(np.arange(FIRST + 2) >= FIRST)
+    assert told(at_once) == pytest.approx(told(one_by_one), abs=1e-3)
+    assert told(found.with_poses(further)) == pytest.approx(told(at_once), abs=1e-12)
+
+
+def test_a_followed_model_is_the_one_that_a_fit_of_all_rows_finds(arm, found):
+    weighed = found.diagnosis.weighed
+    further = first(arm, FIRST + 3).of_poses(np.arange(FIRST + 3) >= FIRST)
+    rows = FurtherRows.of(weighed.start, weighed.dataset, further)
+    followed = Followed.of(weighed.final).with_rows(rows)
+    model = of_data(weighed.final.model, rows.dataset)
+    sources = sources_of(AveragedData.single(rows.dataset), model.with_effects(()), weighed.start.x)
+    problem = problem_of(model, replace(weighed.start.noise, sources=sources), weighed.final.sensor)
+    fit = Fit.of(problem, weighed.final.x)
+    assert np.abs(followed.x - fit.x).max() / fit.deviations.max() < 0.02
+    assert weighed.final.chi2 + followed.added == pytest.approx(fit.chi2, abs=0.05)
+    assert followed.narrowed.max() <= 1.0 + 1e-9
+
+
+def test_a_pose_that_the_model_does_not_predict_has_all_poses_examined_anew(arm, found):
+    points = first(arm, FIRST + 1).points
+    last = points.pose == FIRST
+    off = replace(points, xyz=points.xyz + 2e-3 * last[:, None])
+    assert found.with_poses(replace(first(arm, FIRST + 1), points=off)).diagnosis.weighed.is_of_all_poses
+
+
+def test_after_a_twentieth_more_poses_all_are_examined_anew(arm, found):
+    assert found.with_poses(first(arm, FIRST + int(SHARE * FIRST) + 1)).diagnosis.weighed.is_of_all_poses
+
+
+def test_a_grown_diagnosis_has_files_of_its_own(arm, found, tmp_path):
+    grown = found.with_poses(first(arm, FIRST + 2))
+    grown.save(tmp_path / "why")
+    assert (tmp_path / "why" / "corrected.py").is_file()
+    back = robolaser.load_diagnosis(tmp_path / "why")
+    assert told(back) == told(grown)
+    with pytest.raises(UsageError, match="read back"):
+        back.with_poses(arm)
+
+
+def test_a_longer_data_set_begins_with_a_shorter_one_only_if_its_rows_are_the_same(arm):
+    shorter, longer = first(arm, 5), first(arm, 7)
+    assert poses_beyond(shorter, longer).poses.names == arm.poses.names[5:7]
+    moved = replace(longer, points=replace(longer.points, xyz=longer.points.xyz + 1e-6))
+    assert poses_beyond(shorter, moved) is None
+    assert poses_beyond(longer, shorter) is None
+
+
+def test_poses_of_one_name_are_no_further_poses(arm):
+    with pytest.raises(DataError, match=arm.poses.names[4]):
+        with_poses_of(first(arm, 5), first(arm, 7).of_poses(np.arange(7) >= 4))
