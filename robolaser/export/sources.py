@@ -5,6 +5,7 @@ import inspect
 import sys
 import textwrap
 from collections.abc import Iterable
+from functools import cache
 from types import ModuleType
 from typing import Any, final
 
@@ -40,7 +41,7 @@ class Sources:
             renamed = "" if name == thing.__name__ else f" as {name}"
             self.imports[name] = f"from {thing.__module__} import {thing.__name__}{renamed}"
         else:
-            text = inspect.getsource(thing)
+            text = source_of(thing)
             self.use(text, thing.__module__)
             self.texts[name] = f"\n\n{text}"
 
@@ -54,7 +55,7 @@ class Sources:
         """Take a class with one method, and those that it calls; return what these, and theirs, read of `run`."""
         found, texts, read = [wanted], {}, set[str]()
         for name in found:
-            text = inspect.getsource(getattr(kind, name))
+            text = source_of(getattr(kind, name))
             texts[name] = text
             self.use(textwrap.dedent(text), getattr(kind, name).__module__)
             own = attributes_of(textwrap.dedent(text), "self")
@@ -66,7 +67,14 @@ class Sources:
         return read
 
 
-def names_of(text: str) -> list[str]:
+@cache
+def source_of(thing: Any) -> str:
+    """The source of a function or class."""
+    return inspect.getsource(thing)
+
+
+@cache
+def names_of(text: str) -> tuple[str, ...]:
     """The names that a source reads, those in annotations left out, in their order."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
@@ -80,13 +88,14 @@ def names_of(text: str) -> list[str]:
     names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
     local = {node.id for node in names if isinstance(node.ctx, ast.Store)}
     local |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
-    return list(dict.fromkeys(node.id for node in names if node.id not in local))
+    return tuple(dict.fromkeys(node.id for node in names if node.id not in local))
 
 
-def attributes_of(text: str, name: str) -> set[str]:
+@cache
+def attributes_of(text: str, name: str) -> frozenset[str]:
     """What a source reads of what has a name: `run.progress` -> progress."""
-    return {
+    return frozenset(
         node.attr
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name
-    }
+    )
