@@ -35,7 +35,7 @@ class Sources:
         self._of[name] = thing  # before what it is made of, which may call it in turn
         if isinstance(thing, ModuleType):
             self.imports[name] = f"import {thing.__name__} as {name}"
-        elif not (inspect.isfunction(thing) or inspect.isclass(thing)):
+        elif not is_defined(thing):
             self.texts[name] = f"\n\n{name} = {thing!r}\n"
         elif thing.__module__.partition(".")[0] in BESIDE:
             renamed = "" if name == thing.__name__ else f" as {name}"
@@ -65,6 +65,11 @@ class Sources:
                 read |= attributes_of(self.texts.get(called, ""), "run")
         self.texts[kind.__name__] = f"\n\nclass {kind.__name__}(Effect):\n" + "\n".join(texts.values())
         return read
+
+
+def is_defined(thing: Any) -> bool:
+    """Whether a thing is a function or a class."""
+    return inspect.isfunction(thing) or inspect.isclass(thing)
 
 
 @cache
