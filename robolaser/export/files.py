@@ -5,15 +5,17 @@ from typing import Final
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.result import Calibration
 from robolaser.export.camera import camera_yaml
+from robolaser.export.controller_table import controller_table
 from robolaser.export.mjcf import mjcf
 from robolaser.export.python_module import corrected_module
 from robolaser.export.ros import easy_handeye2, static_transform
 from robolaser.export.sdf import sdf
+from robolaser.export.ur_calibration import ur_calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 
 EXPORTED: Final = (
     "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
-    "robot_corrected.xml", "robot_corrected.sdf", "corrected.py",
+    "robot_corrected.xml", "robot_corrected.sdf", "corrected.py", "controller.csv", "calibration.yaml",
 )  # fmt: skip
 
 
@@ -22,7 +24,8 @@ def exported(calibration: Calibration) -> dict[str, str | None]:
 
     Only `robot_urdf` where `is_withheld`.
     """
-    writers = (corrected_urdf, camera_yaml, static_transform, easy_handeye2, mjcf, sdf, corrected_module)
+    of_sensor = (camera_yaml, static_transform, easy_handeye2)
+    writers = (corrected_urdf, *of_sensor, mjcf, sdf, corrected_module, controller_table, ur_calibration)
     withheld = is_withheld(calibration)
     texts = [robot_urdf(calibration), *(None if withheld else write(calibration) for write in writers)]
     return dict(zip(EXPORTED, texts, strict=True))

@@ -1,6 +1,6 @@
 """What the files of a corrected arm deliver: written without a fold's poses, read back, held against these."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, Final, final
@@ -16,24 +16,27 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.estimation.robust_reweighting import fit
+from robolaser.export.controller_table import controller_table
 from robolaser.export.files import is_withheld
 from robolaser.export.mjcf import mjcf
 from robolaser.export.python_module import OF_THE_ARM, corrected_module
+from robolaser.export.sdf import sdf
+from robolaser.export.ur_calibration import ur_calibration
 from robolaser.export.urdf import corrected_urdf
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.robot.kinematics import Robot
+from robolaser.results.file_readers import by_description, by_module, by_mujoco, by_table, by_urdf
 
 Writer = Callable[[Calibration], str | None]
-Reader = Callable[[str, Dataset, Bools], Array | None]
+Reader = Callable[[str, Dataset, Bools], Array]
 """Gives the flange poses of the held poses of a data set, by a file's text."""
 UNSEEN_POSES: Final = 300
 """On which errors are measured at most: more say no more."""
 PLACING_POSES: Final = 60
 """Beside the unseen ones, to which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
-REST_S: Final = 0.3
-"""In which MuJoCo's springs come to rest. A judgement."""
+ALIKE: Final = 1e-7
+"""[m, 1] Up to which two files have the flange at the same place: tables have six digits of a millimetre."""
 
 
 @final
@@ -75,21 +78,26 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
     files: list[tuple[str, Writer, Reader | None, tuple[CandidateEffect, ...]]] = [
-        ("corrected.py", corrected_module, _by_module, own),
-        ("robot_corrected.urdf", corrected_urdf, _by_urdf, in_urdf),
-        ("robot_corrected.xml", mjcf, _by_mujoco if find_spec("mujoco") else None, in_mjcf),
+        ("corrected.py", corrected_module, by_module, own),
+        ("robot_corrected.urdf", corrected_urdf, by_urdf, in_urdf),
+        ("robot_corrected.xml", mjcf, by_mujoco if find_spec("mujoco") else None, in_mjcf),
+        ("robot_corrected.sdf", sdf, None, in_urdf),
+        ("controller.csv", controller_table, by_table, in_urdf),
+        ("calibration.yaml", ur_calibration, by_description, in_urdf),
     ]
-    alone = {chosen: _without_others(calibration, chosen) for _, _, _, chosen in files if chosen not in (own, ())}
+    whole = _Replay(calibration)
+    fewer = {chosen for *_, chosen in files if chosen not in (own, ())}
+    alone = {chosen: _Replay(_without_others(calibration, chosen)) for chosen in fewer}
     found = []
     for name, write, read, contained in files:
         if write(calibration) is None:
             continue
-        tried = [calibration, *([alone[contained]] if contained in alone else [])]
-        errors = [None if read is None else _error(one, write, read) for one in tried]
+        tried = [whole, *([alone[contained]] if contained in alone else [])]
+        errors = [None if read is None else one.error(write, read) for one in tried]
         known = [error for error in errors if error is not None]
-        best = tried[errors.index(min(known))] if known else calibration
+        best = tried[errors.index(min(known))] if known else whole
         lacks = tuple(one for one in own if one not in contained)
-        text = write(best) or ""
+        text = write(best.calibration) or ""
         found.append(Delivered(name, text, min(known, default=None), contained, lacks))
     return found
 
@@ -115,26 +123,54 @@ def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect])
     )
 
 
-def _error(calibration: Calibration, write: Writer, read: Reader) -> float | None:
-    """Root mean square over the rows, each seen by the file that was written without its pose [m]."""
-    unseen = calibration.unseen
+@final
+@dataclass(frozen=True, eq=False)
+class _Fold:
+    """A model without a fold's poses, and these poses with some more, by which base and tool are placed."""
+
+    without: Calibration
+    looked_at: Bools
+    part: Dataset
+    rows: Bools
+    known: list[tuple[Array, Array]]
+
+    def errors(self, flange: Array) -> Array:
+        """Of the fold's rows seen from flange poses, (m, j) [m]; several files often have the same ones."""
+        for there, errors in self.known:
+            if np.abs(there - flange).max() < ALIKE:
+                return errors
+        self.known.append((flange, _placed_anew(self.without, self.part, flange)[self.rows]))
+        return self.known[-1][1]
+
+
+@final
+class _Replay:
+    """Files of a model, written without each fold's poses."""
+
+    def __init__(self, calibration: Calibration) -> None:
+        self.calibration = calibration
+        self._folds = list(_folds(calibration))
+
+    def error(self, write: Writer, read: Reader) -> float | None:
+        """Root mean square over the rows, each seen by the file that was written without its pose [m]."""
+        data = self.calibration.fitted_model.dataset
+        errors = [fold.errors(read(write(fold.without) or "", data, fold.looked_at)) for fold in self._folds]
+        return rms(np.concatenate(errors)) if errors else None
+
+
+def _folds(calibration: Calibration) -> Iterator[_Fold]:
+    unseen, data = calibration.unseen, calibration.fitted_model.dataset
     if unseen is None:
-        return None
-    data, errors = calibration.fitted_model.dataset, []
+        return
     for number, x in enumerate(unseen.x):
         of_fold = np.isin(np.arange(len(data.poses)), data.points.pose[unseen.of_row == number])
         held, looked_at = (np.zeros(len(data.poses), dtype=bool) for _ in range(2))
         held[_some(of_fold, UNSEEN_POSES // len(unseen.x))] = True
         looked_at[_some(~of_fold, PLACING_POSES)] = True
         looked_at |= held
-        without = replace(calibration, x=x)
-        flange = read(write(without) or "", data, looked_at)
-        if flange is None:
-            return None
         part = data.of_poses(looked_at)
         rows = held[np.flatnonzero(looked_at)[part.points.pose]]
-        errors.append(_placed_anew(without, part, flange)[rows])
-    return rms(np.concatenate(errors))
+        yield _Fold(replace(calibration, x=x), looked_at, part, rows, [])
 
 
 def _some(chosen: Bools, most: int) -> Ints:
@@ -154,53 +190,3 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Arra
     seen = AveragedData.of(replace(part, robot=None, poses=poses))
     fit = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held).fit()
     return np.asarray(fit.in_metres(fit.at.plain))
-
-
-def _by_module(text: str, data: Dataset, held: Bools) -> Array:
-    """Flange poses of the held poses by `corrected.py`."""
-    module: dict[str, Any] = {}
-    exec(compile(text, "corrected.py", "exec"), module)
-    poses, (_, q) = data.poses, data.arm
-    order = np.arange(len(q)) if poses.time_s is None else np.argsort(poses.time_s, kind="stable")
-    before = np.empty_like(q)
-    before[order] = q[np.concatenate([order[:1], order[:-1]])]
-    given = {"before": before[held]}
-    for name, values in (("time_s", poses.time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
-        if values is not None:
-            given[name] = (values - (values.min() if name == "time_s" else 0.0))[held]
-    return np.asarray(module["forward"](q[held], **given))
-
-
-def _by_urdf(text: str, data: Dataset, held: Bools) -> Array:
-    """The same by Pinocchio from a URDF."""
-    robot, q = data.arm
-    return np.asarray(Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).forward(q[None, held])[0])
-
-
-def _by_mujoco(text: str, data: Dataset, held: Bools) -> Array | None:
-    """The same where MuJoCo comes to rest; None where play asks along which path."""
-    import mujoco  # noqa: PLC0415 - an extra
-
-    model = mujoco.MjModel.from_xml_string(text)
-    if model.ntendon:
-        return None
-    robot, q = data.arm
-    state = mujoco.MjData(model)
-    columns = [int(model.joint(name).qposadr[0]) for name in robot.joints]
-    model.dof_armature[columns] = 1e6
-    steps = round(REST_S / model.opt.timestep) if model.nv > len(columns) else 0
-    return np.stack([_at_rest(mujoco, model, state, columns, goal, steps, robot.flange) for goal in q[held]])
-
-
-def _at_rest(
-    mujoco: Any, model: Any, state: Any, columns: Sequence[int], goal: Array, steps: int, flange: str
-) -> Array:
-    for _ in range(steps):
-        state.qpos[columns], state.qvel[columns] = goal, 0.0
-        mujoco.mj_step(model, state)
-    state.qpos[columns] = goal
-    mujoco.mj_forward(model, state)
-    body = model.body(flange).id
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = state.xmat[body].reshape(3, 3), state.xpos[body]
-    return T

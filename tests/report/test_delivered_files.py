@@ -89,3 +89,14 @@ def test_a_calibration_with_effects_of_the_arm_says_likewise_what_its_files_deli
     assert delivered["robot_corrected.urdf"]["lacks"] == [["joint_compliance", "shoulder_lift_joint"]]
     assert delivered["robot_corrected.urdf"]["held_out_mm"] > 3.0 * delivered["corrected.py"]["held_out_mm"]
     assert "robot_corrected.urdf" in (tmp_path / "found" / "report.html").read_text(encoding="utf-8")
+
+
+def test_play_is_replayed_along_the_path() -> None:
+    pytest.importorskip("mujoco")
+    noise, play = Noise(point_m=3e-5), {"backlash:elbow_joint": 3e-3}
+    data = simulate(find_robot("ur5"), kind="point", poses=40, noise=noise, effects=play, seed=3).dataset
+    found = robolaser.calibrate(data, effects=list(play), weights="noise", seed=0)
+    delivered = {one["file"]: one["held_out_mm"] for one in found["files"]}
+    without = robolaser.calibrate(data, weights="noise", seed=0)
+    assert delivered["corrected.py"] == pytest.approx(1e3 * found.held_out_rms_m, rel=0.1)
+    assert delivered["robot_corrected.xml"] < 1.5 * delivered["corrected.py"] < 0.3e3 * without.held_out_rms_m

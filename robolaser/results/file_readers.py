@@ -1,0 +1,91 @@
+"""The flange by each file of a corrected arm, as the program sees it that the file is for."""
+
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset
+from robolaser.export.controller_table import flange_by_table
+from robolaser.export.ur_calibration import with_ur_calibration
+from robolaser.robot.kinematics import Robot
+
+BEFORE: Final = 3
+"""Poses before each: after a move shorter than its play, a joint is where an earlier move left it."""
+BEYOND_PLAY: Final = 0.03
+"""[rad, m] Move of a joint that no play outlasts: where it was before no longer counts."""
+WAY_S: Final = 0.6
+"""In which MuJoCo drives an arm with play from one pose to the next. A judgement."""
+REST_S: Final = 0.3
+"""In which MuJoCo's springs come to rest. A judgement."""
+
+
+def by_module(text: str, data: Dataset, held: Bools) -> Array:
+    """Flange poses of the held poses by `corrected.py`."""
+    module: dict[str, Any] = {}
+    exec(compile(text, "corrected.py", "exec"), module)
+    poses, (_, q) = data.poses, data.arm
+    given = {"before": _before(data)[:, held]}
+    for name, values in (("time_s", poses.time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
+        if values is not None:
+            given[name] = (values - (values.min() if name == "time_s" else 0.0))[held]
+    return np.asarray(module["forward"](q[held], **given))
+
+
+def by_urdf(text: str, data: Dataset, held: Bools) -> Array:
+    """The same by Pinocchio from a URDF."""
+    robot, q = data.arm
+    return np.asarray(Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).forward(q[None, held])[0])
+
+
+def by_table(text: str, data: Dataset, held: Bools) -> Array:
+    """The same by a controller's own arithmetic."""
+    robot, q = data.arm
+    return flange_by_table(text, robot, q[held])
+
+
+def by_description(text: str, data: Dataset, held: Bools) -> Array:
+    """The same by the description of Universal Robots' arms."""
+    robot, q = data.arm
+    return np.asarray(with_ur_calibration(robot, text).forward(q[None, held])[0])
+
+
+def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
+    """The same where MuJoCo comes to rest; where a gear has play, on its way through the poses before."""
+    import mujoco  # noqa: PLC0415 - an extra
+
+    model = mujoco.MjModel.from_xml_string(text)
+    robot, q = data.arm
+    state = mujoco.MjData(model)
+    columns = [int(model.joint(name).qposadr[0]) for name in robot.joints]
+    model.dof_armature[columns] = 1e6
+    steps, rest = (round(duration / model.opt.timestep) for duration in (WAY_S, REST_S))
+    shares = (1.0 - np.cos(np.pi * np.arange(1, steps + 1) / steps))[:, None] / 2.0
+    shares = shares if model.ntendon else shares[:0]
+    flange, found = model.body(robot.flange).id, np.tile(np.eye(4), (int(held.sum()), 1, 1))
+    paths = np.swapaxes(np.concatenate([_before(data), q[None]])[:, held], 0, 1)
+    for T, path in zip(found, paths, strict=True):
+        mujoco.mj_resetData(model, state)
+        (known,) = np.nonzero(np.abs(np.diff(path, axis=0)).min(axis=1) > BEYOND_PLAY)
+        way, goal = path[known.max(initial=0) :], path[-1]
+        state.qpos[columns] = way[0]
+        for now in np.concatenate([before + shares * (then - before) for before, then in pairwise(way)]):
+            state.qvel[columns] = (now - state.qpos[columns]) / model.opt.timestep
+            mujoco.mj_step(model, state)
+        for _ in range(rest if model.nv > len(columns) else 0):
+            state.qpos[columns], state.qvel[columns] = goal, 0.0
+            mujoco.mj_step(model, state)
+        state.qpos[columns] = goal
+        mujoco.mj_forward(model, state)
+        T[:3, :3], T[:3, 3] = state.xmat[flange].reshape(3, 3), state.xpos[flange]
+    return found
+
+
+def _before(data: Dataset) -> Array:
+    """Joint values of the poses before each, the oldest first, (BEFORE, n, j); before the first is the first."""
+    poses, (_, q) = data.poses, data.arm
+    order = np.arange(len(q)) if poses.time_s is None else np.argsort(poses.time_s, kind="stable")
+    at = np.empty(len(q), dtype=np.int64)
+    at[order] = np.arange(len(q))
+    return np.stack([q[order[np.maximum(at - back, 0)]] for back in range(BEFORE, 0, -1)])

@@ -1,0 +1,89 @@
+"""What a service technician types into a controller, and what the drivers of Universal Robots read."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.data.dataset import Noise
+from robolaser.export.controller_table import controller_table, flange_by_table
+from robolaser.export.link_parameters import NUMBERS, link, link_parameters
+from robolaser.export.ur_calibration import LINKS, ur_calibration, with_ur_calibration
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.robot.by_name import find_robot
+from robolaser.robot.kinematics import Robot
+from robolaser.simulation.simulate import simulate
+
+ARMS = ("scorbot_er7", "ur5", "ur10e", "panda", "irb120", "so101", "z1")
+
+
+def built_otherwise(robot: Robot, rng: np.random.Generator) -> Robot:
+    moves = [pose(exp_so3(1e-3 * rng.normal(size=3)), 1e-3 * rng.normal(size=3)) for _ in robot.joints]
+    return robot.with_placements(robot.placements @ np.stack(moves), 3e-3 * rng.normal(size=len(robot.joints)))
+
+
+def by_links(robot: Robot, rows: np.ndarray, first: np.ndarray, q: np.ndarray) -> np.ndarray:
+    T = first
+    for row, joint in zip(rows, robot.chain, strict=True):
+        T = T @ link(row + np.eye(len(NUMBERS))[1 if robot.prismatic[joint] else 0] * q[joint])
+    return T
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_links_carry_the_flange_where_the_arm_has_it(name: str) -> None:
+    rng, robot = np.random.default_rng(3), find_robot(name)
+    known = link_parameters(robot)
+    for arm, (rows, first) in ((robot, known), (other := built_otherwise(robot, rng), link_parameters(other, known))):
+        zero = np.zeros(len(robot.joints))
+        end = inverse(by_links(arm, rows, first, zero)) @ arm.forward(zero)
+        for q in rng.uniform(-1.5, 1.5, (5, len(robot.joints))):
+            np.testing.assert_allclose(by_links(arm, rows, first, q) @ end, arm.forward(q), atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_links_of_two_nearly_equal_arms_differ_little(name: str) -> None:
+    robot = find_robot(name)
+    rows, first = link_parameters(robot)
+    changed = link_parameters(built_otherwise(robot, np.random.default_rng(5)), (rows, first))[0] - rows
+    changed[:, [0, 3, 4]] = (changed[:, [0, 3, 4]] + np.pi) % (2.0 * np.pi) - np.pi
+    assert np.abs(changed).max() < 0.02
+
+
+@pytest.fixture(scope="module")
+def found() -> robolaser.CalibrationResult:
+    effects = {"joint_offset:elbow_joint": 0.002, "link_geometry:wrist_1_joint": 0.0005}
+    noise = Noise(point_m=1e-5, joint_step_rad=1e-5)
+    made = simulate("ur5", kind="point", poses=60, noise=noise, effects=effects, seed=2).dataset
+    return robolaser.calibrate(made, effects=list(effects), weights="noise", seed=1)
+
+
+def test_the_zero_of_a_joint_has_the_sign_of_its_angle(found) -> None:
+    rows = list(csv.DictReader(io.StringIO(controller_table(found.calibration))))
+    (zero,) = [one for one in rows if (one["joint"], one["number"]) == ("elbow_joint", "theta")]
+    assert float(zero["correction"]) == pytest.approx(np.degrees(0.002), rel=0.05)
+    assert float(zero["corrected"]) == pytest.approx(float(zero["nominal"]) + float(zero["correction"]), abs=2e-6)
+    (steps,) = [one for one in rows if (one["joint"], one["number"]) == ("elbow_joint", "zero")]
+    assert float(steps["correction"]) == pytest.approx(np.radians(float(zero["correction"])) / 1e-5, abs=0.1)
+    (length,) = [one for one in rows if (one["joint"], one["number"]) == ("elbow_joint", "a")]
+    assert length["unit"] == "mm"
+    assert abs(float(length["correction"])) > 0.3
+
+
+def test_both_files_hold_the_corrected_arm(found) -> None:
+    robot, corrected = found.calibration.model.dataset.robot, found.robot
+    q = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 6))
+    described = with_ur_calibration(robot, ur_calibration(found.calibration))
+    np.testing.assert_allclose(described.forward(q), corrected.forward(q), atol=1e-9)
+    assert list(LINKS.values()) == list(robot.joints)
+    by_table = flange_by_table(controller_table(found.calibration), robot, q)
+    moved = inverse(by_table[:1]) @ by_table, inverse(corrected.forward(q[:1])) @ corrected.forward(q)
+    np.testing.assert_allclose(moved[0], moved[1], atol=2e-6)
+
+
+def test_an_arm_of_another_maker_has_no_calibration_yaml() -> None:
+    made = simulate("scorbot_er7", kind="point", poses=40, effects={"joint_offset:joint_3": 0.002}, seed=2).dataset
+    found = robolaser.calibrate(made, effects=["joint_offset:joint_3"], weights="noise", seed=1)
+    assert ur_calibration(found.calibration) is None
+    assert controller_table(found.calibration)
