@@ -4,6 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, final
 
+import numpy as np
+
 from robolaser.arrays import Array
 
 if TYPE_CHECKING:
@@ -11,6 +13,8 @@ if TYPE_CHECKING:
 
 TIMING, TOOL = "timing", "tool"
 
+MOVES_RAD = 1e-3
+"""Spread of a joint's commands, from which on it is commanded to move. A judgement."""
 Kind = Literal["tracking", "torque", "load"]
 """Of rows: measured against commands, torques against inverse dynamics, one encoder against the other."""
 
@@ -28,6 +32,38 @@ class Number:
     servo: str = ""  # its name in the servo's model; "": it is a factor of a column
     ideal: float = 0.0  # where it does nothing
     least: float = 0.0  # in size; smaller ones are the forms of other effects, and are not named
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A joint that follows commands: where it was sent and where it got to."""
+
+    command: Array  # (n, runs) [rad]
+    q: Array  # (n, runs) [rad]; NaN where it was not read
+    holding: Array  # torque that gravity puts on it where it is sent, (n, runs) [Nm]
+    step_s: Array  # from row to row, (n, runs) [s]
+
+    @property
+    def error_within(self) -> float:
+        """Root mean square of its error where it is sent to where it gets to elsewhere [rad]."""
+        within = (self.command >= np.nanmin(self.q)) & (self.command <= np.nanmax(self.q))
+        return float(np.sqrt(np.nanmean(np.square(self.q - self.command)[within])))
+
+    @property
+    def is_sent(self) -> bool:
+        """Whether it is commanded to move."""
+        return bool(np.nanstd(self.command) >= MOVES_RAD)
+
+
+def if_sent(trace: Trace) -> str:
+    """Why an effect cannot be tested on a joint: it has to be commanded to move."""
+    return "" if trace.is_sent else "the joint was not commanded to move"
+
+
+def at_size(numbers: tuple["Number", ...], trace: Trace, size: float, spread: float) -> list[float]:
+    """Where a fit begins: each number so many times its usual size, on the side that it can have; else at none."""
+    return [size if each.lower >= 0.0 else -size if each.upper <= 0.0 else 0.0 for each in numbers]
 
 
 @final
@@ -52,6 +88,9 @@ class MotionEffect:
     # How large its numbers can be at all, (numbers,): one standard deviation before any row is seen.
     sizes: Callable[["Quantities", int], Array] | None = None
     needs: Callable[["Quantities", int], str] | None = None  # why it cannot be tested at a joint; "" where it can
+    # The same of rows that follow commands; and where its numbers begin, in usual sizes, by a size and what is left.
+    untested: Callable[[Trace], str] = if_sent
+    begins: Callable[[tuple[Number, ...], Trace, float, float], list[float]] = at_size
 
 
 @final

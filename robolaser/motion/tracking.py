@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.motion.effect import At, MotionEffect, Number
+from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog
@@ -22,8 +22,6 @@ DAMPINGS = (1e-3, 1e-1, 10.0)  # tried in each round, by the diagonal
 KEPT_ROWS = 4_000  # of a joint, that residuals are looked at
 LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew at what was measured
 FOLLOWS = ("lag", "offset", "droop")
-HOLDS_NM = 1e-3
-EXCEEDS_RAD = 0.05
 FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
 ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may seem to differ, at most: a judgement
 
@@ -132,26 +130,20 @@ class TrackingRows:
 
     def candidates(self, effects: Sequence[MotionEffect], joint: int) -> tuple[list[At], dict[str, str]]:
         """Effects that may be at work at a joint, and why others cannot be tested there."""
-        name = self.log.joints[joint]
+        name, trace = self.log.joints[joint], self._trace(joint)
         found, missing = [], {}
-        command, q = self._runs.command[joint], self._q[joint]
         for effect in effects:
             if effect.rows != "tracking":
                 continue
-            reason = ""
-            if effect.name == "droop" and np.nanstd(self._runs.holding[joint]) < HOLDS_NM:
-                reason = "the URDF's masses put no gravity torque on this joint that changes"
-            elif effect.name == "range_limit" and not (
-                np.nanmax(command) > np.nanmax(q) + EXCEEDS_RAD or np.nanmin(command) < np.nanmin(q) - EXCEEDS_RAD
-            ):
-                reason = "no command goes beyond where the joint got to"
-            elif effect.name != "offset" and np.nanstd(command) < 1e-3:
-                reason = "the joint was not commanded to move"
-            if reason:
+            if reason := effect.untested(trace):
                 missing[effect.name] = reason
             else:
                 found.append(At(effect, name if effect.site == "joint" else effect.site, joint))
         return found, missing
+
+    def _trace(self, joint: int) -> Trace:
+        runs = self._runs
+        return Trace(runs.command[joint], self._q[joint], runs.holding[joint], runs.step)
 
     def usual(self, candidates: Sequence[Sequence[At]]) -> list[tuple[At, ...]]:
         """What servos usually do, fitted step by step; where a search for each joint's effects begins.
@@ -230,11 +222,12 @@ class TrackingRows:
             known = {str(one): [next(at) for _ in one.effect.numbers] for one in near[0].effects}
         of_servo = near[0].servo(near[0].x) if near else {}
         spread = float(np.sqrt(near[0].cost / max(len(near[0].residual), 1))) if near else 0.0
-        starts = []
+        starts, trace = [], self._trace(joint)
         for size in (1.0, 4.0):
             x: list[float] = []
             for one in effects:
-                begun = zip(one.effect.numbers, self._start(one, size, spread), strict=True)
+                numbers = one.effect.numbers
+                begun = zip(numbers, one.effect.begins(numbers, trace, size, spread), strict=True)
                 x += known.get(str(one)) or [of_servo.get(n.servo, value * n.usual) / n.usual for n, value in begun]
             starts.append(np.array(x))
             if all(str(one) in known for one in effects):
@@ -243,23 +236,6 @@ class TrackingRows:
         for fit in fits:
             fit.x = fit.within(fit.x)
         return fits
-
-    def _start(self, one: At, size: float, spread: float) -> list[float]:
-        joint, name = one.joint, one.effect.name
-        if name == "range_limit":
-            q = self._q[joint]
-            return [
-                float(end(q)) / number.usual
-                for end, number in zip((np.nanmin, np.nanmax), one.effect.numbers, strict=True)
-            ]
-        if name == "speed_limit":
-            speed = np.abs(np.diff(self._runs.command[joint], axis=0)) / self._runs.step[:-1]
-            return [float(np.nanpercentile(speed, 99.0)) / (size * one.effect.numbers[0].usual)]
-        if name in ("dead_zone", "play"):
-            return [0.4 * size * spread / one.effect.numbers[0].usual]
-        return [
-            (size if number.lower >= 0.0 else -size if number.upper <= 0.0 else 0.0) for number in one.effect.numbers
-        ]
 
     def _improve(self, fits: list[_Fit], rounds: int) -> None:
         for fit, residual in zip(fits, self._computed([(fit, [fit.x]) for fit in fits]), strict=True):

@@ -2,12 +2,53 @@
 
 import numpy as np
 
-from robolaser.motion.effect import TIMING, MotionEffect, Number
+from robolaser.motion.effect import TIMING, MotionEffect, Number, Trace, if_sent
 
 P_GAIN = "the servo's P gain (`P_Coefficient` in LeRobot)"
 HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
 SURVEY = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30: a survey of friction and its compensation"
 LOOPS = "Siciliano et al. 2009, Robotics, ch. 8: independent joint control; a lag of one over the position loop's gain"
+
+HOLDS_NM = 1e-3
+"""Spread of a joint's gravity torque, from which on it can droop. A judgement."""
+EXCEEDS_RAD, EXCEEDS_ERRORS = 0.05, 3.0
+"""By which commands go beyond all readings where there is a limit, and the same in errors of the joint: what a dead
+zone and droop leave is no limit. A judgement."""
+
+
+def _beyond(trace: Trace) -> tuple[bool, bool]:
+    """Whether commands go beyond the lowest and the highest reading."""
+    least = max(EXCEEDS_RAD, EXCEEDS_ERRORS * trace.error_within)
+    low, high = np.nanmin(trace.q) - np.nanmin(trace.command), np.nanmax(trace.command) - np.nanmax(trace.q)
+    return bool(low > least), bool(high > least)
+
+
+def _range_untested(trace: Trace) -> str:
+    return "" if any(_beyond(trace)) else "no command goes beyond where the joint got to"
+
+
+def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
+    """At the readings' ends that commands go beyond."""
+    ends = zip(numbers, (np.nanmin(trace.q), np.nanmax(trace.q)), _beyond(trace), strict=True)
+    return [float(end) / number.usual if there else number.ideal for number, end, there in ends]
+
+
+def _droop_untested(trace: Trace) -> str:
+    if np.nanstd(trace.holding) < HOLDS_NM:
+        return "the URDF's masses put no gravity torque on this joint that changes"
+    return if_sent(trace)
+
+
+def _speed_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
+    """At the fastest commands, or a part of them."""
+    speed = np.abs(np.diff(trace.command, axis=0)) / trace.step_s[:-1]
+    return [float(np.nanpercentile(speed, 99.0)) / (size * numbers[0].usual)]
+
+
+def _width_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
+    """At a part of what is left."""
+    return [0.4 * size * spread / numbers[0].usual]
+
 
 CLOCK = MotionEffect(
     name="clock_shift",
@@ -71,6 +112,7 @@ TRACKING = (
         remedy="Correct the joint's zero: `homing_offset` in LeRobot's calibration, the zero of its controller.",
         reference=HOBBY,
         rivals=("droop", "scale"),
+        untested=lambda trace: "",
     ),
     MotionEffect(
         name="scale",
@@ -96,6 +138,8 @@ TRACKING = (
         ),
         remedy="Give the simulated joint these limits, or widen the controller's.",
         reference=HOBBY,
+        untested=_range_untested,
+        begins=_range_begins,
     ),
     MotionEffect(
         name="droop",
@@ -107,6 +151,7 @@ TRACKING = (
         remedy=f"Raise {P_GAIN}, add an I term, or give the simulated actuator this stiffness.",
         reference=LOOPS,
         rivals=("offset",),
+        untested=_droop_untested,
     ),
     MotionEffect(
         name="dead_zone",
@@ -118,6 +163,7 @@ TRACKING = (
         remedy=f"Raise {P_GAIN}, or reduce its dead band; gear friction looks the same.",
         reference=SURVEY,
         rivals=("play",),
+        begins=_width_begins,
     ),
     MotionEffect(
         name="play",
@@ -130,6 +176,7 @@ TRACKING = (
         reference="Nordin, Gutman 2002, Automatica 38: controlling mechanical systems with backlash",
         rivals=("dead_zone",),
         rarity=4.0,  # the loop closes on the encoder that is read: what is behind it shows only where it does not
+        begins=_width_begins,
     ),
     MotionEffect(
         name="speed_limit",
@@ -141,5 +188,6 @@ TRACKING = (
         remedy="Command no faster than this, or give the simulated actuator the limit.",
         reference="Data sheets of servos: no-load speed, 2-8 rad/s",
         rivals=("lag",),
+        begins=_speed_begins,
     ),
 )

@@ -1,0 +1,44 @@
+"""What is no limit of a joint's range, and what imitates a cause that is not in the library."""
+
+import numpy as np
+import pytest
+
+from robolaser.motion.effect import At, Trace
+from robolaser.motion.effects.servo import TRACKING
+from robolaser.motion.gap import KindGap
+from robolaser.motion.part import Finding, Part
+from robolaser.motion.selection import Judged
+
+LIMIT = next(one for one in TRACKING if one.name == "range_limit")
+
+
+def trace(error: np.ndarray, top: float = np.inf) -> Trace:
+    command = np.sin(np.linspace(0.0, 12.0, 600))[:, None]
+    return Trace(command, np.minimum(command - error[:, None], top), np.zeros((600, 1)), np.full((600, 1), 0.02))
+
+
+def test_a_joint_that_falls_short_everywhere_has_no_limit() -> None:
+    short = 0.1 * np.sign(np.sin(np.linspace(0.0, 12.0, 600)))
+    assert LIMIT.untested(trace(short)) == "no command goes beyond where the joint got to"
+
+
+def test_a_joint_that_stops_has_a_limit_on_that_side_only() -> None:
+    stopped = trace(np.zeros(600), top=0.7)
+    assert LIMIT.untested(stopped) == ""
+    lower, upper = LIMIT.begins(LIMIT.numbers, stopped, 1.0, 0.0)
+    assert np.isinf(lower)
+    assert upper * LIMIT.numbers[1].usual == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize(("gained", "certain"), [(2.0, True), (0.5, False)])
+def test_an_effect_that_explains_less_than_is_left_beside_it_is_not_certain(gained: float, certain: bool) -> None:
+    rng = np.random.default_rng(0)
+    run, before, after = np.repeat(np.arange(4), 100), rng.normal(size=(400, 1)), rng.normal(size=(400, 1))
+    before, after = 10.0 * before / before.std(), after / after.std()
+    gap = KindGap("tracking", "rad", np.array([10.0]), np.array([10.0]), np.array([1.0]), np.array([1e-3]), 400)
+    at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
+    judged = Judged(at, 0.99, 0.0, None, ())  # type: ignore[arg-type]
+    finding = Finding(judged, "tracking", {"half_width": (0.02, 1e-4, "rad")}, np.array([gained]))
+    part = Part(("elbow",), gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
+    (shown,) = part.shown
+    assert (shown.judged.probability >= 0.9) is certain
