@@ -1,8 +1,9 @@
 """robolaser export: a result in a copy of the user's own robot or calibration."""
 
+from collections.abc import Mapping
 from math import degrees
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -62,7 +63,7 @@ def export(
             )
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
     write_text(output, written.text)
-    compared = None if replay is None else _replayed(into, output, replay)
+    compared = None if replay is None else _replayed(into, output, replay, _promised(contents))
     found: dict[str, object] = {
         "replay": compared,
         "file": str(output),
@@ -78,18 +79,30 @@ def export(
         for effect, where in written.lacks:
             say(f"lacks {effect} at {where}: such a file has no place for it")
         for joint, error in (compared or {}).items():
-            before, after = (degrees(error[name]) for name in ("before_rad", "after_rad"))
-            say(f"replayed, {joint} is {after:.3g}° from its readings, {before:.3g}° before")
+            before, after = (degrees(error[name] or 0.0) for name in ("before_rad", "after_rad"))
+            promised = error["promised_rad"]
+            promise = "" if promised is None else f"; the diagnosis promises {degrees(promised):.3g}°"
+            say(f"replayed, {joint} is {after:.3g}° from its readings, {before:.3g}° before{promise}")
         say(f"Wrote {output}")
 
     terminal.show(found, print_rows)
 
 
-def _replayed(before: Path, after: Path, log: Path) -> dict[str, dict[str, float]]:
-    """Errors of each joint by the user's own file and by the copy [rad]."""
+def _promised(contents: Mapping[str, Any]) -> dict[str, float]:
+    """Errors of joints on unseen motions, as a diagnosis of a moving arm states them [rad]."""
+    rows = (one["joints"] for one in contents.get("rows", ()) if one.get("kind") == "tracking")
+    return {joint: error["after"] for joints in rows for joint, error in joints.items()}
+
+
+def _replayed(
+    before: Path, after: Path, log: Path, promised: Mapping[str, float]
+) -> dict[str, dict[str, float | None]]:
+    """Errors of each joint by the user's own file, by the copy, and as promised [rad]."""
     from robolaser.motion.reading import load_motion
     from robolaser.motion.replay import replay
 
     told = load_motion(log)
     was, now = replay(before, told), replay(after, told)
-    return {joint: {"before_rad": was[joint], "after_rad": now[joint]} for joint in was}
+    return {
+        joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": promised.get(joint)} for joint in was
+    }

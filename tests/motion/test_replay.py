@@ -34,6 +34,7 @@ def test_the_copy_follows_the_real_arm_and_the_original_does_not(
     assert main(["export", str(tmp_path / "why"), *asked, "--json"]) == 0
     errors = json.loads(capsys.readouterr().out)["replay"]
     assert set(errors) == set(JOINTS)
+    assert all(0.0 < one["promised_rad"] < one["before_rad"] for one in errors.values())
     assert sum(one["after_rad"] for one in errors.values()) < 0.5 * sum(one["before_rad"] for one in errors.values())
 
 
