@@ -26,6 +26,8 @@ REST_DISCOUNT = 0.15
 """How fast an effect loses credibility with what is left beside it: as much as it explains costs 13 %. A judgement, by
 halves of a hobby arm's motions: scales, which that arm has not, explain up to 1.02 of what is left, dead zones, which
 it has, 3 to 58."""
+RARE, LIKELY = 10.0, 0.75
+"""Rarity of an effect, from which on it is likely at most beside a cause that is not in the library. A judgement."""
 ACTS = 0.001
 """Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
 
@@ -100,6 +102,8 @@ class Part:
         if not gained.any():
             return 1.0
         explained = 1.0 - float(share @ gained / gained.sum())
+        if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:
+            explained = min(explained, LIKELY)
         return explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum()))
 
     def _usual(self, errors: Array) -> Array:
