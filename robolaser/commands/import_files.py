@@ -85,9 +85,7 @@ def import_files(
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.robots import DescriptionOptions, find_robot
     from robolaser.data.importers.robots.dh_table import DHStatement
-    from robolaser.data.importers.writing import check_apart, checked, preview, write
-    from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import files_of
+    from robolaser.data.importers.writing import check_apart
     from robolaser.geometry.units import FACTORS, TIME
 
     if flange is not None and robot is None:
@@ -110,7 +108,6 @@ def import_files(
         arm = find_robot(robot, flange=flange, options=described)
         _import_motion(sources, arm, output, _pairs("--column", columns), stated_units, dry_run, force, terminal)
         return
-    importer = importer_for(sources, kind)
     options = ImportOptions(
         name=output.resolve().name,
         robot=None if robot is None else find_robot(robot, flange=flange, options=described),
@@ -127,19 +124,38 @@ def import_files(
         ordered=ordered,
         further=_pairs("--set", further),
     )
+    importer = importer_for(sources, kind)
     importer.check(options)
     imported = importer.read(sources, options)
-    read_back = checked(imported)
-    shown = preview(imported)
-    terminal.print(_text(imported, shown))
-    warnings = list(dict.fromkeys((*imported.dataset.warnings, *read_back.warnings)))
-    for warning in warnings:
-        terminal.warn(warning)
     if extract and not imported.images:
         raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
+    _show_and_write(imported, importer.name, output, extract, dry_run, force, terminal)
+
+
+def _show_and_write(
+    imported: "Imported",
+    importer: str,
+    output: Path,
+    extract: bool,  # noqa: FBT001 - passed on as it was typed
+    dry_run: bool,  # noqa: FBT001
+    force: bool,  # noqa: FBT001
+    terminal: Terminal,
+) -> None:
+    """Show how files were read and what is odd about them; write the data set."""
+    from robolaser.data.importers.writing import checked, preview, write
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import files_of
+    from robolaser.diagnosis.gross_mistakes import gross_mistakes
+
+    read_back, shown = checked(imported), preview(imported)
+    terminal.print(_text(imported, shown))
     if extract and not dry_run:
         imported = _with_points(imported, terminal)
         read_back = imported.dataset
+    mistakes = gross_mistakes(read_back) if len(read_back.points) else ()
+    warnings = list(dict.fromkeys((*imported.dataset.warnings, *read_back.warnings, *mistakes)))
+    for warning in warnings:
+        terminal.warn(warning)
     if not dry_run:
         files = (*files_of(imported.dataset), *imported.images)
         with results_in(output, command="import", files=files, force=force):
@@ -147,7 +163,7 @@ def import_files(
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
-        "importer": importer.name,
+        "importer": importer,
         "poses": number,
         "points": rows,
         "columns": [asdict(reading) for reading in imported.readings],

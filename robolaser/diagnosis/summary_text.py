@@ -105,23 +105,25 @@ def imitated_sentence(limits: Sequence[DetectionLimit], classes: Sequence[CauseC
 
 
 def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
-    """Say which poses' rows belong to each other; may be empty.
+    """Say which poses' rows belong to each other, and what a diagnosis does; may be empty. See `exchanged`."""
+    if not belongs:
+        return ""
+    return f" {exchanged(belongs, names)}; this diagnosis uses them where they belong. Correct the data set."
+
+
+def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
+    """Which poses' rows belong to each other, as a clause.
 
     Args:
         belongs: The pose to which the rows of a pose belong.
         names: Of all poses.
     """
-    if not belongs:
-        return ""
     text = [
         f"{names[a]} and {names[b]} are exchanged" if belongs[b] == a else f"{names[a]} belong to pose {names[b]}"
         for a, b in belongs.items()
         if a < b or belongs[b] != a
     ]
-    return (
-        f" The points (or images) of poses {listed(text)}; this diagnosis uses them where they belong. Correct the data"
-        " set."
-    )
+    return f"The points (or images) of poses {listed(text)}"
 
 
 def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:

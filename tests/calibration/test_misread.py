@@ -140,3 +140,69 @@ def test_a_camera_at_the_other_end_is_named() -> None:
     data = simulate(find_robot("ur5"), kind="camera", poses=20, noise=Noise(pixel_px=0.1), seed=1).dataset
     wrong = replace(data, options=Mounting("base"), parameters={}, placed=False)
     assert "mounted on the flange" in examine(wrong, seed=0).sentence
+
+
+def mirrored(values: Array) -> Array:
+    return values[:, [1, 0, 2]]
+
+
+TRACKED = {
+    "in inches": (lambda xyz: xyz / 0.0254, "in inches"),
+    "in feet": (lambda xyz: xyz / 0.3048, "in feet"),
+    "in millimetres": (lambda xyz: xyz * 1e3, "in millimetres"),
+    "left-handed": (mirrored, "in a left-handed frame"),
+}
+
+
+@pytest.mark.parametrize("slip", TRACKED)
+def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
+    sound = simulate(find_robot("ur5"), kind="point", poses=25, noise=Noise(point_m=3e-5), seed=1).dataset
+    change, said = TRACKED[slip]
+    assert sound.points.xyz is not None
+    found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
+    assert found is not None
+    assert f"The points seem to be {said}" in found.sentence
+
+
+@pytest.mark.parametrize("stated", ["ur5e", "ur3", "ur10"])
+def test_another_size_or_generation_of_the_arm_is_named(stated: str) -> None:
+    sound = simulate(find_robot("ur5"), kind="point", poses=25, noise=Noise(point_m=3e-5), seed=1).dataset
+    found = misread(Model(replace(sound, robot=find_robot(stated))), rms_m=0.005)
+    assert found is not None
+    assert f"a Universal Robots UR5, and not the {stated}" in found.sentence
+
+
+def test_an_arm_that_is_off_by_millimetres_is_no_other_arm() -> None:
+    off = {"joint_offset:elbow_joint": 0.005, "link_geometry:wrist_1_joint": 0.004}
+    data = simulate(find_robot("ur5"), kind="point", poses=25, noise=Noise(point_m=3e-5), effects=off, seed=1).dataset
+    assert misread(Model(data), rms_m=0.005) is None
+
+
+def transposed(T: Array) -> Array:
+    read = T.copy()
+    read[:, :3, :3] = np.swapaxes(T[:, :3, :3], 1, 2)
+    return read
+
+
+def left_handed(T: Array) -> Array:
+    sides = np.array([1.0, 1.0, -1.0, 1.0])
+    return T * sides[:, None] * sides
+
+
+FLANGE = {"transposed": transposed, "left-handed": left_handed, "in inches": lambda T: T * inches()}
+
+
+def inches() -> Array:
+    factors = np.ones((4, 4))
+    factors[:3, 3] = 1.0 / 0.0254
+    return factors
+
+
+@pytest.mark.parametrize("slip", FLANGE)
+def test_flange_poses_in_another_form_are_named(slip: str) -> None:
+    sound = simulate(find_robot("ur5"), kind="camera", poses=25, seed=2).dataset
+    T = FLANGE[slip](np.asarray(sound.flange()))
+    wrong = replace(sound, robot=None, poses=Poses(sound.poses.names, T_base_flange=T))
+    found = misread(Model(wrong), rms_m=0.5)
+    assert found is not None
+    assert slip in found.sentence

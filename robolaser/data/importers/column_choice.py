@@ -8,7 +8,7 @@ from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.units import ANGLE, LENGTH, NONE, TIME
-from robolaser.data.importers.wide_tables import numbered_joints
+from robolaser.data.importers.wide_tables import joint_columns
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
 
@@ -91,9 +91,12 @@ def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: 
             if column in files[owner] and not shared:
                 chosen[owner].setdefault(column, column)
     if options.robot is not None:
-        readings = [f"q_{joint}" for joint in options.robot.joints]
-        if not chosen[POSES].keys() & set(readings):
-            chosen[POSES] |= zip(readings, numbered_joints(poses, len(readings)), strict=False)
+        joints = options.robot.joints
+        if not chosen[POSES].keys() & {f"q_{joint}" for joint in joints}:
+            chosen[POSES] |= joint_columns(poses, joints)
+        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the arm's joints say where its flange is
+        if places.keys() <= known[POINTS].keys() - chosen[POINTS].keys() and all(axis in points for axis in "xyz"):
+            chosen[POINTS] |= places
     _check_poses(poses, chosen[POSES], options)
     _check_points(points, poses, chosen[POINTS], known[POINTS], options)
     used = {(files[owner].file, source) for owner, sources in chosen.items() for source in sources.values()}

@@ -105,15 +105,21 @@ def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, str]
     return _rows(table, np.flatnonzero(~again)), f"{table.file}: {again.sum()} rows, whose times repeat the row before"
 
 
-def numbered_joints(table: CsvTable, count: int) -> tuple[str, ...]:
-    """Columns A1 … An, J1 … Jn, joint_1 … and the like, one for each of n joints; none where there is no such set."""
+def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
+    """The columns with the readings of joints, by `q_JOINT`, where they are called otherwise; else none.
+
+    By the names of the joints, or A1 … An, J1 … Jn, joint_1 … and the like.
+    """
+    readings = [f"q_{joint}" for joint in joints]
+    if all(joint in table for joint in joints):
+        return dict(zip(readings, joints, strict=True))
     for letters in ("a", "j", "q", "axis", "joint"):
         pattern = re.compile(rf"^{letters}[ _.]?(\d+)(?:[ _]*[\[(]?(?:deg|rad|°)[\])]?)?$", re.IGNORECASE)
         found = {int(m[1]): name for name in table.header if (m := pattern.match(name))}
         start = 0 if 0 in found else 1
-        if set(found) == set(range(start, start + count)):
-            return tuple(found[start + i] for i in range(count))
-    return ()
+        if set(found) == set(range(start, start + len(joints))):
+            return {reading: found[start + i] for i, reading in enumerate(readings)}
+    return {}
 
 
 def _rows(table: CsvTable, kept: Ints) -> CsvTable:

@@ -1,0 +1,34 @@
+"""What is so wrong with files that it shows before anything is diagnosed: said where they are imported."""
+
+import numpy as np
+
+from robolaser.calibration.misread import Misread, misread
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.summary_text import exchanged
+from robolaser.errors import RobolaserError
+from robolaser.model.forward_model import Model
+
+
+def gross_mistakes(dataset: Dataset) -> tuple[str, ...]:
+    """Sentences on data that are centimetres off, or images that are exchanged, and fit when they are read otherwise.
+
+    Args:
+        dataset: With points; nothing is said of one that cannot be calibrated for other reasons.
+    """
+    try:
+        preparation = Preparation.of(dataset, seed=0)
+        found, belongs = preparation.misread(), preparation.belongs
+    except (RobolaserError, np.linalg.LinAlgError):
+        found, belongs = _unfitted(dataset), {}
+    sentences = [found.sentence] if found else []
+    if belongs:
+        sentences.append(f"{exchanged(belongs, dataset.poses.names)}. Correct the data set.")
+    return tuple(sentences)
+
+
+def _unfitted(dataset: Dataset) -> Misread | None:
+    try:
+        return misread(Model(dataset), np.inf)
+    except (RobolaserError, np.linalg.LinAlgError):
+        return None
