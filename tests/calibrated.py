@@ -7,7 +7,8 @@ import numpy as np
 from robolaser import find_robot
 from robolaser.calibration.pymoo_search import History
 from robolaser.calibration.result import Calibration
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
 from robolaser.model.effects import candidate_effects

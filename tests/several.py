@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser import find_robot
-from robolaser.data.dataset import Dataset, Member, Noise, Points
+from robolaser.data.dataset import Dataset, Member, Points
 from robolaser.data.several_sensors import with_points_of
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.simulation import simulate
 

@@ -9,7 +9,7 @@ import argparse
 import numpy as np
 
 from robolaser.calibration.calibrate import Plan, calibrate
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import RobolaserError
 from robolaser.simulation import CellOptions, simulate
 from robolaser.trials.building import Ranges

@@ -17,8 +17,8 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.initialization import find_start
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.estimation.fisher_information import information
 from robolaser.estimation.folds import assign_folds, held_out

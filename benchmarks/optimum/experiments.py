@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import from_quaternion
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, Simulated, paper, simulate

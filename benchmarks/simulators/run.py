@@ -14,7 +14,8 @@ import numpy as np
 
 from robolaser import Plan, calibrate, find_robot, load
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.export.mjcf import mjcf
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.loading import load
+from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import evenly
 from robolaser.data.writing import save
 from robolaser.model.forward_model import Model

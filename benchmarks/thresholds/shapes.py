@@ -18,7 +18,7 @@ import numpy as np
 
 from robolaser import EFFECTS, find_robot
 from robolaser.arrays import Array
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.score_tests import Columns, library
 from robolaser.simulation import simulate

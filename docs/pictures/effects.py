@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from robolaser import Plan, calibrate, find_robot
 from robolaser.algorithms.registry import POLISH_ONLY
 from robolaser.arrays import Array
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model

@@ -64,9 +64,9 @@ def simulate(
         seed: Seed of poses and noise.
         force: Overwrite an earlier data set.
     """
-    from robolaser.data.dataset import Noise
     from robolaser.data.importers.robots import find_robot
     from robolaser.data.result_folder import results_in, write_results
+    from robolaser.data.stated_noise import Noise
     from robolaser.data.writing import FOLDER, files_of, texts_of
     from robolaser.simulation import CellOptions, sizes_of
     from robolaser.simulation import paper as paper_experiment

@@ -10,10 +10,11 @@ from msgspec import Meta
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
+from robolaser.data.stated_noise import Noise
 from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.parameters import Parameter

@@ -8,9 +8,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.same_arm import check_same_arm
 from robolaser.data.sessions import OWN, Sessions
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError
 from robolaser.parameters import Parameter
 

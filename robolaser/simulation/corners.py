@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.several_sensors import scanner_with_corners
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model

@@ -7,7 +7,7 @@ from typing import Literal, Self, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.model.sensors.placements import motion
 
 Quaternion = tuple[float, float, float, float]

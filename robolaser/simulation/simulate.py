@@ -7,10 +7,11 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
 from robolaser.data.sessions import Sessions
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values

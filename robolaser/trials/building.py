@@ -7,7 +7,8 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, limits

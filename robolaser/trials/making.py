@@ -6,7 +6,8 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect

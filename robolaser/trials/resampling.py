@@ -10,8 +10,9 @@ from scipy.stats import rankdata
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
 from robolaser.data.path_velocities import known_velocities
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
 from robolaser.model.noise import pixel_from_repeats
 from robolaser.model.sensors import sensor_class

@@ -4,7 +4,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import pose
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.robot.kinematics import Robot

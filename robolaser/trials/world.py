@@ -6,7 +6,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.stated_noise import Noise
 from robolaser.trials.synthetic.cell import ScannerCell, TrackerCell
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter

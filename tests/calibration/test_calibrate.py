@@ -20,7 +20,7 @@ from robolaser.calibration.initialization import descend_until_agreed
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import AlgorithmError, EstimationError, UsageError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve

@@ -10,8 +10,9 @@ from robolaser import calibrate
 from robolaser.arrays import Array
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.loading import load
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json

@@ -8,7 +8,8 @@ from asked import simulate_as_asked
 from several import two_trackers
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate

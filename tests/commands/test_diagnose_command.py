@@ -9,9 +9,9 @@ import pytest
 from diagnosed import MADE
 
 from robolaser.cli import main
-from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
 from robolaser.data.fingerprint import fingerprint
+from robolaser.data.stated_noise import Noise
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate

@@ -10,8 +10,9 @@ import pytest
 import robolaser
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.path_velocities import WARNING, known_velocities, with_path_velocities
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.errors import EffectError
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from robolaser.data.board import Board
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.loading import load
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.errors import OutputError
 from robolaser.geometry.rigid_motion import exp_so3, pose

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.arm_geometry import USUAL_SIZES, marginal_cost, placements_of_arm
 from robolaser.diagnosis.evidence import aliases

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate

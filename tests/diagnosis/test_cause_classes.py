@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.cause_classes import class_of, credible_set, departs, imitated_cause, member_probabilities
 from robolaser.diagnosis.evidence import EffectEvidence

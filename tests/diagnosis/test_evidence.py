@@ -12,7 +12,8 @@ from robolaser.arrays import Array
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import rms
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.effect_columns import Columns, prior_scales

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.robot.by_name import find_robot

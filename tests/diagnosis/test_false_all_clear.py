@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from robolaser import load
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import Diagnosis, examine
 from robolaser.diagnosis.result_json import diagnosis_json

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.held_out_gap import is_lower
 from robolaser.model.effects import EFFECTS

@@ -5,7 +5,7 @@ from time import process_time
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.held_out_gap import HeldOut

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
 from robolaser.data.joining import poses_beyond, with_poses_of
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.further_poses import Followed, FurtherRows
 from robolaser.diagnosis.growth import SHARE

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate

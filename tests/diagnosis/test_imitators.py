@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

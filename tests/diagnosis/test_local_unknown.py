@@ -5,7 +5,7 @@ import pytest
 from worlds import seen
 
 from robolaser import find_robot
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.fit import Fit

@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.fit import Fit

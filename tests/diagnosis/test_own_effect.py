@@ -9,7 +9,8 @@ import pytest
 import robolaser
 from robolaser.arrays import Array
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected
 from robolaser.diagnosis.result import Diagnosis

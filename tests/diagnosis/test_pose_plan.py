@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from robolaser.cli import main
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.pose_plan import examine_plan

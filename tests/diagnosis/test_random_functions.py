@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.candidate_sites import Site, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.preparation import Preparation

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.stage_derivatives import StageDerivatives
 from robolaser.estimation.noise_estimate import noise_of

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from robolaser import find_robot
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from test_false_explanation import breathing
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.geometry.rigid_motion import from_angles

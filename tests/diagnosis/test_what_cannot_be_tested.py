@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from asked import simulate_as_asked
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import MAX_POSES, chosen_rows
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json

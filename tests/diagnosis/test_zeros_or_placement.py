@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate

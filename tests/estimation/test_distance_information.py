@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robolaser import Plan, calibrate
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
 from robolaser.model.derivatives import jacobian

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import FOLDS, assign_folds, held_out
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve

@@ -5,7 +5,7 @@ import pytest
 from cells import TRUTH, Cell, board_cell, given, stripe_cell, tracker_cell
 from functions import FunctionProblem
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
 from robolaser.estimation.noise_estimate import known_sizes, noise_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import Linearization
 from robolaser.estimation.noise_estimate import noise_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.multistart import AGREEING, MOST_ROUNDS, SoFar, multistart
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve

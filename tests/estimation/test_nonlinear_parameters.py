@@ -5,7 +5,7 @@ import pytest
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.nonlinear_parameters import initialize_effects, with_nonlinear_grid
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve

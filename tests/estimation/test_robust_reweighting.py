@@ -6,7 +6,7 @@ import pytest
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import UsageError
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot

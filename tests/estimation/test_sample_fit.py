@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem

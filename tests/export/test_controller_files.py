@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.export.controller_table import controller_table, flange_by_table
 from robolaser.export.link_parameters import NUMBERS, link, link_parameters
 from robolaser.export.ur_calibration import LINKS, ur_calibration, with_ur_calibration

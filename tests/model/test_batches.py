@@ -6,7 +6,7 @@ from asked import simulate_as_asked
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem

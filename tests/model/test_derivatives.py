@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.model.batches import with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects

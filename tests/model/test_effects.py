@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.duals import Dual
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect, Effect

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.data.subsampling import subsampled
 from robolaser.data.writing import save
 from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort

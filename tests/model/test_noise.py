@@ -6,7 +6,7 @@ import pytest
 from cells import Cell, at_truth, board_cell, on_board, stripe_cell, tracker_cell
 
 from robolaser.data.board import Board
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model

@@ -7,7 +7,8 @@ import pytest
 from asked import simulate_as_asked
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import apply, carry, exp_so3, pose
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot

@@ -9,7 +9,8 @@ from asked import simulate_as_asked
 from scipy.optimize import least_squares
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.stripe_similarity import SIMILARITY
 from robolaser.parameters import Parameter

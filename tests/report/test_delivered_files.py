@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Noise, Poses
+from robolaser.data.dataset import Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot

@@ -23,7 +23,7 @@ from page_claims import (
     titled,
 )
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import DetectionLimit

@@ -25,7 +25,7 @@ from page_claims import (
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.report.calibration import page
 from robolaser.report.calibration.words import judgement
 from robolaser.report.error_analysis import ErrorAnalysis

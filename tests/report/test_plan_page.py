@@ -12,7 +12,7 @@ from page_claims import (
     sound_charts,
 )
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.pose_plan import examine_plan
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.effects.joint_offset import JointOffset

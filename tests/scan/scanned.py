@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.calibration.result import Calibration, as_json
-from robolaser.data.dataset import Noise, Points
+from robolaser.data.dataset import Points
 from robolaser.data.loading import load
+from robolaser.data.stated_noise import Noise
 from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 from robolaser.data.writing import save
 from robolaser.export.urdf import robot_urdf

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from asked import simulate_as_asked
 
-from robolaser.data.dataset import Noise
 from robolaser.data.loading import load
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.errors import DependencyMissing, EffectError, RobolaserError, RobotError, UsageError
 from robolaser.model.effects import EFFECTS, candidate_effects

@@ -8,7 +8,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.effects.effect import CandidateEffect

@@ -7,7 +7,8 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model

@@ -7,7 +7,8 @@ from typing import ClassVar, Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.blocks.cell_frames import mount_of
 from robolaser.model.effects.effect import CandidateEffect

@@ -8,7 +8,8 @@ from typing import ClassVar, Self
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset, Noise, Points
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.stated_noise import Noise
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.parameters import Values
 from robolaser.simulation.outliers import impossible

@@ -11,7 +11,8 @@ from asked import simulate_as_asked
 import robolaser
 from robolaser.calibration.calibrate import calibrate
 from robolaser.data.board import Board
-from robolaser.data.dataset import Dataset, Noise, Poses
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.model.derivatives import jacobian

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from differences import central_differences
 
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.model.derivatives import jacobian, jacobian_matrix
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model

@@ -8,7 +8,8 @@ import pytest
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import Calibration
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate

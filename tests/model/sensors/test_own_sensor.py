@@ -15,8 +15,9 @@ import robolaser
 from robolaser.arrays import Array
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Dataset, Noise, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply, inverse

@@ -11,7 +11,7 @@ import robolaser
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.errors import DataError, EstimationError

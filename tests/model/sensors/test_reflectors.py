@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser import calibrate
-from robolaser.data.dataset import Noise
+from robolaser.data.stated_noise import Noise
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

@@ -11,8 +11,9 @@ from robolaser import find_robot
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
-from robolaser.data.dataset import Dataset, Noise
+from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.pipeline import examine
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robolaser.data.dataset import Noise, Poses
+from robolaser.data.dataset import Poses
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
