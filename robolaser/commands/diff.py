@@ -1,7 +1,6 @@
 """robolaser diff: two results side by side."""
 
 from pathlib import Path
-from typing import Any
 
 from robolaser.commands.terminal import TERMINAL, Terminal, say
 
@@ -17,31 +16,12 @@ def diff(first: Path, second: Path, /, *, terminal: Terminal = TERMINAL) -> None
         first: Folder of a result, or its JSON file.
         second: Folder of another result of the same kind, or its JSON file.
     """
-    from robolaser.results.difference import difference
+    from robolaser.results.difference import difference, table
 
     found = difference(first, second)
 
     def print_rows() -> None:
-        cells = [("", str(first), str(second), "change"), *map(_cells, found["rows"])]
-        widths = [max(len(row[i]) for row in cells) for i in range(4)]
-        for name, *values in cells:
-            numbers = "  ".join(value.rjust(width) for value, width in zip(values, widths[1:], strict=True))
-            say(f"{name.ljust(widths[0])}  {numbers}".rstrip())
+        for line in table(found, (str(first), str(second))):
+            say(line)
 
     terminal.show(found, print_rows)
-
-
-def _cells(row: dict[str, Any]) -> tuple[str, str, str, str]:
-    unit = f" {row['unit']}" if row.get("unit") else ""
-    change = ""
-    if row.get("change"):
-        change = f"{row['change']:+.3g}{unit}"
-        if row["errors"] is not None:
-            change += f" ({abs(row['errors']):.1f} standard errors)"
-    return row["name"], _said(row["first"], unit), _said(row["second"], unit), change
-
-
-def _said(value: Any, unit: str) -> str:
-    if value is None:
-        return "-"
-    return value if isinstance(value, str) else f"{value:.6g}{unit}"

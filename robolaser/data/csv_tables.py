@@ -221,3 +221,9 @@ def table_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     for row in rows:
         writer.writerow([f"{float(cell):.12g}" if isinstance(cell, float) else cell for cell in row])
     return "".join(line.removesuffix("\r\n") + "\n" for line in lines)
+
+
+def numbers(cells: Sequence[str]) -> Array | None:
+    """Cells of a table as finite numbers, (n,); None where one of them is not."""
+    values = np.array([finite(cell) for cell in cells], dtype=np.float64)
+    return values if len(values) and np.isfinite(values).all() else None

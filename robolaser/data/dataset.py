@@ -1,8 +1,9 @@
 """What was measured in a cell: poses, points and what is known of robot, sensor and target beforehand."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Any, final
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
-from robolaser.data.csv_tables import finite
+from robolaser.data.csv_tables import numbers
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
@@ -276,6 +277,28 @@ class Dataset:
     folder: Path | None = None
     warnings: tuple[str, ...] = ()
 
+    @classmethod
+    def from_frames(
+        cls,
+        poses: Mapping[str, Iterable[Any]],
+        points: Mapping[str, Iterable[Any]],
+        *,
+        robot: Robot | str | Path | None = None,
+        sensor: str = "point",
+        **tables: Any,
+    ) -> "Dataset":
+        """A data set of columns in memory: see `robolaser.data.frames.dataset_of_frames`.
+
+        Examples:
+            >>> poses = {f"q_{joint}": [0.1, 0.4, 0.9] for joint in robolaser.find_robot("ur5").joints}
+            >>> points = {"pose": [0, 1, 2], "point": "AAA", "x_m": [1, 2, 3], "y_m": [0, 1, 0], "z_m": [1, 1, 2]}
+            >>> robolaser.Dataset.from_frames(poses, points, robot="ur5", noise={"point_m": 3e-5})
+            <Dataset measured: laser tracker, robot ur5, 3 points in 3 poses>
+        """
+        frames = import_module("robolaser.data.frames")  # it reads, and stands above this file
+        made: Dataset = frames.dataset_of_frames(poses, points, robot=robot, sensor=sensor, **tables)
+        return made
+
     @property
     def summary(self) -> str:
         """What was measured, with which arm, and how much of it."""
@@ -373,9 +396,3 @@ class Dataset:
         return replace(
             self, poses=self.poses.take(np.flatnonzero(chosen)), points=replace(points, pose=number[points.pose])
         )
-
-
-def numbers(cells: Sequence[str]) -> Array | None:
-    """Cells of a table as finite numbers, (n,); None where one of them is not."""
-    values = np.array([finite(cell) for cell in cells], dtype=np.float64)
-    return values if len(values) and np.isfinite(values).all() else None

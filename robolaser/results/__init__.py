@@ -97,11 +97,12 @@ class Result(ABC):
         page = self.files().get(PAGE)
         write_text(Path(path), page or f"<!doctype html><meta charset=utf-8>{self._repr_html_()}")
 
-    def plot(self, title: str = "") -> Plots:
+    def plot(self, *titles: str) -> Plots:
         """The charts of the report.
 
         Args:
-            title: Only those with a word of the title that begins with this; all of them by default.
+            titles: Only those whose title has a word that begins with each of these, such as an effect and a joint:
+                `plot("backlash", "elbow_joint")`; all of them by default.
 
         Raises:
             UsageError: There is none of that title.
@@ -111,9 +112,10 @@ class Result(ABC):
             known = charts_in(self.files().get(PAGE) or "")
         else:
             known = [chart for block in document.blocks if isinstance(block, Charts) for chart in block.charts]
-        shown = [chart for chart in known if re.search(rf"\b{re.escape(title)}", chart.title, re.IGNORECASE)]
+        asked = [re.compile(rf"\b{re.escape(title.replace('_', ' '))}", re.IGNORECASE) for title in titles]
+        shown = [one for one in known if all(each.search(one.title.replace("_", " ")) for each in asked)]
         if not shown:
-            raise UsageError(f"No chart '{title}'.{near(title, [chart.title for chart in known])}")
+            raise UsageError(f"No chart '{' '.join(titles)}'.{near(' '.join(titles), [one.title for one in known])}")
         return plots(shown)
 
     def __repr__(self) -> str:

@@ -13,6 +13,7 @@ from robolaser.report import calibration as of_calibration
 from robolaser.report.document import Document
 from robolaser.results import PAGE, Files, FittedResult, json_text, numbers_of, printed, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
+from robolaser.results.difference import Difference, between
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -74,6 +75,10 @@ class CalibrationResult(FittedResult):
     def std(self) -> Array:
         """One standard deviation of each, (d,); NaN where it is fixed or not identifiable."""
         return np.array([number["std"] for number in numbers_of(self).values()], np.float64)
+
+    def compare(self, other: "CalibrationResult") -> Difference:
+        """What two results say of the same things: which numbers moved, by how many standard errors, and the flange."""
+        return between(self.to_dict(), other.to_dict(), (self.robot, other.robot))
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each parameter."""

@@ -1,8 +1,8 @@
 """Two results of one kind side by side."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
@@ -10,19 +10,63 @@ from robolaser.bounded_reading import read_json
 from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.errors import DataError, UsageError
-from robolaser.results import numbers_of
+from robolaser.results import numbers_of, robot_in
+from robolaser.robot.kinematics import Robot
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FORMAT: Final = "robolaser-diff/1"
 FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
+POSTURES: Final = 200
+"""At which two arms are compared."""
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
 
 
-def difference(first: str | Path, second: str | Path) -> dict[str, Any]:
-    """What two results say of the same things.
+@final
+class Difference(dict[str, Any]):
+    """What two results say of the same things: `rows`, as `difference` has them; it prints as a table."""
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each thing."""
+        import pandas as pd  # noqa: PLC0415 - half a second that the command does without
+
+        return pd.DataFrame(self["rows"])
+
+    def __repr__(self) -> str:
+        """The table that `robolaser diff` prints."""
+        return "\n".join(table(self, ("first", "second")))
+
+
+def difference(first: str | Path, second: str | Path) -> Difference:
+    """What two saved results say of the same things.
 
     Args:
         first: A result's folder, or its JSON file.
         second: Likewise, of the same kind.
+
+    Raises:
+        DataError: One cannot be read, or is no calibration and no diagnosis.
+        UsageError: One is a calibration, the other a diagnosis.
+    """
+    before, after = (read_result(Path(each))[1] for each in (first, second))
+    arms = [robot_in(each if each.is_dir() else each.parent) for each in (Path(first), Path(second))]
+    return between(before, after, arms, (str(first), str(second)))
+
+
+def between(
+    before: Mapping[str, Any],
+    after: Mapping[str, Any],
+    arms: Sequence[Robot | None] = (),
+    names: tuple[str, str] = ("this", "the other"),
+) -> Difference:
+    """What two results say of the same things.
+
+    Args:
+        before: What a result's JSON file holds.
+        after: Likewise, of the same kind.
+        arms: The corrected arms of both.
+        names: What a message calls them.
 
     Returns:
         `format`; `kind` of the results; `results`, their data sets; and `rows`, each with the `name` of what is said,
@@ -30,16 +74,43 @@ def difference(first: str | Path, second: str | Path) -> dict[str, Any]:
         in standard errors of both, `errors`.
 
     Raises:
-        DataError: One cannot be read, or is no calibration and no diagnosis.
         UsageError: One is a calibration, the other a diagnosis.
     """
-    kind, before = read_result(Path(first))
-    other, after = read_result(Path(second))
+    kind, other = (each["format"] for each in (before, after))
     if kind != other:
-        raise UsageError(f"{first} is of the format {kind}, {second} of {other}: compare results of one kind.")
+        raise UsageError(f"{names[0]} is of the format {kind}, {names[1]} of {other}: compare results of one kind.")
     words = [] if "verdict" not in before else [_row("verdict", before["verdict"], after.get("verdict"))]
-    rows = [*words, *_errors(before, after), *_numbers(before, after), *_probabilities(before, after)]
-    return {"format": FORMAT, "kind": kind, "results": [before.get("dataset"), after.get("dataset")], "rows": rows}
+    rows = [*words, *_errors(before, after), *_at_flange(arms)]
+    rows += [*_numbers(before, after), *_probabilities(before, after)]
+    sets = [before.get("dataset"), after.get("dataset")]
+    return Difference({"format": FORMAT, "kind": kind, "results": sets, "rows": rows})
+
+
+def table(found: Mapping[str, Any], names: tuple[str, str]) -> list[str]:
+    """The rows of a difference as lines of a table, with a heading."""
+    cells = [("", *names, "change"), *map(_cells, found["rows"])]
+    widths = [max(len(row[i]) for row in cells) for i in range(4)]
+    lines = []
+    for name, *values in cells:
+        numbers = "  ".join(value.rjust(width) for value, width in zip(values, widths[1:], strict=True))
+        lines.append(f"{name.ljust(widths[0])}  {numbers}".rstrip())
+    return lines
+
+
+def _cells(row: Mapping[str, Any]) -> tuple[str, str, str, str]:
+    unit = f" {row['unit']}" if row.get("unit") else ""
+    change = ""
+    if row.get("change"):
+        change = f"{row['change']:+.3g}{unit}"
+        if row["errors"] is not None:
+            change += f" ({abs(row['errors']):.1f} standard errors)"
+    return row["name"], _said(row["first"], unit), _said(row["second"], unit), change
+
+
+def _said(value: Any, unit: str) -> str:
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:.6g}{unit}"
 
 
 def read_result(path: Path) -> tuple[str, Mapping[str, Any]]:
@@ -75,6 +146,18 @@ def _errors(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[dict[st
     gaps = [result.get("gap_mm", {}) for result in (before, after)]
     known = [name for name in dict.fromkeys([*gaps[0], *gaps[1]]) if not name.endswith("ci95")]
     return [*rows, *(_row(f"gap_mm.{name}", gaps[0].get(name), gaps[1].get(name), "mm") for name in known)]
+
+
+def _at_flange(arms: Sequence[Robot | None]) -> list[dict[str, Any]]:
+    """How far apart two corrected arms have the flange, root mean square over their joints' ranges."""
+    one, other = arms if len(arms) == len(("one", "other")) else (None, None)
+    if one is None or other is None or one.joints != other.joints:
+        return []
+    low, high = one.range
+    q = np.random.default_rng(0).uniform(low, high, (POSTURES, len(one.joints)))
+    apart = one.forward(q)[:, :3, 3] - other.forward(q)[:, :3, 3]
+    moved = {"unit": "mm", "change": 1e3 * float(np.sqrt(np.square(apart).sum(axis=1).mean())), "errors": None}
+    return [{"name": "flange of the corrected arm", "first": None, "second": None, **moved}]
 
 
 def _numbers(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -1,0 +1,48 @@
+"""Data sets of columns in memory: as those of files."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import robolaser
+from robolaser.data.dataset import Dataset
+from robolaser.data.stated_noise import Noise
+from robolaser.errors import DataError
+from robolaser.simulation import simulate
+
+
+def frames(dataset: Dataset) -> tuple[dict[str, list[float]], dict[str, list[object]]]:
+    robot, q = dataset.arm
+    xyz = np.array(dataset.points.xyz)
+    poses = {f"q_{joint}": q[:, i].tolist() for i, joint in enumerate(robot.joints)}
+    points: dict[str, list[object]] = {"pose": dataset.points.pose.tolist(), "point": list(dataset.points.names)}
+    return poses, points | {f"{axis}_m": xyz[:, i].tolist() for i, axis in enumerate("xyz")}
+
+
+@pytest.fixture(scope="module")
+def measured() -> Dataset:
+    return simulate("ur5", kind="point", poses=30, noise=Noise(point_m=3e-5), seed=2).dataset
+
+
+@pytest.mark.parametrize("made", [dict, pd.DataFrame])
+def test_columns_give_the_data_set_that_files_give(made, measured: Dataset) -> None:
+    poses, points = frames(measured)
+    dataset = Dataset.from_frames(made(poses), made(points), robot="ur5", noise={"point_m": 3e-5})
+    np.testing.assert_array_equal(dataset.poses.q, measured.poses.q)
+    np.testing.assert_array_equal(dataset.points.xyz, measured.points.xyz)
+    assert dataset.noise.point_m == 3e-5
+    found, known = (robolaser.calibrate(each, weights="noise", seed=0) for each in (dataset, measured))
+    np.testing.assert_allclose(found.x, known.x, rtol=1e-9)
+
+
+def test_a_missing_column_is_named(measured: Dataset) -> None:
+    poses, points = frames(measured)
+    del points["y_m"]
+    with pytest.raises(DataError, match="y_m"):
+        Dataset.from_frames(poses, points, robot="ur5")
+
+
+def test_columns_of_different_lengths_are_refused(measured: Dataset) -> None:
+    poses, points = frames(measured)
+    with pytest.raises(DataError, match="different lengths"):
+        Dataset.from_frames(poses, points | {"x_m": [1.0]}, robot="ur5")

@@ -1,0 +1,44 @@
+"""Each effect of a joint is drawn against what it depends on, with the error that it explains and what it leaves."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robolaser
+from robolaser.data.stated_noise import Noise
+from robolaser.diagnosis.joint_evidence import joint_evidence
+from robolaser.errors import UsageError
+from robolaser.results.diagnosis import DiagnosisResult
+from robolaser.simulation import simulate
+
+EFFECTS = {"backlash:elbow_joint": 0.002, "joint_compliance:shoulder_lift_joint": 3e-5}
+
+
+@pytest.fixture(scope="module")
+def why() -> DiagnosisResult:
+    noise = Noise(point_m=3e-5)
+    return robolaser.diagnose(simulate("ur5", kind="point", poses=50, noise=noise, effects=EFFECTS, seed=1).dataset)
+
+
+def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why: DiagnosisResult) -> None:
+    assert why.diagnosis is not None
+    assert why.diagnosis.weighed is not None
+    found = {str(one.candidate_effect): one for one in joint_evidence(why.diagnosis.weighed)}
+    play, spring = found["backlash at elbow_joint"], found["joint_compliance at shoulder_lift_joint"]
+    assert play.coordinate == "direction of approach of elbow_joint"
+    assert spring.coordinate == "gravity torque at shoulder_lift_joint"
+    for one in (play, spring):
+        assert np.abs(one.left).max() < 0.2 * np.abs(one.moves + one.left).max()
+    np.testing.assert_allclose(np.abs(play.moves[play.x != 0.0]), 1e-3, rtol=0.1)
+
+
+def test_the_chart_of_an_effect_is_found_by_its_name_and_place(why: DiagnosisResult, tmp_path: Path) -> None:
+    assert str(why.plot("backlash", "elbow_joint")) == "Backlash of elbow_joint"
+    assert str(why.plot("joint_compliance")) == "Joint compliance of shoulder_lift_joint"
+    with pytest.raises(UsageError, match="backlash"):
+        why.plot("backlash", "wrist_1_joint")
+    why.save(tmp_path / "why")
+    again = robolaser.load_diagnosis(tmp_path / "why")
+    assert str(again.plot("backlash", "elbow_joint")) == "Backlash of elbow_joint"
+    assert "What each effect explains" in (tmp_path / "why" / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,39 @@
+"""Two results that were just made, or read back, say what changed between them."""
+
+from pathlib import Path
+
+import pytest
+
+import robolaser
+from robolaser.data.stated_noise import Noise
+from robolaser.errors import UsageError
+from robolaser.simulation import simulate
+
+
+def measured(offset: float, seed: int) -> robolaser.Dataset:
+    noise, effects = Noise(point_m=3e-5), {"joint_offset:elbow_joint": offset}
+    return simulate("ur5", kind="point", poses=40, noise=noise, effects=effects, seed=seed).dataset
+
+
+def test_what_moved_is_told_in_standard_errors(tmp_path: Path) -> None:
+    monday, friday = (
+        robolaser.calibrate(measured(offset, seed), effects=["joint_offset:elbow_joint"], weights="noise", seed=0)
+        for offset, seed in ((0.001, 1), (0.003, 2))
+    )
+    found = monday.compare(friday)
+    rows = {row["name"]: row for row in found["rows"]}
+    offset = rows["joint_offset.elbow_joint.offset"]
+    assert offset["change"] == pytest.approx(0.002, rel=0.1)
+    assert offset["errors"] > 20.0
+    assert "standard errors" in repr(found)
+    assert 0.3 < rows["flange of the corrected arm"]["change"] < 1.2  # mm: 2 mrad at some 0.4 m
+    assert "joint_offset.elbow_joint.offset" in set(found.to_frame()["name"])
+    monday.save(tmp_path / "monday")
+    again = robolaser.load_calibration(tmp_path / "monday").compare(friday)
+    assert again["rows"] == found["rows"]
+
+
+def test_a_calibration_is_not_compared_with_a_diagnosis() -> None:
+    data = measured(0.001, 1)
+    with pytest.raises(UsageError, match="one kind"):
+        robolaser.calibrate(data, seed=0).compare(robolaser.diagnose(data, seed=0))  # type: ignore[arg-type]
