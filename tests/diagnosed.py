@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from calibrated import arm, point, socket, stripe
 
+from robolaser.diagnosis.gross_errors import gross_sentence
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding, Gap, ParetoPoint
@@ -65,7 +66,9 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
     return Diagnosis(
         dataset=model.dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, (), lies, gap, Repeatability({}, 0.0), gross),
+        sentence=sentence(
+            verdict, findings, (), lies, gap, Repeatability({}, 0.0), gross_sentence(model.dataset, gross)
+        ),
         gap=gap,
         where=lies,
         findings=tuple(findings),

@@ -14,6 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.joining import poses_beyond, with_poses_of
 from robolaser.diagnosis.cause_classes import reweighed_classes, reweighed_kinds
 from robolaser.diagnosis.further_poses import Followed, Weighed
+from robolaser.diagnosis.gross_errors import gross_sentence
 from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import sentence
 
@@ -79,7 +80,7 @@ def _told(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
             found.where,
             found.gap,
             found.repeatability,
-            found.outliers,
+            gross_sentence(found.dataset, found.outliers),
             found.pose_scatter,
             found.hindrance,
         ),

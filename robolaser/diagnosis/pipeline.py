@@ -25,6 +25,7 @@ from robolaser.diagnosis.findings import (
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
+from robolaser.diagnosis.gross_errors import gross_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
 from robolaser.diagnosis.held_parameters import with_parameters_free
 from robolaser.diagnosis.localization import Localization, localize
@@ -142,11 +143,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
+    gross = gross_sentence(dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, repeatability, outliers, scatter, hindrance)
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, gross, scatter, hindrance)
         + imitated_sentence(limits, classes)
         + exchanged_sentence(preparation.belongs, dataset.poses.names),
         gap=gap,

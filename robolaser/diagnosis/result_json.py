@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from robolaser.diagnosis.gross_errors import probability
 from robolaser.diagnosis.pose_scatter import CLASS, NAME, ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource
 from robolaser.diagnosis.result import (
@@ -207,7 +208,7 @@ def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "effect": "outliers",
         "where": "image",
-        "probability": 1.0,
+        "probability": probability(diagnosis.dataset, diagnosis.outliers),
         "parameters": {"share": {"value": share, "std": None, "unit": ""}},
         "gap_mm_before": after,
         "gap_mm_after": after,

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robolaser.arrays import Ints
 from robolaser.diagnosis.cause_classes import UNKNOWN, class_of
 from robolaser.diagnosis.cause_words import listed, members, named, noun, place
 from robolaser.diagnosis.localization import Localization
@@ -24,7 +23,7 @@ def sentence(
     where: Sequence[Localization],
     gap: Gap,
     repeatability: Repeatability,
-    gross: Ints,
+    gross: str = "",
     scatter: ExcessScatter | None = None,
     hindrance: str = "",
 ) -> str:
@@ -37,7 +36,7 @@ def sentence(
         where: Places of the gap, the largest share first; for `unexplained`, of what is left.
         gap: How far the gap shrinks.
         repeatability: How much whole poses scatter.
-        gross: Rows that are gross errors.
+        gross: What is said of gross errors.
         scatter: Of whole poses, beyond what counts as noise.
         hindrance: Why no effect was looked for; empty where they were.
     """
@@ -60,14 +59,7 @@ def sentence(
             f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause that these data show."
             f" That is no more than {limit}, and counts as noise."
         )
-    if not len(gross):
-        return text
-    rows = (
-        "One row of points.csv is a gross error"
-        if len(gross) == 1
-        else f"{len(gross)} rows of points.csv are gross errors"
-    )
-    return f"{text} {rows}, listed and excluded."
+    return text + gross
 
 
 def scatters(scatter: ExcessScatter) -> str:

@@ -58,9 +58,7 @@ def doubted(diagnosis, probability=0.3, of_class=0.999, sets=()):
     members = tuple((found.candidate_effect, probability) for found in findings)
     gap = diagnosis.gap
     classes = (CauseClass("arm_geometry", of_class, gap.calibrated_m, gap.after_m, members, sets),)
-    said = sentence(
-        diagnosis.verdict, findings, classes, diagnosis.where, gap, diagnosis.repeatability, diagnosis.outliers
-    )
+    said = sentence(diagnosis.verdict, findings, classes, diagnosis.where, gap, diagnosis.repeatability)
     return replace(diagnosis, findings=findings, classes=classes, sentence=said)
 
 
@@ -75,7 +73,7 @@ def test_a_certain_class_is_said_first_where_no_single_effect_is_certain():
 def test_members_that_are_not_reported_are_counted():
     one = doubted(geometric())
     some = (replace(one.classes[0], members=one.classes[0].members[:1]),)
-    said = sentence("explained", one.findings, some, one.where, one.gap, one.repeatability, one.outliers)
+    said = sentence("explained", one.findings, some, one.where, one.gap, one.repeatability)
     assert "by the arm's geometry (joint offset of perturb, and 1 more)" in said
 
 
@@ -96,7 +94,7 @@ def test_a_credible_set_is_said_as_a_choice():
 def test_a_certain_effect_is_named_beside_a_certain_class():
     one = doubted(geometric())
     findings = (replace(one.findings[0], probability=0.99), *one.findings[1:])
-    said = sentence("explained", findings, one.classes, one.where, one.gap, one.repeatability, one.outliers)
+    said = sentence("explained", findings, one.classes, one.where, one.gap, one.repeatability)
     assert "Certain by itself: the zero of perturb is wrong. Which others" in said
 
 
@@ -110,7 +108,7 @@ def test_scatter_that_counts_as_noise_is_said_to_be_within_its_limit(is_stated: 
     one = geometric()
     source = NoiseSource(LARGEST_SCATTER["rad"], "rad", "estimated", of_poses=True)
     scatter = Repeatability({"joint": source}, 4e-4, is_stated)
-    said = sentence("no_gap", (), (), (), one.gap, scatter, one.outliers)
+    said = sentence("no_gap", (), (), (), one.gap, scatter)
     assert f"That is no more {limit}, and counts as noise." in said
     assert "how well the arm repeats" not in said
 
@@ -157,9 +155,7 @@ def test_the_terminal_shows_how_large_an_effect_is_rather_than_its_shape():
 def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
     one = doubted(geometric())
     unknown = CauseClass("unknown", 0.99, None, one.gap.after_m, site="base")
-    said = sentence(
-        "explained", one.findings, (*one.classes, unknown), one.where, one.gap, one.repeatability, one.outliers
-    )
+    said = sentence("explained", one.findings, (*one.classes, unknown), one.where, one.gap, one.repeatability)
     assert "The small remaining error is at base" in said
     assert "The little" not in one.sentence
 
@@ -167,7 +163,7 @@ def test_what_no_effect_describes_is_said_though_the_gap_is_explained():
 def test_what_effects_only_imitate_is_said_where_no_class_is_likely():
     one = doubted(geometric())
     unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="joint_4")
-    said = sentence("explained", one.findings, (unknown,), one.where, one.gap, one.repeatability, one.outliers)
+    said = sentence("explained", one.findings, (unknown,), one.where, one.gap, one.repeatability)
     assert "the cause at joint_4 is not an effect" in said
     assert "The little" not in said
 

@@ -1,11 +1,13 @@
 """Each effect of a joint is drawn against what it depends on, with the error that it explains and what it leaves."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import robolaser
+from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis.joint_evidence import joint_evidence
 from robolaser.errors import UsageError
@@ -42,3 +44,10 @@ def test_the_chart_of_an_effect_is_found_by_its_name_and_place(why: DiagnosisRes
     again = robolaser.load_diagnosis(tmp_path / "why")
     assert str(again.plot("backlash", "elbow_joint")) == "Backlash of elbow_joint"
     assert "What each effect explains" in (tmp_path / "why" / "report.html").read_text(encoding="utf-8")
+
+
+def test_without_an_arm_there_is_no_such_chart() -> None:
+    seen = simulate("ur5", kind="camera", poses=20, noise=Noise(pixel_px=0.1), seed=2).dataset
+    measured = Poses(seen.poses.names, T_base_flange=np.asarray(seen.flange()))
+    found = robolaser.diagnose(replace(seen, robot=None, poses=measured), seed=0)
+    assert "How far the gap shrinks" in str(found.plot())

@@ -8,6 +8,7 @@ from robolaser.diagnosis.candidate_sites import FORCE
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import joint_names, listed, named, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
+from robolaser.diagnosis.gross_errors import outlying_poses, shortened
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE
 from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
@@ -109,7 +110,9 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         said.append(_measure(diagnosis))
     if len(diagnosis.outliers):
         what = "measurements" if diagnosis.dataset.points.pixel is None else "images"
-        said.append(f"Look at the {what} of the gross errors listed below; they are excluded here.")
+        poses = outlying_poses(diagnosis.dataset, diagnosis.outliers)
+        odd = f"pose{'s' * (len(poses) > 1)} {shortened(poses)}" if poses else "the gross errors listed below"
+        said.append(f"Look at the {what} of {odd}; they are excluded here.")
     if diagnosis.model.effects:
         said.append("The corrected model is `calibration.json`: it contains all effects found.")
     said += _bounds(diagnosis)

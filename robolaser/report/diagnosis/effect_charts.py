@@ -19,12 +19,13 @@ BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
 
 def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
     """Of the effects that were found, those that move joints by other amounts at other poses."""
-    if diagnosis.weighed is None:
+    robot = diagnosis.dataset.robot
+    if diagnosis.weighed is None or robot is None:
         return
     shown = [one.candidate_effect for one in diagnosis.findings[:MOST]]
     found = {one.candidate_effect: one for one in joint_evidence(diagnosis.weighed)}
     names = diagnosis.weighed.final.model.dataset.poses.names
-    slides = dict(zip(diagnosis.dataset.arm[0].joints, diagnosis.dataset.arm[0].prismatic.tolist(), strict=True))
+    slides = dict(zip(robot.joints, robot.prismatic.tolist(), strict=True))
     for one in shown:
         if one in found:
             yield _chart(found[one], names, slides=slides[one.where])

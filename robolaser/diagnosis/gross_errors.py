@@ -1,0 +1,52 @@
+"""Rows that no model accounts for: gross errors of single points, or poses that are off as a whole."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robolaser.arrays import Ints
+from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.cause_words import listed
+from robolaser.diagnosis.thresholds import LIKELY
+
+NAMED = 5
+"""Poses that a sentence names; the rest are counted."""
+
+
+def outlying_poses(dataset: Dataset, rows: Ints) -> tuple[str, ...]:
+    """Poses with several points of which all are among some rows of points.csv: the arm may have been elsewhere."""
+    of_pose, count = dataset.points.pose, len(dataset.poses)
+    every, out = np.bincount(of_pose, minlength=count), np.bincount(of_pose[rows], minlength=count)
+    return tuple(dataset.poses.names[i] for i in np.flatnonzero((every > 1) & (out == every)))
+
+
+def probability(dataset: Dataset, rows: Ints) -> float:
+    """That rows which are far off are gross errors: whole poses may show a cause that no effect describes."""
+    return LIKELY if _are_whole(dataset, rows) else 1.0
+
+
+def gross_sentence(dataset: Dataset, rows: Ints) -> str:
+    """What is said of rows that are far off; may be empty."""
+    if not len(rows):
+        return ""
+    if _are_whole(dataset, rows):
+        poses = outlying_poses(dataset, rows)
+        whose, are, they = ("pose", "it is", "it shows") if len(poses) == 1 else ("poses", "they are", "they show")
+        return (
+            f" All points of {whose} {shortened(poses)} are off together, and excluded: either {are} wrong, or a cause"
+            f" that only {they} is present."
+        )
+    what = "One row of points.csv is a gross error"
+    if len(rows) > 1:
+        what = f"{len(rows)} rows of points.csv are gross errors"
+    return f" {what}, listed and excluded."
+
+
+def shortened(poses: Sequence[str]) -> str:
+    """Names of poses, the first of many."""
+    more = len(poses) - NAMED
+    return listed([*poses[:NAMED], f"{more} more"] if more > 0 else list(poses))
+
+
+def _are_whole(dataset: Dataset, rows: Ints) -> bool:
+    return len(rows) > 0 and len(np.unique(dataset.points.pose[rows])) == len(outlying_poses(dataset, rows))
