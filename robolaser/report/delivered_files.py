@@ -29,7 +29,7 @@ def files_section(files: Delivered) -> Section:
 
     rows: list[tuple[Cell | str, ...]] = [
         (
-            one["file"],
+            Cell(one["file"], link=one["file"]),
             "not known" if one["held_out_mm"] is None else millimetres(one["held_out_mm"] / 1e3),
             named(one["contains"]),
             named(one["lacks"]),

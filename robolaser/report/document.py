@@ -107,6 +107,7 @@ class Cell:
         line: Number of a line's colour, see `chart.LINES`; -1 is grey, None is no swatch.
         lean: From -100 to 100, for the colour of a matrix's cell.
         hint: Said under the pointer.
+        link: File beside the page that the text leads to; "" for none.
     """
 
     text: str = ""
@@ -118,6 +119,7 @@ class Cell:
     line: int | None = None
     lean: float | None = None
     hint: str = ""
+    link: str = ""
 
 
 @final

@@ -101,3 +101,11 @@ def test_play_is_replayed_along_the_path() -> None:
     without = robolaser.calibrate(data, weights="noise", seed=0)
     assert delivered["corrected.py"] == pytest.approx(1e3 * found.held_out_rms_m, rel=0.1)
     assert delivered["robot_corrected.xml"] < 1.5 * delivered["corrected.py"] < 0.3e3 * without.held_out_rms_m
+
+
+def test_the_page_leads_to_each_file_beside_it(why: DiagnosisResult, tmp_path: Path) -> None:
+    why.save(tmp_path / "why")
+    page = (tmp_path / "why" / "report.html").read_text(encoding="utf-8")
+    for one in why["files"]:
+        assert f'<a href="{one["file"]}">' in page
+        assert (tmp_path / "why" / one["file"]).is_file()
