@@ -18,6 +18,8 @@ APART_M, LEVER_M = 1e-3, 0.3
 """Poses that are nearer to each other show the same errors [m], and the distance at which turns count. A judgement."""
 SETUP_RMS_M = 0.01
 """Error of fitted points above which the description of the cell is wrong: no effect of the library is so large."""
+SETUP_MEASURED_RMS_M = 0.05
+"""The same where flange poses were measured: by cameras or by hand, they are off by centimetres. A judgement."""
 SETUP_ON_BOUNDS = 1 / 3
 """Share of the parameters with given bounds that end on one, above which the bounds or the description are wrong."""
 HEADER = 2  # the first row of a table stands in line 2
@@ -100,6 +102,11 @@ def check_target(model: Model) -> None:
         )
 
 
+def setup_limit_m(dataset: Dataset) -> float:
+    """Error of fitted points from which on a data set describes its cell wrongly."""
+    return SETUP_MEASURED_RMS_M if dataset.robot is None else SETUP_RMS_M
+
+
 def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
     """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that.
 
@@ -116,9 +123,10 @@ def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
             f"{ended} of {given.sum()} parameters ended on their bounds: the bounds exclude the best fit, or the data "
             "set describes the cell wrongly."
         )
-    if rms_m >= SETUP_RMS_M:
+    if rms_m >= setup_limit_m(model.dataset):
+        whose = "no measured flange pose" if model.dataset.robot is None else "no real arm"
         reasons.append(
-            f"Fitted points are {100 * rms_m:.2g} cm off: no real arm has such an error, so the data set describes the"
+            f"Fitted points are {100 * rms_m:.2g} cm off: {whose} has such an error, so the data set describes the"
             " cell wrongly; only robot.urdf is exported."
         )
     if not reasons:

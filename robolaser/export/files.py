@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from robolaser.calibration.checks import SETUP_RMS_M
+from robolaser.calibration.checks import setup_limit_m
 from robolaser.calibration.result import Calibration
 from robolaser.export.camera import camera_yaml
 from robolaser.export.controller_table import controller_table
@@ -37,4 +37,6 @@ def is_withheld(calibration: Calibration) -> bool:
     Fitted points and new ones must both say so: gross errors, which a diagnosis leaves out of the latter, do not.
     """
     new_m = calibration.held_out_rms_m
-    return min(calibration.rms_m, calibration.rms_m if new_m is None else new_m) >= SETUP_RMS_M
+    return min(calibration.rms_m, calibration.rms_m if new_m is None else new_m) >= setup_limit_m(
+        calibration.model.dataset
+    )
