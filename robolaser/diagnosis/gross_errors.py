@@ -20,9 +20,12 @@ def outlying_poses(dataset: Dataset, rows: Ints) -> tuple[str, ...]:
     return tuple(dataset.poses.names[i] for i in np.flatnonzero((every > 1) & (out == every)))
 
 
-def probability(dataset: Dataset, rows: Ints) -> float:
-    """That rows which are far off are gross errors: whole poses may show a cause that no effect describes."""
-    return LIKELY if _are_whole(dataset, rows) else 1.0
+def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
+    """That rows which are far off are gross errors.
+
+    Whole poses may show a cause that no effect describes, and so may single rows where something is unexplained.
+    """
+    return LIKELY if verdict == "unexplained" or _are_whole(dataset, rows) else 1.0
 
 
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:

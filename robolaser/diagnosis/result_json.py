@@ -208,7 +208,7 @@ def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "effect": "outliers",
         "where": "image",
-        "probability": probability(diagnosis.dataset, diagnosis.outliers),
+        "probability": probability(diagnosis.dataset, diagnosis.outliers, diagnosis.verdict),
         "parameters": {"share": {"value": share, "std": None, "unit": ""}},
         "gap_mm_before": after,
         "gap_mm_after": after,

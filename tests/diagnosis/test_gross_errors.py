@@ -47,4 +47,10 @@ def test_nothing_is_said_without_gross_errors(sound: Dataset) -> None:
     none = np.zeros(0, dtype=np.int64)
     assert gross_sentence(sound, none) == ""
     assert outlying_poses(sound, none) == ()
-    assert probability(sound, none) == 1.0
+    assert probability(sound, none, "no_gap") == 1.0
+
+
+def test_beside_what_is_unexplained_no_gross_error_is_certain(sound: Dataset) -> None:
+    first = np.zeros(1, dtype=np.int64)
+    assert probability(sound, first, "explained") == 1.0
+    assert 0.5 < probability(sound, first, "unexplained") < CERTAIN
