@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 from scipy.special import chdtrc
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import with_poses_of
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -35,12 +35,12 @@ class FurtherRows:
 
     Attributes:
         dataset: All rows, these last.
-        count: How many these are.
+        shots: Rows of points.csv behind each of these, (m,).
         start: The model without effects, which was fitted to the others.
     """
 
     dataset: Dataset
-    count: int
+    shots: Ints
     start: Fit
 
     @classmethod
@@ -52,13 +52,14 @@ class FurtherRows:
             before: Its averaged rows, with those of further poses so far.
             further: The poses that came last.
         """
-        averaged = AveragedData.of(further).dataset
-        return cls(with_poses_of(before, averaged), len(averaged.points), start)
+        averaged = AveragedData.of(further)
+        return cls(with_poses_of(before, averaged.dataset), averaged.shots, start)
 
     def white(self, fit: Fit, x: Array) -> tuple[Array, Array]:
         """Their whitened residuals by a model with parameters x (d,), and the derivatives of these, (k,) and (k, d)."""
-        looks_at_rows = any(one.effect.stage in OF_ROWS for one in fit.effects)
-        model, last = (self._whole if looks_at_rows else self._own).with_effects(fit.effects), slice(-self.count, None)
+        looks_at_rows = any(one.effect.stage_in(self.dataset) in OF_ROWS for one in fit.effects)
+        model = (self._whole if looks_at_rows else self._own).with_effects(fit.effects)
+        last = slice(-len(self.shots), None)
         residuals, J = model.residuals(x[None])[:, last], jacobian(model, x[None])[0][:, last]
         return self._noise.whiten(residuals)[0], self._noise.whiten(J).T
 
@@ -69,13 +70,12 @@ class FurtherRows:
     @cached_property
     def _own(self) -> Model:
         rows = len(self.dataset.points)
-        return with_rows(self._whole, np.arange(rows - self.count, rows))
+        return with_rows(self._whole, np.arange(rows - len(self.shots), rows))
 
     @cached_property
     def _noise(self) -> NoiseModel:
-        noise, shots = self.start.noise, np.ones(self.count, dtype=np.int64)
-        data = AveragedData(self._own.dataset, self._own.dataset, shots, np.arange(self.count))
-        sources = sources_of(data, self._own, self.start.x)
+        noise, own = self.start.noise, AveragedData.single(self._own.dataset)
+        sources = sources_of(replace(own, shots=self.shots), self._own, self.start.x)
         return replace(noise, sources=sources, sigmas={one.name: noise.sigmas.get(one.name, 0.0) for one in sources})
 
 

@@ -17,7 +17,7 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import sources_of
 from robolaser.model.batches import of_data
 from robolaser.results.diagnosis import DiagnosisResult
-from robolaser.simulation.simulate import simulate
+from robolaser.simulation import CellOptions, simulate
 
 FIRST = 60
 
@@ -74,6 +74,16 @@ def test_a_followed_model_is_the_one_that_a_fit_of_all_rows_finds(arm, found):
     assert np.abs(followed.x - fit.x).max() / fit.deviations.max() < 0.02
     assert weighed.final.chi2 + followed.added == pytest.approx(fit.chi2, abs=0.05)
     assert followed.narrowed.max() <= 1.0 + 1e-9
+
+
+def test_repeats_of_a_further_pose_weigh_as_those_of_the_others():
+    noise, repeated = Noise(point_m=1e-4), CellOptions(repeats=4)
+    made = simulate("ur5", kind="point", poses=25, noise=noise, seed=3, options=repeated).dataset
+    weighed = robolaser.diagnose(first(made, 24), seed=1).diagnosis.weighed
+    rows = FurtherRows.of(weighed.start, weighed.dataset, made.of_poses(np.arange(25) >= 24))
+    (known,) = [one.effect for one in weighed.start.noise.sources if one.name == "point"]
+    (new,) = [one.effect for one in rows._noise.sources if one.name == "point"]
+    np.testing.assert_allclose(np.linalg.norm(new[0]), np.linalg.norm(known[0]), rtol=1e-6)
 
 
 def test_a_pose_that_the_model_does_not_predict_has_all_poses_examined_anew(arm, found):
