@@ -4,7 +4,7 @@ An arm that is off everywhere a little has a dozen effects that could each stand
 the arm's geometry could stand in for all of them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -130,38 +130,33 @@ def reweighed_classes(
         now: The evidence that is to count.
     """
     were, are = member_probabilities(before), member_probabilities(now)
-    told = []
+    updated = []
     for one in classes:
         members = {each: p for each, p in are.items() if class_of(each) == one.name}
-        own = [each for each in now if class_of(each.candidate_effect) == one.name]
-        some = _with_other_members(
-            one.probability, [p for each, p in were.items() if class_of(each) == one.name], members
+        some = _reweighed(
+            one.probability, [p for each, p in were.items() if class_of(each) == one.name], list(members.values())
         )
+        own = [each for each in now if class_of(each.candidate_effect) == one.name]
         ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
         sets = tuple(filter(None, map(credible_set, own)))
-        told.append(replace(one, probability=some, members=ordered, credible_sets=sets) if members else one)
-    return tuple(sorted(told, key=_importance))
+        updated.append(replace(one, probability=some, members=ordered, credible_sets=sets) if members else one)
+    return tuple(sorted(updated, key=_importance))
 
 
 def reweighed_kinds(
     kinds: Sequence[CauseKind], before: Sequence[EffectEvidence], now: Sequence[EffectEvidence]
 ) -> tuple[CauseKind, ...]:
     """The kinds likewise."""
-    were, are = member_probabilities(before), member_probabilities(now)
-    told = []
-    for one in kinds:
-        members = {each: p for each, p in are.items() if each.effect.name == one.effect}
-        some = _with_other_members(
-            one.probability, [p for each, p in were.items() if each.effect.name == one.effect], members
-        )
-        told.append(replace(one, probability=some))
-    return tuple(told)
+    were, are = (
+        {one: [p for each, p in found.items() if each.effect.name == one.effect] for one in kinds}
+        for found in (member_probabilities(before), member_probabilities(now))
+    )
+    return tuple(replace(one, probability=_reweighed(one.probability, were[one], are[one])) for one in kinds)
 
 
-def _with_other_members(told: float, before: Sequence[float], now: Mapping[CandidateEffect, float]) -> float:
-    """The probability that some member is at work, if it was told by that of each; else by all together, as it was."""
-    by_members = at_least_one(before)
-    return at_least_one(list(now.values())) if np.isclose(told, by_members, rtol=0.0) else told
+def _reweighed(stated: float, before: Sequence[float], now: Sequence[float]) -> float:
+    """The probability that some member is at work, if it was stated by each member's; else as it was stated."""
+    return at_least_one(now) if np.isclose(stated, at_least_one(before), rtol=0.0) else stated
 
 
 def at_least_one(probabilities: Sequence[float]) -> float:

@@ -58,10 +58,10 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     change = max((abs(one.probability - before[one.candidate_effect]) for one in grown.reweighed), default=0.0)
     if change > CHANGE or grown.followed[grown.final].chance < SURPRISE:
         return examine(whole)
-    return _told(found, whole, grown)
+    return _updated(found, whole, grown)
 
 
-def _told(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
+def _updated(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
     evidence, final = grown.reweighed, grown.followed[grown.final]
     probability = {one.candidate_effect: one.probability for one in evidence}
     findings = tuple(

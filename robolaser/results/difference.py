@@ -104,10 +104,10 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, str, str, str]:
         change = f"{row['change']:+.3g}{unit}"
         if row["errors"] is not None:
             change += f" ({abs(row['errors']):.1f} standard errors)"
-    return row["name"], _said(row["first"], unit), _said(row["second"], unit), change
+    return row["name"], _value_text(row["first"], unit), _value_text(row["second"], unit), change
 
 
-def _said(value: Any, unit: str) -> str:
+def _value_text(value: Any, unit: str) -> str:
     if value is None:
         return "-"
     return value if isinstance(value, str) else f"{value:.6g}{unit}"
