@@ -1,13 +1,20 @@
-"""calibration.yaml: the corrected arm as Universal Robots' ROS driver and description take a robot's kinematics."""
+"""calibration.yaml: the corrected arm as Universal Robots' ROS driver and description take a robot's kinematics.
+
+Their links have frames of their own, each turning about its z (ur_description, `default_kinematics.yaml`); URDFs of
+other origin have others. A frame of theirs sits on the line of each joint of the nominal arm, and moves with it.
+"""
 
 import re
-import xml.etree.ElementTree as ET
 from hashlib import sha256
 from typing import Final
 
+import numpy as np
+
+from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rot_x, rot_y, rot_z
 from robolaser.robot.kinematics import Robot
-from robolaser.robot.urdf.checking import read_xml
+from robolaser.robot.urdf.elements import origin_attributes
 
 LINKS: Final = {
     "shoulder": "shoulder_pan_joint",
@@ -17,47 +24,91 @@ LINKS: Final = {
     "wrist_2": "wrist_2_joint",
     "wrist_3": "wrist_3_joint",
 }
-"""The makers' names of the links, and the joint of the URDF whose origin each is."""
-NUMBERS: Final = (("xyz", ("x", "y", "z")), ("rpy", ("roll", "pitch", "yaw")))
+"""The makers' names of the links, and of the joints that turn them."""
+KEYS: Final = ("x", "y", "z", "roll", "pitch", "yaw")
+DIGITS: Final = 12
+"""After the point; never an exponent, which PyYAML reads as a word."""
+NEAR: Final = 0.01
+"""[m, 1] How far a joint's line may be from the makers' one: arms that were measured once differ by less."""
 
 
 def ur_calibration(calibration: Calibration) -> str | None:
     """The file; None where the arm is none of theirs, or nothing that it can hold was found."""
     robot, corrected = calibration.model.dataset.robot, calibration.robot
-    if robot is None or corrected is None or corrected is robot or tuple(robot.joints) != tuple(LINKS.values()):
+    nominal = None if robot is None else _frames(robot)
+    if robot is None or corrected is None or corrected is robot or nominal is None:
         return None
-    origins = {joint: origin for joint, origin in _origins(read_xml(corrected.urdf)).items() if joint in robot.joints}
+    frames = np.concatenate([nominal[:1], _at_zero(corrected) @ inverse(_at_zero(robot)) @ nominal[1:]])
     lines = []
-    for name, joint in LINKS.items():
+    for name, step in zip(LINKS, inverse(frames[:-1]) @ frames[1:], strict=True):
+        numbers = " ".join(origin_attributes(step).values()).split()
         lines.append(f"  {name}:\n")
-        for attribute, keys in NUMBERS:
-            values = origins[joint].get(attribute, "0 0 0").split()
-            lines += [f"    {key}: {float(value)!r}\n" for key, value in zip(keys, values, strict=True)]
+        lines += [
+            f"    {key}: {round(float(value), DIGITS) + 0.0:.{DIGITS}f}\n"
+            for key, value in zip(KEYS, numbers, strict=True)
+        ]
     digest = sha256("".join(lines).encode()).hexdigest()[:20]
     return f"kinematics:\n{''.join(lines)}  hash: calib_{digest}\n"
 
 
-def with_ur_calibration(robot: Robot, text: str) -> Robot:
-    """The arm as its description makes it from a calibration.yaml.
+def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
+    """Flange poses as the description has them, in its own base, (n, 4, 4).
 
     Args:
-        robot: The nominal arm.
-        text: The file.
+        text: A calibration.yaml.
+        robot: The nominal arm, whose flange is where the makers' last link carries it.
+        q: Joint values, (n, 6) [rad].
+
+    Raises:
+        ValueError: The arm is none of theirs.
     """
-    root = read_xml(robot.urdf)
-    for name, joint in LINKS.items():
-        own = text.partition(f"  {name}:\n")[2]
-        for attribute, keys in NUMBERS:
-            values = (re.search(rf"^    {key}: (\S+)$", own, re.MULTILINE) for key in keys)
-            _origins(root)[joint].set(attribute, " ".join(found[1] for found in values if found))
-    urdf = ET.tostring(root, encoding="unicode")
-    return Robot.from_urdf(urdf, flange=robot.flange, joints=robot.joints, gravity=robot.gravity)
+    nominal = _frames(robot)
+    if nominal is None:
+        raise ValueError("Only arms by Universal Robots have a calibration.yaml.")
+    numbers = np.array([float(found[1]) for found in re.finditer(r"^    \w+: (\S+)$", text, re.MULTILINE)])
+    T: Array = np.tile(np.eye(4), (len(q), 1, 1))
+    for (*xyz, roll, pitch, yaw), angle in zip(numbers.reshape(len(LINKS), len(KEYS)), q.T, strict=True):
+        turned = rot_z(yaw) @ rot_y(pitch) @ rot_x(roll) @ rot_z(angle)
+        T = T @ pose(turned, np.broadcast_to(xyz, (len(q), 3)))
+    flange: Array = T @ inverse(nominal[-1]) @ robot.forward(np.zeros(len(LINKS)))
+    return flange
 
 
-def _origins(root: ET.Element) -> dict[str, ET.Element]:
-    """The origins of the joints of a URDF, by name; made where one has none."""
-    found = {}
-    for joint in root.findall("joint"):
-        origin = joint.find("origin")
-        found[joint.get("name", "")] = ET.SubElement(joint, "origin") if origin is None else origin
-    return found
+def _at_zero(robot: Robot) -> Array:
+    frames: Array = robot.joint_frames(np.zeros((1, 1, len(robot.joints))))[0, 0]
+    return frames
+
+
+def _frames(robot: Robot) -> Array | None:
+    """The makers' frames of base and links at the arm's zero, (7, 4, 4) in the arm's base; None of another's arm."""
+    if robot.joints != tuple(LINKS.values()):
+        return None
+    own = _at_zero(robot)
+    at, z = own[:, :3, 3], (own[:, :3, :3] @ robot.axes[list(robot.chain), :, None])[..., 0]
+    back = at[1] - at[2]  # the arm is stretched out
+    for line in (z[1], z[0]):
+        back -= (back @ line) * line
+    back /= np.linalg.norm(back)
+    base = pose(np.column_stack([back, np.cross(z[0], back), z[0]]), at[0] - (at[0] @ z[0]) * z[0])
+    tool = robot.forward(np.zeros(len(LINKS)))[:3, 3]
+    (x, y, up) = ((at - base[:3, 3]) @ base[:3, :3]).T
+    end = min(y[5], ((tool - base[:3, 3]) @ base[:3, :3])[1] if robot.flange == "tool0" else y[5])
+    half = np.array(np.pi / 2)
+    steps = [
+        pose(np.eye(3), np.array([0.0, 0.0, up[1]])),
+        pose(rot_x(half), np.zeros(3)),
+        pose(np.eye(3), np.array([x[2], 0.0, 0.0])),
+        pose(np.eye(3), np.array([x[3] - x[2], 0.0, -y[4]])),
+        pose(rot_x(half), np.array([0.0, up[5] - up[3], 0.0])),
+        pose(rot_x(-half), np.array([0.0, y[4] - end, 0.0])),
+    ]
+    frames = [base]
+    for step, point, line in zip(steps, at, z, strict=True):
+        ideal = frames[-1] @ step
+        off = ideal[:3, 3] - point
+        off -= (off @ line) * line
+        turn = np.cross(ideal[:3, 2], line)
+        if max(np.linalg.norm(off), np.linalg.norm(ideal[:3, 2] - line)) > NEAR:
+            return None
+        frames.append(pose(exp_so3(turn) @ ideal[:3, :3], ideal[:3, 3] - off))
+    return np.stack(frames)

@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.export.controller_table import flange_by_table
-from robolaser.export.ur_calibration import with_ur_calibration
+from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.robot.kinematics import Robot
 
 BEFORE: Final = 3
@@ -48,7 +48,7 @@ def by_table(text: str, data: Dataset, held: Bools) -> Array:
 def by_description(text: str, data: Dataset, held: Bools) -> Array:
     """The same by the description of Universal Robots' arms."""
     robot, q = data.arm
-    return np.asarray(with_ur_calibration(robot, text).forward(q[None, held])[0])
+    return flange_by_ur_calibration(text, robot, q[held])
 
 
 def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:

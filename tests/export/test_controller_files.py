@@ -5,13 +5,14 @@ import io
 
 import numpy as np
 import pytest
+import yaml
 
 import robolaser
 from robolaser.data.stated_noise import Noise
 from robolaser.export.controller_table import controller_table, flange_by_table
 from robolaser.export.link_parameters import NUMBERS, link, link_parameters
-from robolaser.export.ur_calibration import LINKS, ur_calibration, with_ur_calibration
-from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.export.ur_calibration import LINKS, flange_by_ur_calibration, ur_calibration
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rot_x, rot_y, rot_z
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation.simulate import simulate
@@ -74,12 +75,45 @@ def test_the_zero_of_a_joint_has_the_sign_of_its_angle(found) -> None:
 def test_both_files_hold_the_corrected_arm(found) -> None:
     robot, corrected = found.calibration.model.dataset.robot, found.robot
     q = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 6))
-    described = with_ur_calibration(robot, ur_calibration(found.calibration))
-    np.testing.assert_allclose(described.forward(q), corrected.forward(q), atol=1e-9)
+    described = flange_by_ur_calibration(ur_calibration(found.calibration), robot, q)
+    moved = inverse(described[:1]) @ described, inverse(corrected.forward(q[:1])) @ corrected.forward(q)
+    np.testing.assert_allclose(moved[0], moved[1], atol=1e-9)
     assert list(LINKS.values()) == list(robot.joints)
     by_table = flange_by_table(controller_table(found.calibration), robot, q)
     moved = inverse(by_table[:1]) @ by_table, inverse(corrected.forward(q[:1])) @ corrected.forward(q)
     np.testing.assert_allclose(moved[0], moved[1], atol=2e-6)
+
+
+MAKERS_OWN = {
+    "ur5": (0.089159, -0.425, -0.39225, 0.10915, -0.09465, 0.0823),
+    "ur5e": (0.1625, -0.425, -0.3922, 0.1333, -0.0997, 0.0996),
+}
+"""Of `default_kinematics.yaml` in Universal_Robots_ROS2_Description."""
+
+
+@pytest.mark.parametrize("name", MAKERS_OWN)
+def test_whatever_frames_an_urdf_has_the_yaml_has_the_makers(name: str) -> None:
+    joint = "wrist_2_joint"
+    made = simulate(name, kind="point", poses=40, effects={f"joint_offset:{joint}": 0.01}, seed=2).dataset
+    found = robolaser.calibrate(made, effects=[f"joint_offset:{joint}"], weights="noise", seed=1)
+    links = yaml.safe_load(ur_calibration(found.calibration))["kinematics"]
+    numbers = (
+        ("shoulder", "z"),
+        ("forearm", "x"),
+        ("wrist_1", "x"),
+        ("wrist_1", "z"),
+        ("wrist_2", "y"),
+        ("wrist_3", "y"),
+    )
+    assert [links[link][axis] for link, axis in numbers] == pytest.approx(MAKERS_OWN[name], abs=1e-9)
+    right = np.array(np.pi / 2)
+    for link_name, ideal in (
+        ("upper_arm", rot_x(right)),
+        ("wrist_2", rot_x(right) @ rot_z(0.01)),
+        ("wrist_3", rot_x(-right)),
+    ):
+        roll, pitch, yaw = (links[link_name][key] for key in ("roll", "pitch", "yaw"))
+        np.testing.assert_allclose(rot_z(yaw) @ rot_y(pitch) @ rot_x(roll), ideal, atol=1e-6)
 
 
 def test_an_arm_of_another_maker_has_no_calibration_yaml() -> None:
