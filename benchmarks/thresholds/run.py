@@ -63,7 +63,7 @@ NUMERICAL = (
     "candidate_sites.DENTS", "effect_columns.SLOPE", "effect_columns.STEP", "fit.LEAST_FACTOR",
     "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SINGULAR", "fit.CORRELATED",
     "gaussian_process_basis.KEPT",
-    "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
+    "gaussian_process_basis.LANDMARKS", "pose_coordinates.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
     "held_out_gap.RESAMPLES", "noise_estimate.LEAST_SHOWN", "noise_weighted_fit.FOLD_ENOUGH",
     "noise_weighted_fit.FOLD_SHARE", "solver.ENOUGH", "solver.SHARE",
     "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT",

@@ -68,7 +68,7 @@ def sites(fit: Fit) -> tuple[Site, ...]:
 
 def _sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
-    derivatives, coordinates = stage_derivatives(fit), OfPoses(dataset, fit.model.run)
+    derivatives, coordinates = stage_derivatives(fit), OfPoses(fit.model.run)
     yield from _of_joints(fit, derivatives, coordinates)
     yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
@@ -89,15 +89,14 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
     if not joints:
         return
     robot, _ = fit.model.dataset.arm
-    column = {name: robot.joints.index(name) for name in joints}
     free = {name: derivatives.joint(name) for name in joints}
     poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
     for name in joints:
         for coordinate, basis in (
-            *coordinates.joint(column[name], name),
+            *coordinates.joint(name),
             *coordinates.run(),
             *coordinates.posture(),
-            *(coordinates.angle(column[other], other) for other in joints if other != name),
+            *(coordinates.angle(other) for other in joints if other != name),
         ):
             yield Site(name, coordinate, free[name], basis, poses)
         placement = derivatives.placement(name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
@@ -108,7 +107,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
             yield Site(name, coordinate, shift, basis, poses)
     qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:
-        late = np.sum([free[name] * qd[poses][:, [column[name]]] for name in joints], axis=0)
+        late = np.sum([free[name] * qd[poses][:, [robot.joints.index(name)]] for name in joints], axis=0)
         yield Site("timing", "velocity", late, alike, poses)
         for coordinate, basis in coordinates.run():
             yield Site("timing", coordinate, late, basis, poses)
@@ -127,7 +126,7 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
     robot, q = dataset.arm
     last = [robot.joints.index(name) for name in joints]
     by_joint = np.hstack([derivatives.joint(name) for name in joints])
-    ((_, posture),) = OfPoses(dataset, fit.model.run).posture()
+    ((_, posture),) = OfPoses(fit.model.run).posture()
     place = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
 
     levers = robot.jacobian(q[None])[0, :, :3][poses][:, :, last]

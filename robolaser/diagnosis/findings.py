@@ -12,10 +12,10 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import TIME
 from robolaser.diagnosis.held_out_gap import HeldOut, interval
 from robolaser.diagnosis.local_unknown import GEOMETRY
 from robolaser.diagnosis.localization import Localization, corrected, localize
+from robolaser.diagnosis.pose_coordinates import TIME
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.standard_errors import standard_errors

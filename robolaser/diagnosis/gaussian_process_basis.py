@@ -1,14 +1,21 @@
 """Coordinates in which a gap may lie, as smooth functions of them: one column for each basis function."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
-from robolaser.data.path_velocities import known_velocities
+from robolaser.diagnosis.pose_coordinates import (
+    Coordinate,
+    angle_of,
+    hanging,
+    motion_of,
+    of_run,
+    overturning,
+    torque_of,
+)
 from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.model.effects.run import Run
 
@@ -19,12 +26,8 @@ MOST = 24
 LANDMARKS = 300
 """Values of a coordinate that make its basis; those between are interpolated (Nyström)."""
 
-TIME = "time"
-"""The coordinate of what changes along the run."""
 REMEMBERED = 64
 """Coordinates whose basis is kept."""
-LEAST_TORQUE_NM = 1e-6
-"""Range of a joint's gravity torque, below which it is none."""
 
 
 def smooth(coordinate: Array, length: float = SMOOTH, most: int = MOST) -> Array:
@@ -93,69 +96,42 @@ class OfPoses:
     """Coordinates of the poses of a data set.
 
     Args:
-        dataset: Whose.
-        scene: The same as effects see it.
+        run: The data set as effects see it.
     """
 
-    def __init__(self, dataset: Dataset, scene: Run) -> None:
-        self._dataset, self._scene = dataset, scene
-        self._angles: dict[int, Array] = {}
+    def __init__(self, run: Run) -> None:
+        self._run = run
 
     def run(self) -> Iterator[tuple[str, Array]]:
         """Those in which anything may change from pose to pose: (name, basis (n, p))."""
-        poses = self._dataset.poses
-        if poses.time_s is not None and np.ptp(self._scene.progress) > 0:
-            yield TIME, smooth(self._scene.progress[:, None])
-        for name, values in poses.coordinates.items():
-            if np.ptp(values) > 0:
-                yield _words(name), smooth(values[:, None])
+        return _smoothed(of_run(self._run))
 
     def posture(self) -> Iterator[tuple[str, Array]]:
         """All joints at once."""
-        q = self._dataset.poses.q
+        q = self._run.poses.q
         if q is not None:
             yield "posture", smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
 
     def hanging(self) -> Iterator[tuple[str, Array]]:
         """The direction of gravity, as the flange feels it."""
-        dataset = self._dataset
-        down = np.array((0.0, 0.0, -1.0) if dataset.robot is None else dataset.robot.gravity)
-        if np.any(down):
-            felt = np.swapaxes(dataset.flange()[:, :3, :3], 1, 2) @ (down / np.linalg.norm(down))
-            yield "direction of gravity in the flange", smooth(felt, SMOOTH_LOAD)
+        return _smoothed(hanging(self._run), SMOOTH_LOAD)
 
     def overturning(self) -> Iterator[tuple[str, Array]]:
         """The moment of the arm's weight about the base's origin."""
-        robot = self._dataset.robot
-        if robot is not None and robot.has_masses and np.ptp(self._scene.overturning_moment) > 0:
-            yield "overturning moment", smooth(self._scene.overturning_moment, SMOOTH_LOAD)
+        return _smoothed(overturning(self._run), SMOOTH_LOAD)
 
-    def angle(self, column: int, name: str) -> tuple[str, Array]:
+    def angle(self, name: str) -> tuple[str, Array]:
         """The angle of one joint."""
-        if column not in self._angles:
-            q = self._dataset.poses.q
-            assert q is not None
-            self._angles[column] = smooth(q[:, [column]])
-        return f"angle of {name}", self._angles[column]
+        angle = angle_of(self._run, name)
+        return angle.name, smooth(angle.values)
 
-    def joint(self, column: int, name: str) -> Iterator[tuple[str, Array]]:
-        """Those of one joint."""
-        dataset, scene = self._dataset, self._scene
-        q = dataset.poses.q
-        assert q is not None
-        yield self.angle(column, name)
-        if dataset.robot is not None and dataset.robot.has_masses:
-            torque = scene.gravity_torques[:, [column]]
-            if np.ptp(torque) > LEAST_TORQUE_NM:
-                yield f"gravity torque at {name}", smooth(torque)
-        if dataset.path_known and dataset.poses.time_s is not None:
-            approach = scene.approach[:, [column]]
-            if np.ptp(approach) > 0:
-                yield f"direction of approach of {name}", approach.astype(np.float64)
-        qd = known_velocities(dataset)
-        if qd is not None and np.ptp(qd[:, column]) > 0:
-            yield f"velocity of {name}", qd[:, [column]] / np.abs(qd[:, column]).max()
+    def joint(self, name: str) -> Iterator[tuple[str, Array]]:
+        """Those of one joint: smooth functions of its angle and torque, straight lines of how it came there."""
+        yield self.angle(name)
+        yield from _smoothed(torque_of(self._run, name))
+        for motion in motion_of(self._run, name):
+            yield motion.name, motion.values / np.abs(motion.values).max()
 
 
-def _words(name: str) -> str:
-    return {"temperature_c": "temperature", "payload_kg": "payload"}.get(name, name)
+def _smoothed(coordinates: Iterable[Coordinate], length: float = SMOOTH) -> Iterator[tuple[str, Array]]:
+    return ((one.name, smooth(one.values, length)) for one in coordinates)

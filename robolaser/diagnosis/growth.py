@@ -47,11 +47,9 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     if not len(further.points):
         return replace(found, dataset=whole)
     weighed, examined = found.weighed, len(np.unique(found.observed.points.pose))
-    if (
-        weighed is None
-        or found.wrong_input
-        or len(np.unique(further.points.pose)) + found.added_poses > SHARE * examined
-    ):
+    is_as_described = not (found.wrong_input or found.hindrance or found.pose_scatter)
+    added = len(np.unique(further.points.pose)) + found.added_poses
+    if weighed is None or not is_as_described or added > SHARE * examined:
         return examine(whole)
     grown = weighed.with_poses(further)
     before = {one.candidate_effect: one.probability for one in weighed.evidence}

@@ -14,8 +14,9 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import of_several_joints
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM, rough
+from robolaser.diagnosis.gaussian_process_basis import rough
 from robolaser.diagnosis.localization import chance_ratio, likelihood_ratio
+from robolaser.diagnosis.pose_coordinates import TIME, angle_of, of_run, torque_of
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
@@ -23,6 +24,7 @@ from robolaser.diagnosis.thresholds import CHI2_OF_UNMODELLED_CAUSE, CHI2_PER_EF
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.run import Run
 
 GEOMETRY: Final = "arm_geometry"
 """The class of effects that are constants of the arm."""
@@ -60,7 +62,7 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
             yield chance_ratio(gradient, own, shared)
 
     if site in joints:
-        return max(ratios(site, _coordinates(fit, site), chance=True))
+        return max(ratios(site, _bases(fit.model.run, site), chance=True))
     in_time = rough(fit.model.run.progress)
     return max(ratio for joint in joints for ratio in ratios(joint, [in_time], chance=False))
 
@@ -93,12 +95,7 @@ def probability_of_local_unknown(final: float, left: float, without: float, inst
     return float(weights[1:].sum())
 
 
-def _coordinates(fit: Fit, joint: str) -> Iterator[Array]:
-    """Bases (n, p) of rough functions of the joint's angle, of its gravity torque, of time."""
-    robot, q = fit.model.dataset.arm
-    column, run = robot.joints.index(joint), fit.model.run
-    yield rough(q[:, column])
-    if robot.has_masses and np.ptp(torque := run.gravity_torques[:, column]) > LEAST_TORQUE_NM:
-        yield rough(torque)
-    if fit.model.dataset.poses.time_s is not None and np.ptp(run.progress) > 0:
-        yield rough(run.progress)
+def _bases(run: Run, joint: str) -> Iterator[Array]:
+    """Rough functions (n, p) of the joint's angle, of its gravity torque, of time."""
+    in_time = (one for one in of_run(run) if one.name == TIME)
+    return (rough(one.values[:, 0]) for one in (angle_of(run, joint), *torque_of(run, joint), *in_time))

@@ -176,7 +176,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         hindrance=hindrance,
         wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,
         pose_scatter=scatter,
-        weighed=None if hindrance or scatter or preparation.belongs else Weighed.of(start, final, evidence),
+        weighed=Weighed.of(start, final, evidence),
     )
 
 

@@ -266,7 +266,7 @@ class Diagnosis:
         hindrance: Why no effect was looked for, as a sentence; empty where they were.
         wrong_input: What is wrong with the data set; None where nothing is known to be.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
-        weighed: The models that were weighed, so that further poses can be added; None where they cannot.
+        weighed: The models that were weighed, for charts and for further poses; None where the data are too bad.
         added_poses: How many poses count in the probabilities beside those that are used for all else.
 
     Examples:

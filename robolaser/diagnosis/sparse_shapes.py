@@ -12,8 +12,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import LEAST_TORQUE_NM
 from robolaser.diagnosis.local_unknown import TARGET
+from robolaser.diagnosis.pose_coordinates import angle_of, torque_of
 from robolaser.diagnosis.score_tests import normal_equations
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.model.effects.joints import moving_joints
@@ -50,11 +50,8 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
 
 def _of_joint(fit: Fit, joint: str) -> Iterator[Array]:
     """Families of shapes (s, n) of the joint's angle, of its gravity torque, of time."""
-    robot, q = fit.model.dataset.arm
-    column, run, time = robot.joints.index(joint), fit.model.run, fit.model.dataset.poses.time_s
-    coordinates = [q[:, column]]
-    if robot.has_masses and np.ptp(torque := run.gravity_torques[:, column]) > LEAST_TORQUE_NM:
-        coordinates.append(torque)
+    run, time = fit.model.run, fit.model.dataset.poses.time_s
+    coordinates = [one.values[:, 0] for one in (angle_of(run, joint), *torque_of(run, joint))]
     yield from map(ramps, coordinates)
     if time is not None and np.ptp(run.progress) > 0:
         yield ramps(run.progress)

@@ -1,4 +1,4 @@
-"""Each effect of a joint is drawn against what it depends on, with the error that it explains and what it leaves."""
+"""Each effect is drawn against what it depends on, with the error that it explains and what it leaves."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +9,8 @@ import pytest
 import robolaser
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
-from robolaser.diagnosis.joint_evidence import joint_evidence
 from robolaser.errors import UsageError
+from robolaser.report.diagnosis.explained_errors import explained_errors
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.simulation import simulate
 
@@ -26,10 +26,12 @@ def why() -> DiagnosisResult:
 def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why: DiagnosisResult) -> None:
     assert why.diagnosis is not None
     assert why.diagnosis.weighed is not None
-    found = {str(one.candidate_effect): one for one in joint_evidence(why.diagnosis.weighed)}
+    found = {
+        str(one.candidate_effect): one for one in explained_errors(why.diagnosis.weighed, why.diagnosis.model.effects)
+    }
     play, spring = found["backlash at elbow_joint"], found["joint_compliance at shoulder_lift_joint"]
-    assert play.coordinate == "direction of approach of elbow_joint"
-    assert spring.coordinate == "gravity torque at shoulder_lift_joint"
+    assert play.coordinate.name == "direction of approach of elbow_joint"
+    assert spring.coordinate.name == "gravity torque at shoulder_lift_joint"
     for one in (play, spring):
         assert np.abs(one.left).max() < 0.2 * np.abs(one.moves + one.left).max()
     np.testing.assert_allclose(np.abs(play.moves[play.x != 0.0]), 1e-3, rtol=0.1)
@@ -51,3 +53,41 @@ def test_without_an_arm_there_is_no_such_chart() -> None:
     measured = Poses(seen.poses.names, T_base_flange=np.asarray(seen.flange()))
     found = robolaser.diagnose(replace(seen, robot=None, poses=measured), seed=0)
     assert "How far the gap shrinks" in str(found.plot())
+
+
+@pytest.mark.parametrize(
+    ("kind", "effect", "size", "noise", "coordinate"),
+    [
+        ("stripe", "laser_roll", 0.02, Noise(pixel_px=0.1), "pixel"),
+        ("camera", "target_scale", 0.004, Noise(pixel_px=0.05), ""),
+        ("point", "link_compliance:elbow_joint", 3e-5, Noise(point_m=2e-5), ""),
+    ],
+)
+def test_what_moves_no_joint_is_seen_in_the_points(
+    kind: str, effect: str, size: float, noise: Noise, coordinate: str
+) -> None:
+    seen = simulate("ur5", kind=kind, poses=40, noise=noise, effects={effect: size}, seed=3).dataset
+    found = robolaser.diagnose(seen, seed=0).diagnosis
+    assert found is not None
+    assert found.weighed is not None
+    (one,) = (
+        one
+        for one in explained_errors(found.weighed, found.model.effects)
+        if str(one.candidate_effect).startswith(effect.partition(":")[0])
+    )
+    assert one.coordinate.name.startswith(coordinate)
+    assert one.unit == "m"
+    assert np.square(one.left).mean() < 0.05 * np.square(one.moves).mean()
+    for _, left in one.left_by_rivals:
+        assert np.square(left).mean() < 0.2 * np.square(one.moves).mean()
+
+
+def test_an_effect_that_cannot_be_distinguished_is_drawn_beside_the_one_that_was_found() -> None:
+    noise = Noise(point_m=3e-5)
+    made = simulate("ur5", kind="point", poses=40, noise=noise, effects={"joint_offset:wrist_1_joint": 0.003}, seed=1)
+    found = robolaser.diagnose(made.dataset, seed=0)
+    assert found.diagnosis is not None
+    assert found.diagnosis.weighed is not None
+    assert any(one.alternatives for one in found.diagnosis.weighed.evidence)
+    spec = str(found.plot("joint_offset", "wrist_1_joint").spec)
+    assert "'left with " in spec.replace("left with it", "")

@@ -1,4 +1,4 @@
-"""Each effect of a joint against what it depends on: the error that it explains, and what it leaves."""
+"""Each effect against what it depends on: the error that it explains, and what it leaves."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -6,50 +6,59 @@ from typing import Final
 import numpy as np
 
 from robolaser.diagnosis.cause_words import named
-from robolaser.diagnosis.joint_evidence import JointEvidence, joint_evidence
 from robolaser.diagnosis.result import Diagnosis
-from robolaser.report.chart import FITTED, HELD_OUT, INK, Chart, chart, colours, hover, layer, quantity, records
+from robolaser.report.chart import FITTED, HELD_OUT, INK, LINES, Chart, chart, colours, hover, layer, quantity, records
+from robolaser.report.diagnosis.explained_errors import FORESEEN, ExplainedError, explained_errors
 
 MOST: Final = 6
 """Effects with a chart on the page, the first findings."""
 SIDES: Final = (-1.3, 1.3)
 """Of an axis that has -1 and 1 only."""
 BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
+SHOWN: Final = {
+    "rad": (float(np.degrees(1.0)), "°"), "rad/s": (float(np.degrees(1.0)), "°/s"), "m": (1e3, "mm"),
+    "m/s": (1e3, "mm/s"),
+}  # fmt: skip
+"""Factors and units for a person."""
 
 
 def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
-    """Of the effects that were found, those that move joints by other amounts at other poses."""
-    robot = diagnosis.dataset.robot
-    if diagnosis.weighed is None or robot is None:
+    """Of the effects that were found."""
+    if diagnosis.weighed is None:
         return
-    shown = [one.candidate_effect for one in diagnosis.findings[:MOST]]
-    found = {one.candidate_effect: one for one in joint_evidence(diagnosis.weighed)}
+    wanted = [one.candidate_effect for one in diagnosis.findings[:MOST]]
+    found = {one.candidate_effect: one for one in explained_errors(diagnosis.weighed, wanted)}
     names = diagnosis.weighed.final.model.dataset.poses.names
-    slides = dict(zip(robot.joints, robot.prismatic.tolist(), strict=True))
-    for one in shown:
-        if one in found:
-            yield _chart(found[one], names, slides=slides[one.where])
+    yield from (_chart(found[one], names) for one in wanted if one in found)
 
 
-def _chart(one: JointEvidence, names: tuple[str, ...], *, slides: bool) -> Chart:
-    scale, unit = (1e3, "mm") if slides else (float(np.degrees(1.0)), "°")
-    along, of = (float(np.degrees(1.0)), " [°]") if one.unit == "rad" else (1.0, " [Nm]" if one.unit == "Nm" else "")
+def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
+    scale, unit = SHOWN[one.unit]
+    along, of = SHOWN.get(one.coordinate.unit, (1.0, "" if one.coordinate.unit == "sign" else one.coordinate.unit))
     x, y = along * one.x, scale * one.moves
     series = {BEFORE: y + scale * one.left, EFFECT: y, AFTER: scale * one.left}
     looks = {BEFORE: (HELD_OUT, 40, False), EFFECT: (INK, 26, True), AFTER: (FITTED, 26, True)}
-    joint, pose = one.candidate_effect.where, [names[i] for i in one.pose]
-    across = quantity("x", f"{one.coordinate}{of}", domain=SIDES if one.unit == "1" else None)
-    up = quantity("error", f"error of {joint} [{unit}]")
+    for rival, left in one.left_by_rivals:
+        name = f"left with {named(rival)}"
+        series[name], looks[name] = scale * left, (LINES[3], 26, False)
+    pose = [names[i] for i in one.pose]
+    across = quantity(
+        "x", f"{one.coordinate.name}{f' [{of}]' if of else ''}", domain=SIDES if one.coordinate.unit == "sign" else None
+    )
+    up = quantity("error", f"error of {one.of} [{unit}]")
     colour = colours({name: looks[name][0] for name in series})
     said = hover("pose", "series", error=f"error [{unit}]")
     before, after = (float(np.sqrt(np.square(series[name]).mean())) for name in (BEFORE, AFTER))
     title = named(one.candidate_effect)
+    no_other = one.coordinate.name == FORESEEN
     return chart(
         title[:1].upper() + title[1:],
-        f"The error of {joint} that each pose shows, with everything else in the model: without this effect, and what"
-        " is left with it. If the dots follow those of the effect, and nothing of that shape is left, the effect has"
-        " the right form.",
-        f"The error of {joint} falls from {before:.2g}{unit} to {after:.2g}{unit} RMS over {len(pose)} poses.",
+        f"The error of {one.of} that each {'pose' if one.of == one.candidate_effect.where else 'row'} shows, with"
+        " everything else in the model: without this effect, and what is left with it. If the dots follow those of"
+        " the effect, and nothing of that shape is left, the effect has the right form."
+        + (" It depends on no coordinate alone, so the axis is the effect itself." if no_other else "")
+        + (" The other effect cannot be distinguished from it with these poses." if one.left_by_rivals else ""),
+        f"The error of {one.of} falls from {before:.2g} {unit} to {after:.2g} {unit} RMS over {len(pose)} of them.",
         [
             layer({"type": "point", "size": size, "filled": filled, "strokeWidth": 1.4},
                   records(x=x, error=series[name], pose=pose, series=name), tooltip=said, x=across, y=up, color=colour)

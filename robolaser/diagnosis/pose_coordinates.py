@@ -1,0 +1,84 @@
+"""Coordinates of poses: what an error may depend on, in the words of a report."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.data.path_velocities import known_velocities
+from robolaser.model.effects.run import Run
+
+TIME: Final = "time"
+"""The coordinate of what changes along the run."""
+LEAST_TORQUE_NM: Final = 1e-6
+"""Range of a joint's gravity torque, below which it is none."""
+WORDS: Final = {"temperature_c": "temperature", "payload_kg": "payload"}
+UNITS: Final = {"temperature_c": "°C", "payload_kg": "kg"}
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Coordinate:
+    """What has a value, or several, at each pose.
+
+    Attributes:
+        name: For a person.
+        values: At each pose, (n, k).
+        unit: "rad" or "m" of a joint, "rad/s" or "m/s" of its velocity, "Nm", "sign" of a direction, "°C", "kg", or "".
+    """
+
+    name: str
+    values: Array
+    unit: str = ""
+
+
+def of_run(run: Run) -> Iterator[Coordinate]:
+    """Those in which anything may change from pose to pose."""
+    poses = run.poses
+    if poses.time_s is not None and np.ptp(run.progress) > 0:
+        yield Coordinate(TIME, run.progress[:, None])
+    for name, values in poses.coordinates.items():
+        if np.ptp(values) > 0:
+            yield Coordinate(WORDS.get(name, name), values[:, None], UNITS.get(name, ""))
+
+
+def angle_of(run: Run, joint: str) -> Coordinate:
+    """The value of one joint."""
+    column = run.robot.joints.index(joint)
+    return Coordinate(f"angle of {joint}", run.q[:, [column]], "m" if run.robot.prismatic[column] else "rad")
+
+
+def torque_of(run: Run, joint: str) -> Iterator[Coordinate]:
+    """What one joint must bear, where that changes."""
+    torque = run.gravity_torques[:, [run.robot.joints.index(joint)]] if run.robot.has_masses else np.zeros((1, 1))
+    if np.ptp(torque) > LEAST_TORQUE_NM:
+        yield Coordinate(f"gravity torque at {joint}", torque, "Nm")
+
+
+def motion_of(run: Run, joint: str) -> Iterator[Coordinate]:
+    """How one joint came to each pose, where that is known and changes."""
+    column = run.robot.joints.index(joint)
+    if run.dataset.path_known and run.poses.time_s is not None:
+        approach = run.approach[:, [column]].astype(np.float64)
+        if np.ptp(approach) > 0:
+            yield Coordinate(f"direction of approach of {joint}", approach, "sign")
+    qd = known_velocities(run.dataset)
+    if qd is not None and np.ptp(qd[:, column]) > 0:
+        unit = "m/s" if run.robot.prismatic[column] else "rad/s"
+        yield Coordinate(f"velocity of {joint}", qd[:, [column]], unit)
+
+
+def hanging(run: Run) -> Iterator[Coordinate]:
+    """The direction of gravity, as the flange feels it."""
+    robot = run.dataset.robot
+    if robot is None or np.any(robot.gravity):
+        yield Coordinate("direction of gravity in the flange", run.gravity_in_flange)
+
+
+def overturning(run: Run) -> Iterator[Coordinate]:
+    """The moment of the arm's weight about the base's origin."""
+    robot = run.dataset.robot
+    if robot is not None and robot.has_masses and np.ptp(run.overturning_moment) > 0:
+        yield Coordinate("overturning moment", run.overturning_moment, "Nm")
