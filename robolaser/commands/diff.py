@@ -1,27 +1,51 @@
 """robolaser diff: two results side by side."""
 
+import json
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Annotated
 
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from cyclopts import Parameter
+
+from robolaser.commands.options import RESULT, Force, Typed
+from robolaser.commands.terminal import TERMINAL, Terminal
+
+FILES = ("diff.json", "report.html")
 
 
-def diff(first: Path, second: Path, /, *, terminal: Terminal = TERMINAL) -> None:
+def diff(
+    first: Path,
+    second: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+    typed: Typed = "",
+) -> None:
     """Show two calibrations, or two diagnoses, side by side.
 
     For example:
 
         robolaser diff result-monday result-friday
+        robolaser diff result-monday result-friday --output moved
 
     Args:
         first: Folder of a result, or its JSON file.
         second: Folder of another result of the same kind, or its JSON file.
+        output: Folder for the difference and its page. Default: they are not written.
+        force: Overwrite an earlier result.
     """
-    from robolaser.results.difference import difference, table
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.report.difference import page, print_difference
+    from robolaser.results.difference import difference
 
-    found = difference(first, second)
-
-    def print_rows() -> None:
-        for line in table(found, (str(first), str(second))):
-            say(line)
-
-    terminal.show(found, print_rows)
+    read = [first, second]
+    writing = results_in(output, command="diff", files=FILES, inputs=read, force=force) if output else nullcontext()
+    names = (str(first), str(second)) if first.name == second.name else (first.name, second.name)
+    with writing:
+        found = difference(first, second)
+        if output:
+            text = json.dumps(found, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+            write_results(output, {"report.html": page(found, names, command=typed), "diff.json": text})
+    terminal.show(found, lambda: print_difference(found, names))

@@ -42,7 +42,7 @@ def export(
     from robolaser.export.into import motion_into
     from robolaser.export.lerobot import zeros_into
     from robolaser.export.placements_into import placements_into
-    from robolaser.results.difference import read_result
+    from robolaser.results.contents import read_result
 
     if output.exists() and (output.samefile(into) or not force):
         raise OutputError(

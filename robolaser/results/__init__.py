@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from rich.console import Console
 
-from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
+from robolaser.bounded_reading import read_text
 from robolaser.data.atomic_write import write_text
-from robolaser.data.dataset_file import check_format
 from robolaser.data.result_folder import results_in, write_results
 from robolaser.errors import UsageError, near
 from robolaser.report.document import Charts, Document
 from robolaser.report.page import charts_in, fragment
 from robolaser.report.plots import Plots, plots
+from robolaser.results.contents import numbers_of
+from robolaser.results.difference import Difference, between
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -145,6 +146,19 @@ class FittedResult(Result, Record):
             raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
         return float(numbers[name]["value"])
 
+    @property
+    def robot(self) -> Robot | None:
+        """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; None where there is none."""
+        return None
+
+    def compare(self, other: "FittedResult") -> Difference:
+        """What two results say of the same things: which numbers moved, by how many standard errors, and the flange.
+
+        Raises:
+            UsageError: One is a calibration, the other a diagnosis.
+        """
+        return between(self.to_dict(), other.to_dict(), (self.robot, other.robot))
+
     def to_dict(self) -> dict[str, Any]:
         """What its JSON file holds."""
         plain: dict[str, Any] = json.loads(json.dumps(self))
@@ -156,54 +170,11 @@ class FittedResult(Result, Record):
         return {name: read_text(folder / name) for name in names if (folder / name).is_file()}
 
 
-def robot_in(folder: Path | None) -> Robot | None:
-    """The corrected arm of a saved result, as the URDF in its folder has it; None for measured flange poses.
-
-    Raises:
-        DataError: The folder's files cannot be read.
-    """
-    if folder is None:
-        return None
-    model = read_json(folder / "calibration.json")["model"]
-    if not model.get("robot"):
-        return None
-    corrected = folder / "robot_corrected.urdf"
-    file = corrected if corrected.is_file() else folder / model["robot"]
-    text = read_text(file, ROBOT_BYTES)
-    return Robot.from_urdf(
-        text, flange=model["flange"], joints=model["joints"], gravity=model["gravity"], source=file.name
-    )
-
-
-def read_back(path: Path, name: str, expected: str) -> tuple[dict[str, Any], Path]:
-    """The contents of a JSON file of a format, given itself or its folder; and that folder."""
-    file = path / name if path.is_dir() else path
-    contents = read_json(file)
-    contents = contents if isinstance(contents, dict) else {}
-    check_format(contents, expected, file.name)
-    return contents, file.parent
-
-
-def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
-    """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
-    of_effects = {
-        f"{one['effect']}.{one['where']}.{name}": number
-        for one in contents["effects"]
-        for name, number in one["parameters"].items()
-    }
-    return {**contents.get("parameters", {}), **of_effects}
-
-
 def _recorded(value: Any) -> Any:
     if isinstance(value, Mapping):
         return Record(value)
     is_list = isinstance(value, Sequence) and not isinstance(value, str)
     return [_recorded(one) for one in value] if is_list else value
-
-
-def json_text(contents: Mapping[str, Any]) -> str:
-    """A JSON file of a result."""
-    return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def printed(show: Callable[[Console], None]) -> str:

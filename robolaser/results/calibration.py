@@ -11,9 +11,9 @@ from robolaser.calibration.result import FORMAT, Calibration, as_json
 from robolaser.export.files import EXPORTED, exported
 from robolaser.report import calibration as of_calibration
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, json_text, numbers_of, printed, read_back, robot_in
+from robolaser.results import PAGE, Files, FittedResult, printed
+from robolaser.results.contents import json_text, numbers_of, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
-from robolaser.results.difference import Difference, between
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -75,10 +75,6 @@ class CalibrationResult(FittedResult):
     def std(self) -> Array:
         """One standard deviation of each, (d,); NaN where it is fixed or not identifiable."""
         return np.array([number["std"] for number in numbers_of(self).values()], np.float64)
-
-    def compare(self, other: "CalibrationResult") -> Difference:
-        """What two results say of the same things: which numbers moved, by how many standard errors, and the flange."""
-        return between(self.to_dict(), other.to_dict(), (self.robot, other.robot))
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each parameter."""

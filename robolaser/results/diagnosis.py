@@ -16,10 +16,10 @@ from robolaser.errors import UsageError
 from robolaser.export.files import exported
 from robolaser.report import diagnosis as of_diagnosis
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, Record, json_text, printed, read_back, robot_in
+from robolaser.results import PAGE, Files, FittedResult, Record, printed
 from robolaser.results.calibration import CALIBRATION_FILES
+from robolaser.results.contents import json_text, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
-from robolaser.results.difference import Difference, between
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
@@ -121,10 +121,6 @@ class DiagnosisResult(FittedResult):
     def robot(self) -> Robot | None:
         """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; see `Diagnosis.robot`."""
         return robot_in(self._folder) if self.diagnosis is None else self.diagnosis.robot
-
-    def compare(self, other: "DiagnosisResult") -> Difference:
-        """What two results say of the same things: which numbers moved, by how many standard errors, and the flange."""
-        return between(self.to_dict(), other.to_dict(), (self.robot, other.robot))
 
     def to_frame(self) -> "pd.DataFrame":
         """A row for each effect."""

@@ -6,18 +6,16 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
-from robolaser.bounded_reading import read_json
-from robolaser.calibration.result import FORMAT as CALIBRATION
-from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
-from robolaser.errors import DataError, UsageError
-from robolaser.results import numbers_of, robot_in
+from robolaser.data.atomic_write import write_text
+from robolaser.errors import UsageError
+from robolaser.report import difference as of_difference
+from robolaser.results.contents import numbers_of, read_result, robot_in
 from robolaser.robot.kinematics import Robot
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT: Final = "robolaser-diff/1"
-FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
 POSTURES: Final = 200
 """At which two arms are compared."""
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
@@ -33,9 +31,17 @@ class Difference(dict[str, Any]):
 
         return pd.DataFrame(self["rows"])
 
+    def report(self, path: str | Path) -> None:
+        """Write the page.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        write_text(Path(path), of_difference.page(self))
+
     def __repr__(self) -> str:
-        """The table that `robolaser diff` prints."""
-        return "\n".join(table(self, ("first", "second")))
+        """What `robolaser diff` prints."""
+        return of_difference.printed(self)
 
 
 def difference(first: str | Path, second: str | Path) -> Difference:
@@ -70,8 +76,8 @@ def between(
 
     Returns:
         `format`; `kind` of the results; `results`, their data sets; and `rows`, each with the `name` of what is said,
-        `first` and `second` (null where one says nothing), and for numbers their `unit`, `change` and the change
-        in standard errors of both, `errors`.
+        `first` and `second` (null where one says nothing), their `unit` where they have one, and for numbers their
+        `change` and the change in standard errors of both, `errors`.
 
     Raises:
         UsageError: One is a calibration, the other a diagnosis.
@@ -86,54 +92,10 @@ def between(
     return Difference({"format": FORMAT, "kind": kind, "results": sets, "rows": rows})
 
 
-def table(found: Mapping[str, Any], names: tuple[str, str]) -> list[str]:
-    """The rows of a difference as lines of a table, with a heading."""
-    cells = [("", *names, "change"), *map(_cells, found["rows"])]
-    widths = [max(len(row[i]) for row in cells) for i in range(4)]
-    lines = []
-    for name, *values in cells:
-        numbers = "  ".join(value.rjust(width) for value, width in zip(values, widths[1:], strict=True))
-        lines.append(f"{name.ljust(widths[0])}  {numbers}".rstrip())
-    return lines
-
-
-def _cells(row: Mapping[str, Any]) -> tuple[str, str, str, str]:
-    unit = f" {row['unit']}" if row.get("unit") else ""
-    change = ""
-    if row.get("change"):
-        change = f"{row['change']:+.3g}{unit}"
-        if row["errors"] is not None:
-            change += f" ({abs(row['errors']):.1f} standard errors)"
-    return row["name"], _value_text(row["first"], unit), _value_text(row["second"], unit), change
-
-
-def _value_text(value: Any, unit: str) -> str:
-    if value is None:
-        return "-"
-    return value if isinstance(value, str) else f"{value:.6g}{unit}"
-
-
-def read_result(path: Path) -> tuple[str, Mapping[str, Any]]:
-    """Format and contents of a result in a folder, or of its JSON file.
-
-    Raises:
-        DataError: It cannot be read, or is no calibration and no diagnosis.
-    """
-    there = [path / name for name in FILES.values() if (path / name).is_file()] if path.is_dir() else [path]
-    if not there:
-        raise DataError(f"{path} holds no result: neither {' nor '.join(FILES.values())} is there.")
-    file = there[-1]  # of a diagnosis, which has both
-    contents = read_json(file)
-    found = contents.get("format") if isinstance(contents, dict) else None
-    if found not in FILES or not isinstance(contents, dict):
-        raise DataError(f"{file}: expected the format {' or '.join(FILES)}, not {found!r}.", file=file.name)
-    return found, contents
-
-
 def _row(name: str, first: Any, second: Any, unit: str = "", errors: float | None = None) -> dict[str, Any]:
     are_numbers = all(isinstance(value, int | float) for value in (first, second))
-    change = {"unit": unit, "change": second - first, "errors": errors} if are_numbers else {}
-    return {"name": name, "first": first, "second": second, **change}
+    change = {"change": second - first, "errors": errors} if are_numbers else {}
+    return {"name": name, "first": first, "second": second, **({"unit": unit} if unit else {}), **change}
 
 
 def _errors(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -51,9 +51,29 @@ def test_a_result_beside_itself_does_not_change(folder: Path, capsys: pytest.Cap
 
 def test_people_see_a_table(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["diff", str(folder / "plain"), str(folder / "rolled")]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert "change" in lines[0]
-    assert any(line.startswith("theta") and "standard errors" in line for line in lines)
+    out = capsys.readouterr().out
+    assert "changed by more than 3 standard errors" in out
+    (theta,) = (line for line in out.splitlines() if line.split()[:1] == ["theta"])
+    assert theta.count("°") == len(("first", "second", "change"))
+
+
+def test_the_page_is_written_where_it_was_asked_for(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "moved"
+    asked = ["diff", str(folder / "plain"), str(folder / "rolled"), "--output", str(out), "--quiet"]
+    assert main(asked) == 0
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "What moved" in page
+    assert "laser_roll.laser.angle" in page
+    assert json.loads((out / "diff.json").read_text(encoding="utf-8"))["format"] == "robolaser-diff/1"
+    assert main(asked) != 0  # an earlier result is not overwritten
+
+
+def test_results_in_python_are_compared_as_their_files_are(folder: Path, tmp_path: Path) -> None:
+    before, after = (robolaser.load_calibration(folder / name) for name in ("plain", "rolled"))
+    found = before.compare(after)
+    assert "changed by more than 3 standard errors" in repr(found)
+    found.report(tmp_path / "page.html")
+    assert "What moved" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("second", "said"), [("why", "one kind"), ("nowhere", "nowhere")])

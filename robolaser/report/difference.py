@@ -1,0 +1,164 @@
+"""The report of two results side by side: a page, and a table on the terminal."""
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from rich.console import Console
+
+from robolaser.diagnosis.cause_words import listed
+from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover, layer, named_rows, quantity, records
+from robolaser.report.console import plain_unless_terminal, print_document
+from robolaser.report.digits import SIGNIFICANT, human, millimetres, plain
+from robolaser.report.document import Cell, Column, Document, Section, Table, charts
+from robolaser.report.page import render
+
+CLEAR: Final = 3.0
+"""Standard errors from which on a change is no chance among a dozen numbers."""
+MOST: Final = 30
+"""Numbers in the chart, those that changed most."""
+NAMED: Final = 4
+"""Numbers that the first sentence names."""
+ERRORS: Final = {
+    "rms_m": "error on fitted poses", "max_m": "largest error on fitted poses", "held_out_rms_m": "error on new poses",
+    "gap_mm.nominal": "error of the nominal model", "gap_mm.calibrated": "error after calibration alone",
+    "gap_mm.after": "error with the effects", "gap_mm.noise_floor": "noise alone",
+}  # fmt: skip
+UNSAID: Final = ("objective_m2",)
+PROBABILITY: Final = "probability of "
+PAIR: Final = ("first", "second")
+VALUE: Final = 5
+"""Digits of a value."""
+Row = Mapping[str, Any]
+
+
+def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command: str = "") -> Document:
+    """The report.
+
+    Args:
+        found: What `robolaser diff --json` prints.
+        names: What both results are called.
+        command: What to type to repeat it.
+    """
+    rows = [row for row in found["rows"] if row["name"] not in UNSAID]
+    errors = [row for row in rows if row["name"] in ERRORS or row["name"] == "verdict"]
+    numbers = [row for row in rows if "errors" in row and row not in errors and row.get("unit") != "mm"]
+    sure = [row for row in rows if row["name"].startswith(PROBABILITY)]
+    numbers = [row for row in numbers if row not in sure]
+    alone = [row for row in rows if row not in (*errors, *numbers, *sure) and "change" not in row]
+    heads = [Column("", "name", 34, ""), *(Column(name, "number", 0, name) for name in names)]
+    columns = [*heads, Column("Change", "number", 0, "change")]
+
+    def table(some: Sequence[Row], note: str = "") -> list[Table]:
+        cells = [_cells(row) for row in some]
+        return [Table(columns, cells, note=note, printed=len(cells))] if cells else []
+
+    in_brackets = "A change in brackets is in standard errors of both results together."
+    return Document(
+        " and ".join(dict.fromkeys(map(str, found["results"]))),
+        "compared",
+        f"{names[0]} beside {names[1]}",
+        _lead(numbers),
+        _sense(rows, names),
+        [],
+        [
+            Section("Errors", table(errors)),
+            Section("Numbers", [*charts([_moved(numbers)]), *table(numbers, in_brackets)]),
+            Section("In one of them only", table(alone)),
+            Section("How sure", table(sure)),
+        ],
+        command=command,
+        prints_lead=True,
+    )
+
+
+def page(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command: str = "") -> str:
+    """The page as HTML; arguments as for `document`."""
+    return render(document(found, names, command=command))
+
+
+def print_difference(
+    found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, console: Console | None = None
+) -> None:
+    """Print what changed; plain text unless on a terminal."""
+    print_document(document(found, names), plain_unless_terminal(console))
+
+
+def printed(found: Mapping[str, Any]) -> str:
+    """What is printed, as text."""
+    text = io.StringIO()
+    print_difference(found, console=Console(file=text, force_terminal=False, force_jupyter=False))
+    return text.getvalue().rstrip("\n")
+
+
+def _lead(numbers: Sequence[Row]) -> str:
+    known = [row for row in numbers if row["errors"] is not None]
+    moved = sorted((row for row in known if abs(row["errors"]) > CLEAR), key=lambda row: -abs(row["errors"]))
+    if not known:
+        return "No number with a standard error is in both results."
+    if not moved:
+        return f"None of {len(known)} numbers changed by more than {CLEAR:.0f} standard errors."
+    some = [row["name"] for row in moved[:NAMED]]
+    more = [f"{len(moved) - NAMED} more"] if len(moved) > NAMED else []
+    return f"{listed([*some, *more])} changed by more than {CLEAR:.0f} standard errors."
+
+
+def _sense(rows: Sequence[Row], names: tuple[str, str]) -> str:
+    said = []
+    for row in (row for row in rows if "change" in row):
+        if row["name"] == "flange of the corrected arm":
+            apart = millimetres(1e-3 * row["change"])
+            said.append(f"The corrected arms have the flange {apart} apart (RMS over the joints' ranges).")
+        if row["name"] in ("held_out_rms_m", "gap_mm.after"):
+            first, second = (millimetres(row[each] * (1.0 if row["unit"] == "m" else 1e-3)) for each in PAIR)
+            said.append(f"The error on new poses is {first} in {names[0]} and {second} in {names[1]}.")
+    return " ".join(said)
+
+
+def _cells(row: Row) -> tuple[Cell, ...]:
+    name, unit, apart = str(row["name"]), row.get("unit", ""), row.get("errors")
+    is_sure = name.startswith(PROBABILITY)
+    change = _said(row["change"], unit, SIGNIFICANT, is_sure=is_sure) if row.get("change") else ""
+    if change and row["change"] > 0:
+        change = f"+{change}"
+    if change and apart is not None:
+        change += f" ({abs(apart):.1f})"
+    digits = SIGNIFICANT if name in ERRORS else VALUE
+    values = [Cell(_said(row[each], unit, digits, is_sure=is_sure)) for each in PAIR]
+    return Cell(ERRORS.get(name, name)), *values, Cell(change, order=apart)
+
+
+def _said(value: float | str | None, unit: str, digits: int, *, is_sure: bool) -> str:
+    if value is None or isinstance(value, str):
+        return value or "-"
+    if is_sure:
+        return f"{100 * value:.3g} %"
+    return plain(value * 1e-3, "m", digits) if unit == "mm" else plain(value, unit, digits)
+
+
+def _moved(numbers: Sequence[Row]) -> Chart | None:
+    """How many standard errors each number changed by."""
+    known = sorted((row for row in numbers if row["errors"] is not None), key=lambda row: -abs(row["errors"]))[:MOST]
+    if not known:
+        return None
+    names, errors = [row["name"] for row in known], [row["errors"] for row in known]
+    changes = [human(row["change"], row.get("unit", ""))[0] for row in known]
+    units = [human(0.0, row.get("unit", ""))[1] for row in known]
+    clear = sum(abs(each) > CLEAR for each in errors)
+    rows = named_rows("name")
+    rows["axis"] = rows["axis"] | {"labelLimit": 320}
+    return chart(
+        "What moved",
+        f"Each number's change over the standard error of the change. Beyond the lines, at {CLEAR:.0f}, chance is"
+        " unlikely. Numbers of one fit go together: one cause may move several.",
+        f"{clear} of {len(known)} numbers changed by more than {CLEAR:.0f} standard errors.",
+        [
+            layer({"type": "rule", "strokeDash": [5, 4], "color": MUTED}, records(at=[-CLEAR, CLEAR]),
+                  x=quantity("at", "change, in standard errors")),
+            layer({"type": "point", "size": 60}, records(name=names, x=errors, change=changes, unit=units),
+                  x=quantity("x", "change, in standard errors"), y=rows,
+                  color={"condition": {"test": f"abs(datum.x) > {CLEAR}", "value": HELD_OUT}, "value": FITTED},
+                  tooltip=hover("name", "unit", x="standard errors", change="change")),
+        ],
+        height=max(120, 24 * len(known)), zoomable=False,
+    )  # fmt: skip

@@ -1,0 +1,75 @@
+"""What the files of a calibration or a diagnosis hold."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
+from robolaser.calibration.result import FORMAT as CALIBRATION
+from robolaser.data.dataset_file import check_format
+from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
+from robolaser.errors import DataError
+from robolaser.robot.kinematics import Robot
+
+FILES: Final = {CALIBRATION: "calibration.json", DIAGNOSIS: "diagnosis.json"}
+
+
+def json_text(contents: Mapping[str, Any]) -> str:
+    """A JSON file of a result."""
+    return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def read_back(path: Path, name: str, expected: str) -> tuple[dict[str, Any], Path]:
+    """The contents of a JSON file of a format, given itself or its folder; and that folder."""
+    file = path / name if path.is_dir() else path
+    contents = read_json(file)
+    contents = contents if isinstance(contents, dict) else {}
+    check_format(contents, expected, file.name)
+    return contents, file.parent
+
+
+def read_result(path: Path) -> tuple[str, Mapping[str, Any]]:
+    """Format and contents of a result in a folder, or of its JSON file.
+
+    Raises:
+        DataError: It cannot be read, or is no calibration and no diagnosis.
+    """
+    there = [path / name for name in FILES.values() if (path / name).is_file()] if path.is_dir() else [path]
+    if not there:
+        raise DataError(f"{path} holds no result: neither {' nor '.join(FILES.values())} is there.")
+    file = there[-1]  # of a diagnosis, which has both
+    contents = read_json(file)
+    found = contents.get("format") if isinstance(contents, dict) else None
+    if found not in FILES or not isinstance(contents, dict):
+        raise DataError(f"{file}: expected the format {' or '.join(FILES)}, not {found!r}.", file=file.name)
+    return found, contents
+
+
+def robot_in(folder: Path | None) -> Robot | None:
+    """The corrected arm of a saved result, as the URDF in its folder has it; None for measured flange poses.
+
+    Raises:
+        DataError: The folder's files cannot be read.
+    """
+    if folder is None or not (folder / FILES[CALIBRATION]).is_file():
+        return None
+    model = read_json(folder / FILES[CALIBRATION]).get("model", {})
+    if not model.get("robot"):
+        return None
+    corrected = folder / "robot_corrected.urdf"
+    file = corrected if corrected.is_file() else folder / model["robot"]
+    text = read_text(file, ROBOT_BYTES)
+    return Robot.from_urdf(
+        text, flange=model["flange"], joints=model["joints"], gravity=model["gravity"], source=file.name
+    )
+
+
+def numbers_of(contents: Mapping[str, Any]) -> dict[str, Any]:
+    """What a calibration or a diagnosis holds of each parameter, those of effects as `EFFECT.WHERE.PARAMETER`."""
+    of_effects = {
+        f"{one['effect']}.{one['where']}.{name}": number
+        for one in contents["effects"]
+        for name, number in one["parameters"].items()
+    }
+    return {**contents.get("parameters", {}), **of_effects}
