@@ -9,7 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array, Bools, Progress
-from robolaser.calibration.checks import check_orientations, check_poses, check_target, setup_warning
+from robolaser.calibration.checks import check_orientations, check_poses, check_target, setup_warning, travel_warnings
 from robolaser.calibration.initialization import find_start, no_finite_residuals
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
@@ -114,6 +114,7 @@ def calibrated(
     known = information(problem, x, sigmas, None if weighted is None else weighted.data.shots)
     parameters, on_bound = model.parameters, problem.on_bound(x)
     stated = np.array([item.fixed for item in parameters.items])
+    groups = tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated))
     return Calibration(
         model=model,
         algorithm=start.algorithm,
@@ -123,7 +124,7 @@ def calibrated(
         x=x,
         std=standard_errors(known, fixed=problem.fixed, bounded=np.where(on_bound, problem.scale, 0.0)),
         on_bound=on_bound,
-        unidentifiable=tuple(unidentifiable(known, parameters.names, parameters.width, stated=stated)),
+        unidentifiable=groups,
         residuals=residuals,
         held_out=None if unseen is None else problem.model.in_metres(x, unseen.errors),
         unseen=unseen,
@@ -138,6 +139,7 @@ def calibrated(
             *(_unused_warnings(weighted) if weighted else ()),
             *outlier_warnings(problem, x),
             *_bound_warnings(model, on_bound),
+            *travel_warnings(model, dict.fromkeys(name for group in groups for name in group.parameters)),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
         fitted=problem.model,

@@ -1,5 +1,7 @@
 """Checks before a calibration, that the data suffice, and after it, that they were read as they were meant."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from robolaser.arrays import Bools
@@ -7,6 +9,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
+from robolaser.geometry.hand_eye import LEAST_TURN, turns_of
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
@@ -78,6 +81,26 @@ def check_orientations(model: Model) -> None:
     """
     if reason := model.blocks.undetermined(model.dataset.flange()):
         raise EstimationError(reason)
+
+
+def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:
+    """What a flange that turns about one axis at most leaves open.
+
+    Args:
+        model: Data and effects.
+        apart: Names of parameters that the data do not determine.
+    """
+    seen = np.unique(model.dataset.points.pose)
+    _, turns, _ = turns_of(model.dataset.flange()[seen, :3, :3])
+    carried = [name for name in apart if name.startswith("hand_eye.")]
+    if not carried or turns[1] >= LEAST_TURN:
+        return []
+    turning = "turns about one axis only" if turns[0] >= LEAST_TURN else "never turns"
+    return [
+        f"The flange {turning}. Its travel determines the orientations, but not where the sensor and the target are on"
+        f" their own: {', '.join(carried)} could have any value, if the target moves with it. Do not use the"
+        " exported position; turn the flange about two axes, by 30° or more."
+    ]
 
 
 def check_target(model: Model) -> None:

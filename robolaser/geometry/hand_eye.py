@@ -23,13 +23,17 @@ SETTLED = 1e-13  # change of a rotation's entries below which they have
 def turn_about_second_axis(R: Array) -> float:
     """Root-mean-square turn of rotations (n, 3, 3) about the second of their principal axes [rad].
 
-    Zero where all turns are about one axis, and where there is none: then no hand-eye can be found from them.
+    Zero where all turns are about one axis, and where there is none: then turns alone find no hand-eye.
     """
-    if len(R) < 2:
-        return 0.0
-    M, _ = nearest_rotation(R.sum(axis=0))
+    return float(turns_of(R)[1][1]) if len(R) > 1 else 0.0
+
+
+def turns_of(R: Array) -> tuple[Array, Array, Array]:
+    """The mean of rotations (n, 3, 3), how far they turn about each principal axis (3,) [rad], and these, (3, 3)."""
+    M = mean_rotation(R)
     turns = log_so3(M.T @ R)
-    return float(np.linalg.svd(turns - turns.mean(axis=0), compute_uv=False)[1] / np.sqrt(len(R)))
+    _, sizes, axes = np.linalg.svd(turns - turns.mean(axis=0), full_matrices=False)
+    return M, np.pad(sizes, (0, 3 - len(sizes))) / np.sqrt(len(R)), axes
 
 
 def robot_world_hand_eye(
@@ -52,12 +56,12 @@ def robot_world_hand_eye(
     R_A, R_B = A[:, :3, :3], B[:, :3, :3]
     if X is not None:
         R_X = X[:, :3, :3]
-        R_Z = _mean(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2)) if Z is None else Z[:3, :3]
+        R_Z = mean_rotation(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2)) if Z is None else Z[:3, :3]
     else:
         R_Z = _shah(R_A, R_B, of, bodies) if Z is None else Z[:3, :3]
         R_X = _each(np.swapaxes(R_A, 1, 2) @ R_Z @ R_B, of, bodies)
         for _ in range(ALTERNATIONS if Z is None else 0):
-            before, R_Z = R_Z, _mean(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2))
+            before, R_Z = R_Z, mean_rotation(R_A @ R_X[of] @ np.swapaxes(R_B, 1, 2))
             R_X = _each(np.swapaxes(R_A, 1, 2) @ R_Z @ R_B, of, bodies)
             if np.abs(R_Z - before).max() < SETTLED:
                 break
@@ -98,10 +102,11 @@ def _translations(
 
 def _each(R: Array, of: Ints, bodies: int) -> Array:
     """The rotation nearest to those of each body, (t, 3, 3)."""
-    return np.stack([_mean(R[of == body]) for body in range(bodies)])
+    return np.stack([mean_rotation(R[of == body]) for body in range(bodies)])
 
 
-def _mean(R: Array) -> Array:
+def mean_rotation(R: Array) -> Array:
+    """The rotation nearest to some (n, 3, 3), (3, 3)."""
     nearest, _ = nearest_rotation(R.sum(axis=0))
     return nearest
 

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from robolaser.errors import EstimationError
 from robolaser.geometry.hand_eye import LEAST_TURN, robot_world_hand_eye, turn_about_second_axis
+from robolaser.geometry.hand_eye_by_travel import hand_eye_by_travel
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
 
@@ -55,3 +57,25 @@ def test_turns_about_one_axis_are_told_from_turns_about_two() -> None:
     two = exp_so3(rng.uniform(-0.3, 0.3, (10, 3)))
     assert turn_about_second_axis(one) < 1e-6
     assert turn_about_second_axis(two) > 2 * LEAST_TURN
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0])
+def test_travel_tells_what_turns_do_not(turn: float) -> None:
+    rng = np.random.default_rng(5)
+    X, Z, first = motions(1, rng)[0], motions(1, rng)[0], motions(1, rng)[0, :3, :3]
+    axis = np.array([0.0, 0.6, 0.8])
+    A = pose(exp_so3(np.outer(rng.uniform(-turn, turn, 10), axis)) @ first, rng.normal(size=(10, 3)))
+    found_X, found_Z = hand_eye_by_travel(A, inverse(Z) @ A @ X)
+    np.testing.assert_allclose(found_X[:3, :3], X[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(found_Z[:3, :3], Z[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(A @ found_X, found_Z @ inverse(Z) @ A @ X, atol=1e-9)
+    along = first.T @ axis
+    untold = found_X[:3, 3] - (X[:3, 3] - (along @ X[:3, 3]) * along if turn else np.zeros(3))
+    np.testing.assert_allclose(untold, 0.0, atol=1e-9)
+
+
+def test_travel_along_one_line_without_turns_tells_nothing() -> None:
+    A = np.repeat(np.eye(4)[None], 5, axis=0)
+    A[:, 0, 3] = np.arange(5.0)
+    with pytest.raises(EstimationError, match="two directions"):
+        hand_eye_by_travel(A, A)

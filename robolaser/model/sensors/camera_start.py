@@ -11,6 +11,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
 from robolaser.geometry.board_views import INTRINSICS, BoardView, board_pose, find_intrinsics
 from robolaser.geometry.hand_eye import LEAST_TURN, robot_world_hand_eye, turn_about_second_axis
+from robolaser.geometry.hand_eye_by_travel import hand_eye_by_travel
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.parameters import Values
@@ -58,11 +59,13 @@ class CameraStart:
         intrinsics, T_camera_board = self._seen(held)
         flange = T_base_flange[self._poses]
         X, Z = (self._known(known, prefix) for prefix in self._prefixes)
-        if X is None and Z is None:
-            _check_turns(flange[:, :3, :3])
         B = inverse(T_camera_board) if self._rides else T_camera_board
-        found_X, found_Z = robot_world_hand_eye(flange, B, X=None if X is None else X[None], Z=Z)
-        placed = zip(self._prefixes, (found_X, found_Z[None]), strict=True)
+        if X is None and Z is None and turn_about_second_axis(flange[:, :3, :3]) < LEAST_TURN:
+            found_X, found_Z = hand_eye_by_travel(flange, B)
+        else:
+            every_X, found_Z = robot_world_hand_eye(flange, B, X=None if X is None else X[None], Z=Z)
+            found_X = every_X[0]
+        placed = zip(self._prefixes, (found_X[None], found_Z[None]), strict=True)
         six = {name: float(value[0]) for prefix, T in placed for name, value in six_of(T, prefix).items()}
         return dict(intrinsics) | {name: known.get(name, value) for name, value in six.items()}
 
@@ -101,13 +104,3 @@ def _views_of(dataset: Dataset) -> tuple[Sequence[BoardView], Ints]:
             found.append(view)
             poses.append(pose)
     return found, np.array(poses, dtype=np.int64)
-
-
-def _check_turns(R: Array) -> None:
-    turn = turn_about_second_axis(R)
-    if turn < LEAST_TURN:
-        raise EstimationError(
-            f"The flange turns about one axis only (by {np.degrees(turn):.1f} degrees about any second one, root mean"
-            " square): no hand-eye can be found from that. Add poses that tilt the flange in two directions by 20"
-            " degrees or more."
-        )

@@ -15,6 +15,7 @@ from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
+from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
@@ -40,6 +41,18 @@ def cell(mount: str = "flange", *, placed: bool = False, **options: object) -> S
 
 def truth_of(made: Simulated, model: Model) -> np.ndarray:
     return np.array([made.truth[name] for name in model.parameters.names])
+
+
+def seen_from(made: Simulated, T_base_flange: np.ndarray) -> Dataset:
+    """The same cell with other flange poses, which were measured."""
+    poses = Poses(made.dataset.poses.names, T_base_flange=T_base_flange)
+    data = replace(made.dataset, robot=None, poses=poses)
+    blocks = Blocks(data)
+    values = {name: np.array([made.truth[name]]) for name in blocks.derived}
+    off = blocks.residuals(values, T_base_flange[None], Perturbation())[0]
+    rng = np.random.default_rng(1)
+    pixel = data.points.pixel - off + NOISE.pixel_px * rng.standard_normal(off.shape)
+    return replace(data, points=replace(data.points, pixel=pixel))
 
 
 def test_points_are_seen_where_opencv_sees_them() -> None:
@@ -118,12 +131,29 @@ def test_residuals_are_told_in_millimetres_at_the_target() -> None:
     np.testing.assert_allclose(there, depth[:, None] / [made.truth["fx"], made.truth["fy"]], rtol=1e-12)
 
 
-def test_a_wrist_that_turns_about_one_axis_only_gives_no_hand_eye() -> None:
+@pytest.mark.parametrize("turn", [0.0, 0.4])
+def test_a_flange_that_hardly_turns_tells_what_its_travel_shows(turn: float) -> None:
+    made = cell(poses=16, noise=NOISE)
+    T, rng = made.dataset.flange(), np.random.default_rng(0)
+    turns = T[0, :3, :3] @ exp_so3(np.outer(np.linspace(-turn, turn, 16), [0.0, 0.0, 1.0]))
+    moved = pose(turns, T[0, :3, 3] + rng.uniform(-0.05, 0.05, (16, 3)))
+    seen = seen_from(made, moved)
+    found = calibrate(seen)
+    assert found.rms_m < 1e-4
+    for angle in ("hand_eye.w", "hand_eye.phi", "hand_eye.psi"):
+        assert found.value(angle) == pytest.approx(made.truth[angle], abs=2e-3)
+    free = {name for group in found.unidentifiable for name in group.parameters}
+    assert {"hand_eye.x", "hand_eye.y", "hand_eye.z"} & free
+    (said,) = (warning for warning in found.warnings if "exported position" in warning)
+    assert said.startswith("The flange turns about one axis only" if turn else "The flange never turns")
+
+
+def test_a_flange_that_only_goes_along_a_line_gives_no_hand_eye() -> None:
     made = cell(poses=8)
     sensor = Model(made.dataset).blocks.sensor
-    turns = exp_so3(np.outer(np.linspace(-0.4, 0.4, 8), [0.0, 0.0, 1.0]))
-    T = pose(turns, np.random.default_rng(0).normal(0.0, 0.05, (8, 3)))
-    with pytest.raises(EstimationError, match="turns about one axis only"):
+    T = np.repeat(made.dataset.flange()[:1], 8, axis=0)
+    T[:, 0, 3] += np.linspace(0.0, 0.2, 8)
+    with pytest.raises(EstimationError, match="neither turns nor moves in two directions"):
         sensor.initialize({}, T[None], Perturbation())
 
 
