@@ -1,12 +1,21 @@
 """One frame on one board through all images, where the squares' colours allow several."""
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.vision.board import heading
 from robolaser.vision.lens import Lens, view_board
+
+ROUNDS: Final = 10
+"""In which images are laid anew against all others; two or three settle it."""
+LARGEST_MISFIT: Final = np.radians(5.0)
+"""By which an image may turn otherwise than the flange, on average: poses by hand are off by less. A judgement."""
+LEAST_MARGIN: Final = 2.0
+LEAST_TOLD: Final = np.radians(1.0)
+"""How many times the misfit of the best way, and how much more, every other way must have. Judgements."""
 
 Orientations = Sequence[Array]
 """Every way to lay the frame on the board of one image, each a grid of corners (rows, columns, 2) [px]."""
@@ -59,16 +68,44 @@ def orient_by_robot(orientations: Sequence[Orientations], R_base_flange: Array, 
     Returns:
         One grid for each image.
     """
-    settled: list[Array] = []
-    turns: list[Array] = []
-    for ways, R in zip(orientations, R_base_flange, strict=True):
-        seen = [view_board(way, 1.0, lens).R_camera_board for way in ways]
-        robot = [_angle(R_before.T @ R) for R_before in R_base_flange[: len(turns)]]
-        misfit = [sum(abs(_angle(S @ T.T) - turn) for T, turn in zip(turns, robot, strict=True)) for S in seen]
-        best = int(np.argmin(misfit)) if turns else 0
-        settled.append(ways[best])
-        turns.append(seen[best])
-    return settled
+    chosen, _ = _by_turns(orientations, R_base_flange, lens)
+    return [ways[best] for ways, best in zip(orientations, chosen, strict=True)]
+
+
+def robot_tells(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> bool:
+    """Whether the flange's turns leave one way for each image; arguments as for `orient_by_robot`."""
+    if not lens.known:
+        return False
+    chosen, misfits = _by_turns(orientations, R_base_flange, lens)
+    for best, misfit in zip(chosen, misfits, strict=True):
+        others = np.delete(misfit, best)
+        if misfit[best] > LARGEST_MISFIT or (len(others) and others.min() < LEAST_MARGIN * misfit[best] + LEAST_TOLD):
+            return False
+    return True
+
+
+def _by_turns(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> tuple[list[int], list[Array]]:
+    """The way for each image, and how far each of its ways turns otherwise than the flange did, on average [rad].
+
+    Image by image against those before, and then each against all others, until none is laid anew.
+    """
+    seen = [np.stack([view_board(way, 1.0, lens).R_camera_board for way in ways]) for ways in orientations]
+    turned = np.array([[_angle(one.T @ other) for other in R_base_flange] for one in R_base_flange])
+    chosen: list[int] = []
+
+    def misfit(i: int, others: Sequence[int]) -> Array:
+        apart = [[abs(_angle(S @ seen[j][chosen[j]].T) - turned[i, j]) for j in others] for S in seen[i]]
+        return np.mean(apart, axis=1) if others else np.zeros(len(seen[i]))
+
+    for i in range(len(seen)):
+        chosen.append(int(misfit(i, range(i)).argmin()))
+    for _ in range(ROUNDS):
+        before = list(chosen)
+        for i in range(len(seen)):
+            chosen[i] = int(misfit(i, [j for j in range(len(seen)) if j != i]).argmin())
+        if chosen == before:
+            break
+    return chosen, [misfit(i, [j for j in range(len(seen)) if j != i]) for i in range(len(seen))]
 
 
 def _angle(R: Array) -> float:

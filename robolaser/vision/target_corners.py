@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
 from robolaser.vision.board import Image, find_board
-from robolaser.vision.board_orientation import oriented
+from robolaser.vision.board_orientation import oriented, robot_tells
 from robolaser.vision.charuco import find_charuco
 from robolaser.vision.circle_grid import find_circles, lattice
 from robolaser.vision.images import CameraImages
@@ -20,7 +20,7 @@ from robolaser.vision.lens import find_lens, view_board
 
 FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
 ENOUGH = 8  # corners from which an image helps to find the lens, and is told how well it fits the pattern
-MOST_TURNS = 2  # ways to lay the frame on a target: of more it is not known which is the same from image to image
+MOST_TURNS = 2  # ways to lay the frame on a target, up to which sight or turns of the flange always tell them apart
 
 
 @final
@@ -134,17 +134,18 @@ def _as_points(
     recording: Dataset, board: Board, found: Sequence[_Found], *, staggered: bool
 ) -> tuple[list[SeenTarget], Dataset]:
     seen = [one for one in found if one.ways]
-    if max(len(one.ways) for one in seen) > MOST_TURNS:
-        raise ImageError(
-            f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, so it"
-            " is not known which point is which from image to image. Use a ChArUco board, or one with different"
-            " numbers of columns and rows."
-        )
     assert recording.image_px is not None  # was asked for before any image
     whole = [] if staggered else [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
     lens = find_lens(whole, board.square_m, *recording.image_px)
     turns = None if staggered else recording.flange()[[one.row for one in seen], :3, :3]
-    grids = oriented([one.ways for one in seen], turns, lens)
+    ways = [one.ways for one in seen]
+    if max(map(len, ways)) > MOST_TURNS and (turns is None or not robot_tells(ways, turns, lens)):
+        raise ImageError(
+            f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, and the poses of"
+            " the flange do not show which point is which from image to image. Use a ChArUco board, or one with"
+            " different numbers of columns and rows; or tilt and turn the flange more."
+        )
+    grids = oriented(ways, turns, lens)
     points = corner_points(board, [one.row for one in seen], grids, staggered=staggered)
     counts = [int(_there(grid).sum()) for grid in grids]
     if repeat_columns(recording.poses):

@@ -105,7 +105,7 @@ def recording(folder: Path, name: str, write: Callable[[Path, np.ndarray], None]
     return robolaser.load(folder)
 
 
-@pytest.mark.parametrize("name", ["checkerboard", "charuco", "circles", "staggered circles", "modified circles"])
+@pytest.mark.parametrize("name", BOARDS)
 def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str) -> None:
     made = recording(tmp_path, name)
     seen, dataset = points_of_target(made)
@@ -114,9 +114,12 @@ def test_points_are_found_where_the_camera_shows_them(tmp_path: Path, name: str)
     assert T is not None
     places = [points.xyz]
     board = BOARDS[name]
-    if name in ("circles", "checkerboard"):  # colours leave two ways to lay the frame, of which one is kept
+    if name in ("circles", "checkerboard", "square circles"):  # several ways to lay the frame, of which one is kept
         far = board.square_m * np.array([board.columns - 1, board.rows - 1, 0])
         places.append((far - points.xyz) * [1, 1, 0])
+        if name.startswith("square"):
+            turned = points.xyz[:, [1, 0, 2]]
+            places += [np.abs(turned - far * [0, 1, 0]), np.abs(turned - far * [1, 0, 0])]
     off = []
     for place in places:
         there = T[points.pose, :3, :3] @ place[..., None]
@@ -176,9 +179,13 @@ def test_a_board_that_is_never_seen_is_told_and_nothing_is_written(
     assert not (tmp_path / "points.csv").exists()
 
 
-def test_a_target_that_looks_the_same_after_every_quarter_turn_is_refused(tmp_path: Path) -> None:
+def test_a_target_that_looks_the_same_after_every_quarter_turn_needs_a_flange_that_turns(tmp_path: Path) -> None:
+    made = recording(tmp_path, "square circles")
+    assert made.poses.T_base_flange is not None
+    still = made.poses.T_base_flange.copy()
+    still[:, :3, :3] = np.eye(3)
     with pytest.raises(ImageError, match="the same after every quarter turn"):
-        points_of_target(recording(tmp_path, "square circles"))
+        points_of_target(replace(made, poses=replace(made.poses, T_base_flange=still)))
 
 
 def test_a_dictionary_that_opencv_does_not_have_is_told(tmp_path: Path) -> None:
