@@ -39,10 +39,16 @@ def pose_quantities(options: ImportOptions) -> Quantities:
     return {"pose": TEXT, "time_s": TIME, **readings, "temperature_c": NONE, "payload_kg": NONE}
 
 
-def point_quantities(declared: SensorFormat) -> Quantities:
-    """The columns of points.csv that can be read, and the quantity of each."""
+def point_quantities(declared: SensorFormat, *, timed: bool = False) -> Quantities:
+    """The columns of points.csv that can be read, and the quantity of each.
+
+    Args:
+        declared: The sensor's format.
+        timed: Whether times say in which pose a point was measured, rather than the pose's name.
+    """
     columns = [column for group in declared.columns.values() for column in group]
-    return {"pose": TEXT, "point": TEXT, "repeat": NONE, **{name: _by_suffix(name) for name in columns}}
+    when: dict[str, str | None] = {"time_s": TIME} if timed else {"pose": TEXT}
+    return {**when, "point": TEXT, "repeat": NONE, **{name: _by_suffix(name) for name in columns}}
 
 
 def _by_suffix(column: str) -> str:
@@ -59,7 +65,7 @@ class Choice:
     left_out: tuple[str, ...]  # columns of the files that are not read
 
 
-def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: SensorFormat) -> Choice:
+def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: Quantities) -> Choice:
     """Choose by `--column`, and where a file's column has the name of the data set's already, or numbers its joints.
 
     `poses.` or `points.` before a name says which table is meant, where both have such a column.
@@ -68,14 +74,14 @@ def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: 
         poses: The file with the poses.
         points: The file with the points, which may be the same.
         options: Whose `columns` count.
-        declared: The sensor's format.
+        declared: The columns of the points that can be read, and the quantity of each.
 
     Raises:
         UsageError: A column is not known, belongs to both tables, or is missing.
         DataError: A file has no column of that name.
     """
     files = {POSES: poses, POINTS: points}
-    known = {POSES: pose_quantities(options), POINTS: point_quantities(declared)}
+    known = {POSES: pose_quantities(options), POINTS: declared}
     chosen: dict[str, dict[str, str]] = {POSES: {}, POINTS: {}}
     for name, source in options.columns.items():
         if name.startswith("q_") and options.robot is None:
@@ -177,7 +183,7 @@ def _check_poses(file: CsvTable, chosen: Chosen, options: ImportOptions) -> None
 
 def _check_points(file: CsvTable, poses: CsvTable, chosen: Chosen, known: Quantities, options: ImportOptions) -> None:
     _all_there(file, [name for name in known if name not in ("pose", "point", "repeat")], chosen, "points.")
-    if file is not poses:
+    if file is not poses and "pose" in known:
         _all_there(file, ["pose"], chosen, what="the pose in which each point was measured")
     if "point" in chosen and options.point is not None:
         raise UsageError(

@@ -11,12 +11,15 @@ import numpy as np
 from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.array_files import ARRAY_FILES, array_table
+from robolaser.data.importers.clock_offset import CLOCKS
 from robolaser.data.importers.column_choice import POINTS, POSES, Chosen, choose, point_quantities, pose_quantities
 from robolaser.data.importers.column_reader import ColumnReader
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.logs_by_time import joined_by_time
 from robolaser.data.importers.orientation import with_quaternions
+from robolaser.data.importers.time_matching import TOLERANCE
 from robolaser.data.importers.wide_tables import (
     a_row_for_each,
     beside,
@@ -36,11 +39,11 @@ TAGGED = "pose"
 
 @final
 class Tables(Importer):
-    """One table whose rows have a pose and points, one of poses and one of points, or several, aligned by row."""
+    """A table whose rows have a pose and points; one of poses, one of points, by pose or time; or several, by row."""
 
     name: ClassVar[str] = "csv"
     title: ClassVar[str] = "tables (text, NPZ, MAT, Parquet): joint readings or flange poses, and measured points"
-    further: ClassVar[tuple[str, ...]] = (MOUNT,)
+    further: ClassVar[tuple[str, ...]] = (MOUNT, TOLERANCE, CLOCKS)
 
     def recognises(self, path: Path) -> bool:
         """By its suffix."""
@@ -60,13 +63,15 @@ class Tables(Importer):
             raise UsageError(
                 f"--set {MOUNT} is only for a camera that sees tags, whose poses are read with --sensor {TAGGED}."
             )
-        poses_file, points_file, left_out = _read(paths, options, declared)
-        choice = choose(poses_file, points_file, options, declared)
+        timed = _is_timed(paths, options)
+        poses_file, points_file, left_out = _read(paths, options, declared, timed=timed)
+        of_points = point_quantities(declared, timed=timed)
+        choice = choose(poses_file, points_file, options, of_points)
         poses = ColumnReader(POSES, poses_file, choice.poses, pose_quantities(options), options)
         one_file = poses_file is points_file
         measured, lost = without_lost(points_file, [choice.points[name] for name in XYZ if name in choice.points])
-        points = ColumnReader(POINTS, measured, choice.points, point_quantities(declared), options)
-        pose_table = poses.table(number_poses=one_file)
+        points = ColumnReader(POINTS, measured, choice.points, of_points, options)
+        pose_table = poses.table(number_poses=one_file or timed)
         if one_file:
             pose_table = _each_once(pose_table, choice.poses)
         pose_table = with_quaternions(pose_table, options.euler)
@@ -84,22 +89,49 @@ class Tables(Importer):
             source=", ".join(path.name for path in paths),
             warnings=tuple(warnings),
         )
-        dataset = replace(dataset, points=points_of(points.table(number_poses=one_file), dataset))
+        point_table, clock = points.table(number_poses=one_file), ""
+        if timed:
+            dataset, clock, odd, without = joined_by_time(dataset, point_table, options.further)
+            dataset = replace(dataset, warnings=(*warnings, *odd))
+            left_out = (*left_out, *without)
+        else:
+            dataset = replace(dataset, points=points_of(point_table, dataset))
         if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
             dataset = seen_by_tags(dataset)
-        readings = (columns.readings(number_poses=one_file) for columns in (poses, points))
-        return Imported(dataset, tuple(chain(*readings)), (*choice.left_out, *left_out, *filter(None, [lost])))
+        readings = chain(*(columns.readings(number_poses=one_file) for columns in (poses, points)))
+        told = (_by_time(one, poses_file.file, points_file.file, clock) for one in readings) if timed else readings
+        return Imported(dataset, tuple(told), (*choice.left_out, *left_out, *filter(None, [lost])))
+
+
+def _is_timed(paths: Sequence[Path], options: ImportOptions) -> bool:
+    """Whether two files are brought together by time.
+
+    Raises:
+        UsageError: Options say so, but there are not two files.
+    """
+    said = [name for name in (TOLERANCE, CLOCKS) if name in options.further]
+    if said and len(paths) != 2:
+        raise UsageError(f"--set {said[0]} is for two files, the arm's log and that of what was measured.")
+    return bool(said)
+
+
+def _by_time(reading: Reading, poses_file: str, points_file: str, clock: str) -> Reading:
+    """How a column came about where the arm's readings are between the two around a measurement."""
+    if (reading.table, reading.column) == ("points.csv", "time_s"):
+        return replace(reading, table="poses.csv", read_from=f"{reading.read_from}{clock}")
+    is_arms = reading.table == "poses.csv" and reading.file == poses_file
+    return replace(reading, read_from=f"{reading.read_from}, at the times of {points_file}") if is_arms else reading
 
 
 def _read(
-    paths: Sequence[Path], options: ImportOptions, declared: SensorFormat
+    paths: Sequence[Path], options: ImportOptions, declared: SensorFormat, *, timed: bool
 ) -> tuple[CsvTable, CsvTable, tuple[str, ...]]:
     """The table of the poses, that of the points, which may be the same, and what is left out of them."""
     tables = [
         array_table(path) if path.suffix.lower() in ARRAY_FILES else read_delimited(path, options) for path in paths
     ]
     named = "pose" in options.columns or "points.pose" in options.columns
-    if len(tables) == 2 and (named or "pose" in tables[1]):
+    if timed or (len(tables) == 2 and (named or "pose" in tables[1])):
         return tables[0], tables[1], ()
     table = beside([with_axes(table) for table in tables]) if len(tables) > 1 else tables[0]
     table, repeated = without_repeated_times(table, options.columns.get("time_s", "time_s"))

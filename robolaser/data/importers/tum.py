@@ -1,10 +1,10 @@
 """Trajectories in TUM's format: lines of time, place and quaternion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from typing import ClassVar, Final, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.importers.clock_offset import clock_offset
+from robolaser.data.importers.clock_offset import CLOCKS, Trajectory, by_one_clock
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.data.importers.yaml_file import motion_of_seven, peek
@@ -23,19 +23,6 @@ from robolaser.geometry.rigid_motion import to_quaternion
 COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 SUFFIXES = (".tum", ".txt")
 BODY = "body"
-CLOCKS: Final = "clocks"  # option that says that the two files were timed by different clocks
-SURE: Final = 5.0  # standard errors from which on an offset is said
-
-
-@final
-@dataclass(frozen=True)
-class Trajectory:
-    """What a file holds: times (n,) [s], in order, and motions (n, 4, 4)."""
-
-    file: str
-    time_s: Array
-    T: Array
-    repeated: int = 0  # lines that were left out, since their time is that of the line before
 
 
 @final
@@ -76,7 +63,7 @@ class Tum(Importer):
                 raise UsageError("One trajectory is the flange's: name that of the tracked body as a second file.")
             return Imported(dataset, tuple(_pose_readings(flange.file, flange.file, "")), repeated)
         tolerance = tolerance_of(options.further, others[0].file)
-        body, clock, warnings = _by_one_clock(flange, others[0], tolerance, options)
+        body, clock, warnings = by_one_clock(flange, others[0], tolerance, options.further)
         found = match(flange.time_s, body.time_s, tolerance)
         kept, left_out = with_readings(found.near, found.away_s, tolerance, file=body.file, what="pose")
         name = options.point or BODY
@@ -132,30 +119,6 @@ def _repeated(trajectories: Sequence[Trajectory]) -> tuple[str, ...]:
     return tuple(
         f"{one.file}: {one.repeated} rows, whose times repeat the row before" for one in trajectories if one.repeated
     )
-
-
-def _by_one_clock(
-    flange: Trajectory, body: Trajectory, tolerance_s: float, options: ImportOptions
-) -> tuple[Trajectory, str, tuple[str, ...]]:
-    """The body by the flange's clock if it had another, what was added to its times, and what to warn of."""
-    stated = options.further.get(CLOCKS)
-    if stated not in (None, "differ"):
-        raise UsageError(f"--set {CLOCKS}={stated}: expected differ, or nothing where both files have one clock.")
-    found = clock_offset(flange.time_s, flange.T, body.time_s, body.T)
-    if stated is None:
-        if found is None or abs(found.offset_s) < max(SURE * found.std_s, tolerance_s / 10):
-            return body, "", ()
-        return body, "", (
-            f"The clocks of {flange.file} and {body.file} seem to differ: both turn alike if {found} is added to the"
-            f" times of {body.file}. --set {CLOCKS}=differ does so.",
-        )  # fmt: skip
-    if found is None:
-        raise DataError(
-            f"{body.file} and {flange.file} do not turn alike at any offset of their clocks: at least 40 rows of both"
-            " must be of one motion that turns the flange.",
-            file=body.file,
-        )
-    return replace(body, time_s=body.time_s + found.offset_s), f" + {found} (by the turns of both)", ()
 
 
 def _rows(lines: Sequence[str]) -> list[list[str]]:

@@ -1,0 +1,105 @@
+"""Two logs by two instruments, the arm's and that of what was measured, brought together by time."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.data.csv_tables import CsvTable
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.importers.clock_offset import CLOCKS, Trajectory, by_one_clock
+from robolaser.data.importers.time_matching import Match, match, tolerance_of, with_readings
+from robolaser.data.point_table import points_of
+from robolaser.data.sensor_format import QUATERNION, XYZ
+from robolaser.errors import DataError, UsageError
+from robolaser.geometry.rigid_motion import from_quaternion, pose
+
+
+def joined_by_time(
+    log: Dataset, measured: CsvTable, further: Mapping[str, str]
+) -> tuple[Dataset, str, tuple[str, ...], tuple[str, ...]]:
+    """What was measured, each with the arm's readings at its time, between the two around it.
+
+    Args:
+        log: The arm's log: a data set of its poses, with times.
+        measured: The columns of points.csv, with `time_s` in the place of `pose`.
+        further: Options: `tolerance_s`, and `clocks` where two clocks timed the logs.
+
+    Returns:
+        The data set; what was added to the times that were measured; warnings; and what is left out.
+
+    Raises:
+        DataError: A log has no times, or nothing was measured near any of the arm's readings.
+        UsageError: No tolerance is stated; or clocks differ, and no bodies were measured, whose turns tell by how much.
+    """
+    tolerance = tolerance_of(further, measured.file)
+    if log.poses.time_s is None:
+        raise DataError(
+            "The arm's log has no times: name their column with --column poses.time_s=NAME.", file="poses.csv"
+        )
+    arm = _in_order(log.poses)
+    log = replace(log, poses=arm)
+    assert arm.time_s is not None
+    at_s, words, warnings = _times(log, measured, tolerance, further)
+    found = match(arm.time_s, at_s, tolerance)
+    kept, left_out = with_readings(found.near, found.away_s, tolerance, file=measured.file, what="row")
+    times, number = np.unique(at_s[kept], return_inverse=True)
+    poses = _readings(arm, match(arm.time_s, times, tolerance), times)
+    names = tuple(poses.names[i] for i in number.tolist())
+    dataset = replace(log, poses=poses)
+    return replace(dataset, points=points_of(_rows(measured, kept, names), dataset)), words, warnings, left_out
+
+
+def _in_order(poses: Poses) -> Poses:
+    """In the order of their times, those left out that repeat the time of the one before."""
+    assert poses.time_s is not None
+    order = np.argsort(poses.time_s, kind="stable")
+    return poses.take(order[np.diff(poses.time_s[order], prepend=-np.inf) > 0])
+
+
+def _times(
+    log: Dataset, measured: CsvTable, tolerance_s: float, further: Mapping[str, str]
+) -> tuple[Array, str, tuple[str, ...]]:
+    """When rows were measured, by the arm's clock, (m,) [s]; what was added; and warnings."""
+    at_s = measured.numbers(["time_s"])[:, 0]
+    if QUATERNION[0] not in measured:
+        if CLOCKS in further:
+            raise UsageError(
+                f"--set {CLOCKS}={further[CLOCKS]}: points by themselves do not turn, so they do not show by how much"
+                " clocks differ. Import bodies (--sensor pose), or correct the times."
+            )
+        return at_s, "", ()
+    order = np.argsort(at_s, kind="stable")
+    order = order[np.diff(at_s[order], prepend=-np.inf) > 0]
+    turns = from_quaternion(measured.numbers(QUATERNION)[order])
+    assert log.poses.time_s is not None
+    flange = Trajectory("the arm's log", log.poses.time_s, log.flange())
+    body = Trajectory(measured.file, at_s[order], pose(turns, measured.numbers(XYZ)[order]))
+    moved, words, warnings = by_one_clock(flange, body, tolerance_s, further)
+    return at_s + (moved.time_s[0] - body.time_s[0]), words, warnings
+
+
+def _readings(arm: Poses, at: Match, times: Array) -> Poses:
+    def between(values: Array | None) -> Array | None:
+        return None if values is None else at.values(values)
+
+    return Poses(
+        tuple(str(i) for i in range(1, len(times) + 1)),
+        times,
+        q=between(arm.q),
+        qd=between(arm.qd),
+        T_base_flange=None if arm.T_base_flange is None else at.motions(arm.T_base_flange),
+        payload_kg=between(arm.payload_kg),
+        temperature_c=between(arm.temperature_c),
+        following={joint: at.values(values) for joint, values in arm.following.items()},
+        extra={name: tuple(cells[i] for i in at.before.tolist()) for name, cells in arm.extra.items()},
+    )
+
+
+def _rows(table: CsvTable, kept: Ints, poses: tuple[str, ...]) -> CsvTable:
+    """Some rows of a table, with the poses that they were measured in."""
+    columns = {name: tuple(cells[i] for i in kept.tolist()) for name, cells in table.columns.items()}
+    lines = [table.lines[i] for i in kept.tolist()]
+    known = {name: values[kept] for name, values in table.known.items()}
+    return CsvTable(table.file, [*table.header, "pose"], {**columns, "pose": poses}, lines, known)
