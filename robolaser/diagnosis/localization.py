@@ -139,6 +139,11 @@ def unmodelled_chi2(fit: Fit) -> float:
     return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _select_sites(fit, unknown)[0])
 
 
+def has_smooth_remainder(fit: Fit, where: str) -> bool:
+    """Whether what is left at a site depends smoothly on something, beside the chance that the noise grants there."""
+    return bool(_select_sites(fit, [site for site in sites(fit) if site.site == where])[0])
+
+
 def smooth_remainder(fit: Fit) -> Array:
     """Orthonormal directions of the whitened residuals in which those functions exceed the noise, (K, n)."""
     fit = fit.with_likeliest_scatter

@@ -7,7 +7,7 @@ from typing import Final, final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.localization import Localization, p_value
+from robolaser.diagnosis.localization import Localization, has_smooth_remainder, p_value
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
 from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
 from robolaser.diagnosis.verdict import posterior_weights
@@ -178,9 +178,12 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
 
 
 def _has_shape(fit: Fit, noise: NoiseModel, joint: str) -> bool:
-    """Whether what scatters at a joint repeats with its angle, torque or time, however much chance is granted there."""
+    """Whether what scatters at a joint repeats with something, however much chance is granted there.
+
+    With its own angle or torque, or with time, also in a step; smoothly with another joint's angle or the posture.
+    """
     granted = Fit.of(fit.problem.with_noise(noise), fit.x)
-    return sparse_shape_chi2(granted, joint) >= LIKELIHOOD_RATIO_OF_SITE
+    return sparse_shape_chi2(granted, joint) >= LIKELIHOOD_RATIO_OF_SITE or has_smooth_remainder(granted, joint)
 
 
 def _without_excess(noise: NoiseModel, limits: Mapping[str, float], part: _Part) -> NoiseModel:

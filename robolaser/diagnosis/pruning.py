@@ -42,6 +42,7 @@ def prune(
         where the residuals of the last fit still lie.
     """
     final = _helpful(refits, final, held_out, progress)
+    exchanges = {frozenset(final.effects)}  # an exchange may undo another one's, with what was removed in between
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
@@ -68,8 +69,10 @@ def prune(
         for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
             evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained, held_out)
-            if (better := exchanged(final, evidence[one], held_out)) is not None:
+            better = exchanged(final, evidence[one], held_out)
+            if better is not None and frozenset(better.effects) not in exchanges:
                 final = better
+                exchanges.add(frozenset(final.effects))
                 break
         else:
             found = [evidence[one] for one in final.effects]

@@ -1,5 +1,7 @@
 """A named form against a function of unknown form at the same joint."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import seen
@@ -157,3 +159,16 @@ def test_a_cable_is_a_force_at_the_flange_and_not_several_effects_with_certainty
     diagnosis = examine(cable.dataset, seed=1)
     assert all(found.probability < 0.9 for found in diagnosis.findings)
     assert (diagnosis.where[0].site, diagnosis.where[0].coordinate) == ("joint_4", FORCE)
+
+
+@pytest.mark.parametrize(("size", "seed"), [(0.004, 1), (-0.004, 2), (0.002, 3)])
+def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter(size: float, seed: int) -> None:
+    """A form that no effect has, for which exchanges of effects once had no end."""
+    cell = simulate("scorbot_er7", kind="point", poses=40, noise=Noise(point_m=2e-5), seed=seed).dataset
+    assert cell.poses.q is not None
+    read = cell.poses.q.copy()
+    read[:, 2] -= size * read[:, 1] ** 2
+    found = examine(replace(cell, poses=replace(cell.poses, q=read)), seed=1)
+    assert found.verdict == "unexplained"
+    assert found.pose_scatter is None
+    assert (found.where[0].site, found.where[0].coordinate) == ("joint_3", "angle of joint_2")
