@@ -192,15 +192,16 @@ def pose_table(diagnosis: Diagnosis) -> Table:
 
 
 def gross_table(diagnosis: Diagnosis) -> Table:
-    """Gross errors: data row of points.csv from 1, pose, point, and the shot where shots were repeated."""
+    """Gross errors: pose, point, the shot where shots were repeated, and the data row of points.csv, from 1."""
     points, poses = diagnosis.dataset.points, diagnosis.dataset.poses
-    columns = [Column("Row of points.csv"), Column("Pose"), Column("Point")]
+    columns = [Column("Pose"), Column("Point")]
     columns += [] if points.repeat is None else [Column("Repeat")]
     rows = [
-        (str(row + 1), poses.names[points.pose[row]], points.names[row],
-         *(() if points.repeat is None else (str(points.repeat[row]),)))
+        (poses.names[points.pose[row]], points.names[row],
+         *(() if points.repeat is None else (str(points.repeat[row]),)), str(row + 1))
         for row in diagnosis.outliers.tolist()
     ]  # fmt: skip
+    columns.append(Column("Row of points.csv"))
     return Table(columns, rows, "Gross errors", "Excluded from everything above.", FEW)
 
 
