@@ -76,6 +76,8 @@ def _sites(fit: Fit) -> Iterator[Site]:
     poses = fit.pose_of_number
     for coordinate, basis in (*coordinates.run(), *coordinates.overturning()):
         yield Site("base", coordinate, base, basis, poses)
+    for coordinate, basis in coordinates.run():
+        yield Site("base", coordinate, base[:, :3], basis, poses)
     carried = derivatives.tool() * motion
     for coordinate, basis in (*coordinates.run(), *coordinates.hanging()):
         yield Site("hand_eye" if fit.has_optics else "tool", coordinate, carried, basis, poses)
@@ -103,7 +105,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) ->
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
             yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
         shift = placement[:, :3]
-        for coordinate, basis in coordinates.run():
+        for coordinate, basis in coordinates.run() if name != joints[0] else ():  # the first joint stands on the base
             yield Site(name, coordinate, shift, basis, poses)
     qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:

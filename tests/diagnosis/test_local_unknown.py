@@ -172,3 +172,13 @@ def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter
     assert found.verdict == "unexplained"
     assert found.pose_scatter is None
     assert (found.where[0].site, found.where[0].coordinate) == ("joint_3", "angle of joint_2")
+
+
+def test_a_base_that_creeps_is_found_at_the_base() -> None:
+    """Slowly, which no effect is: it would be as well a first joint that is placed elsewhere and elsewhere."""
+    cell = simulate("ur5", kind="point", poses=50, noise=Noise(point_m=2e-5), seed=4).dataset
+    assert cell.points.xyz is not None
+    creep = np.linspace(0.0, 1.0, 50)[cell.points.pose, None] * [3e-4, 0.0, 2e-4]
+    found = examine(replace(cell, points=replace(cell.points, xyz=cell.points.xyz + creep)), seed=1)
+    assert found.verdict == "unexplained"
+    assert (found.where[0].site, found.where[0].coordinate) == ("base", "time")
