@@ -87,6 +87,8 @@ class MotionEffect:
     columns: Callable[["Quantities", int], Sequence[Array]] | None = None
     # How large its numbers can be at all, (numbers,): one standard deviation before any row is seen.
     sizes: Callable[["Quantities", int], Array] | None = None
+    # The least that its numbers can be, (numbers,), where that depends on the arm: no link has a negative mass.
+    least: Callable[["Quantities", int], Array] | None = None
     needs: Callable[["Quantities", int], str] | None = None  # why it cannot be tested at a joint; "" where it can
     # The same of rows that follow commands; and where its numbers begin, in usual sizes, by a size and what is left.
     untested: Callable[[Trace], str] = if_sent

@@ -12,6 +12,7 @@ from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.quantities import Quantities
 
 ROUNDS = 3  # of weights and numbers
+SIGMAS = 2.0  # by which a mass, or a moment of inertia, may come out negative
 PRIOR_SHARE = 3.0  # of what is to be explained, that one number may contribute: others would have to cancel it
 
 
@@ -123,7 +124,7 @@ class LinearRows:
         chosen = np.concatenate([np.arange(b.start, b.stop) for b in blocks]) if blocks else np.empty(0, dtype=int)
         weight = np.zeros(len(self.rows))
         squares = np.array([yy for *_, yy in self._grams])
-        x, P, worth = np.empty(0), np.diag(self._prior[chosen]), 0.0
+        x, std, P, worth = np.empty(0), np.empty(0), np.diag(self._prior[chosen]), 0.0
         for _ in range(ROUNDS if len(chosen) else 0):
             there = self.rows > 0
             weight[there] = self.independent[there] / np.maximum(squares[there], 1e-24)
@@ -131,17 +132,25 @@ class LinearRows:
             b = sum(w * by[chosen] for w, (_, by, _) in zip(weight, self._grams, strict=True))
             scale = 1.0 / np.sqrt(np.diag(G + P))
             H = (G + P) * scale[:, None] * scale
-            x = scale * np.linalg.solve(H + 1e-12 * np.eye(len(H)), scale * b)
-            worth = float(np.trace(np.linalg.solve(H + 1e-12 * np.eye(len(H)), G * scale[:, None] * scale)))
+            inverse = np.linalg.inv(H + 1e-12 * np.eye(len(H)))
+            x = scale * (inverse @ (scale * b))
+            std = scale * np.sqrt(np.diag(inverse))
+            worth = float(np.sum(inverse * (G * scale[:, None] * scale)))
             squares = np.array(
                 [max(0.0, yy - 2 * x @ by[chosen] + x @ A[np.ix_(chosen, chosen)] @ x) for A, by, yy in self._grams]
             )
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
         score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
-        numbers = tuple(np.split(x, np.cumsum([b.stop - b.start for b in blocks])[:-1])) if blocks else ()
-        if not all(_possible(one, values) for one, values in zip(effects, numbers, strict=True)):
+        ends = np.cumsum([b.stop - b.start for b in blocks])[:-1]
+        numbers, most = (tuple(np.split(values, ends)) if blocks else () for values in (x, x + SIGMAS * std))
+        if not all(map(self._is_possible, effects, numbers, most)):
             score = float("inf")
         return Fitted(effects, numbers, shapes, score, squares)
+
+    def _is_possible(self, one: At, values: Array, most: Array) -> bool:
+        """Whether an effect has numbers within their bounds, and physical ones within their errors."""
+        within = all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=False))
+        return within and (one.effect.least is None or bool((most >= one.effect.least(self.of, one.joint)).all()))
 
     def columns(self, at: At, shape: int) -> Array:
         """Of an effect in one of its shapes, (n, j, k)."""
@@ -176,10 +185,6 @@ class LinearRows:
         H = (G + np.diag(self._prior[chosen])) * scale[:, None] * scale
         std = scale * np.sqrt(np.diag(np.linalg.inv(H + 1e-12 * np.eye(len(H)))))
         return tuple(np.split(std, np.cumsum([b.stop - b.start for b in blocks])[:-1]))
-
-
-def _possible(one: At, values: Array) -> bool:
-    return all(n.lower <= value <= n.upper for n, value in zip(one.effect.numbers, values, strict=False))
 
 
 def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:

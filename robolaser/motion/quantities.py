@@ -52,6 +52,17 @@ class Quantities:
         arm = self.log.robot.by_pinocchio
         return arm.torque_regressor(self.q, self.speed, self.acceleration, arm.columns[joint])
 
+    def inertial_numbers(self, joint: int) -> Array:
+        """Mass, first moments and inertia of that link by the URDF, (10,)."""
+        arm = self.log.robot.by_pinocchio
+        return arm.inertial_numbers(arm.columns[joint])
+
+    @cached_property
+    def tip_mass(self) -> float:
+        """What the last joint carries by the URDF [kg]."""
+        arm = self.log.robot.by_pinocchio
+        return float(arm.inertial_numbers(arm.tip)[0])
+
     @cached_property
     def masses(self) -> Array:
         """What each joint carries by the URDF, (j,) [kg]."""

@@ -173,6 +173,10 @@ class PinocchioModel:
                 torque[:] = self._pinocchio.rnea(self.model, self._data, row, v, a)
         return torques @ self.ratios
 
+    def inertial_numbers(self, joint: int) -> Array:
+        """What one of the joints that move carries, by the URDF, in the order of `torque_regressor`, (10,)."""
+        return np.asarray(self.model.inertias[joint + 1].toDynamicParameters())
+
     def torque_regressor(self, q: Array, speed: Array, acceleration: Array, joint: int) -> Array:
         """The same torques for a unit of each inertial number of what one of the joints that move carries.
 

@@ -8,8 +8,13 @@ import pytest
 from moved_arms import World, record
 
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
+from robolaser.motion.effect import At
+from robolaser.motion.effects import MOTION_EFFECTS
+from robolaser.motion.linear_rows import LinearRows
+from robolaser.motion.quantities import quantities
 from robolaser.motion.result_json import CERTAIN, motion_json
 
+YY = 6  # of a link's ten numbers
 SOUND, ODD = "nothing", "a reading bent by the cube of the angle"
 WORLDS = {
     "late commands": (World(delay_s=0.02), "timing", {"dead_time", "clock_shift"}),
@@ -73,3 +78,15 @@ def test_a_payload_that_is_stated_is_no_gap() -> None:
     assert diagnose_motion(told, seed=0).verdict == "no_gap"
     unsaid = replace(told, payload_kg={})
     assert [one.at.effect.name for one in diagnose_motion(unsaid, seed=0).fit.findings] == ["payload"]
+
+
+@pytest.mark.parametrize(("factor", "is_possible"), [(2.0, True), (-0.5, True), (-8.0, False)])
+def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: bool) -> None:
+    """Torques that only such a link would need are those of another cause."""
+    of = quantities(record(World(), series=4, seconds=8.0, seed=3), "torque")
+    joint = of.log.joints.index("lift")
+    change = np.where(np.arange(10) == YY, factor * of.inertial_numbers(joint), 0.0)
+    link = next(At(one, "lift", joint) for one in MOTION_EFFECTS if one.name == "link_inertia")
+    rows = LinearRows(of, np.where(np.isfinite(of.measured), of.regressor(joint) @ change, np.nan), [link])
+    (fitted,) = rows.fit([(0, (link,))])
+    assert np.isfinite(fitted.score) == is_possible

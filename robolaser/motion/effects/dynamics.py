@@ -36,6 +36,17 @@ def _sizes(quantities: Quantities, joint: int) -> Array:
     return np.asarray(np.maximum(mass * np.repeat([1.0, reach, reach**2], [1, 3, 6]), SMALLEST))
 
 
+def _least_of_link(quantities: Quantities, joint: int) -> Array:
+    """What makes mass and moments of inertia zero; first moments and products of inertia have either sign."""
+    return np.where(NEVER_NEGATIVE, -quantities.inertial_numbers(joint), -np.inf)
+
+
+def _least_of_payload(quantities: Quantities, joint: int) -> Array:
+    return np.array([-quantities.tip_mass, -np.inf, -np.inf, -np.inf])
+
+
+NEVER_NEGATIVE = np.array([True, False, False, False, True, False, True, False, False, True])
+"""Of the numbers of a link: mass, xx, yy and zz."""
 SMALLEST = 1e-3
 OF_REACH = 1.0 / 3.0  # the length of a link
 MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
@@ -57,7 +68,7 @@ DYNAMICS = (
         cause="dynamics", rows="torque", site=TOOL,
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
         remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
-        sizes=lambda quantities, _: _sizes(quantities, 0)[:4],
+        sizes=lambda quantities, _: _sizes(quantities, 0)[:4], least=_least_of_payload,
         rivals=("link_inertia",),
     ),
     MotionEffect(
@@ -80,7 +91,8 @@ DYNAMICS = (
         numbers=tuple(Number(name, unit, 0.5) for name, unit in (
             *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),
         )),
-        remedy="Apply these changes to the URDF's link.", reference=GAUTIER, columns=_link, sizes=_sizes, rarity=4.0,
+        remedy="Apply these changes to the URDF's link.", reference=GAUTIER,
+        columns=_link, sizes=_sizes, least=_least_of_link, rarity=4.0,
         rivals=("payload", "rotor_inertia", "torque_constant"),
     ),
 )  # fmt: skip
