@@ -52,7 +52,7 @@ def ur_calibration(calibration: Calibration) -> str | None:
 
 
 def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
-    """Flange poses as the description has them, in its own base, (n, 4, 4).
+    """Flange poses as the description has them, in the nominal arm's base, (n, 4, 4).
 
     Args:
         text: A calibration.yaml.
@@ -66,7 +66,7 @@ def flange_by_ur_calibration(text: str, robot: Robot, q: Array) -> Array:
     if nominal is None:
         raise ValueError("Only arms by Universal Robots have a calibration.yaml.")
     numbers = np.array([float(found[1]) for found in re.finditer(r"^    \w+: (\S+)$", text, re.MULTILINE)])
-    T: Array = np.tile(np.eye(4), (len(q), 1, 1))
+    T: Array = np.tile(nominal[0], (len(q), 1, 1))
     for (*xyz, roll, pitch, yaw), angle in zip(numbers.reshape(len(LINKS), len(KEYS)), q.T, strict=True):
         turned = rot_z(yaw) @ rot_y(pitch) @ rot_x(roll) @ rot_z(angle)
         T = T @ pose(turned, np.broadcast_to(xyz, (len(q), 3)))

@@ -154,8 +154,10 @@ class _Replay:
     def error(self, write: Writer, read: Reader) -> float | None:
         """Root mean square over the rows, each seen by the file that was written without its pose [m]."""
         data = self.calibration.fitted_model.dataset
-        errors = [fold.errors(read(write(fold.without) or "", data, fold.looked_at)) for fold in self._folds]
-        return rms(np.concatenate(errors)) if errors else None
+        flanges = [read(write(fold.without) or "", data, fold.looked_at) for fold in self._folds]
+        if not flanges or not all(np.isfinite(flange).all() for flange in flanges):  # a simulated arm may fly apart
+            return None
+        return rms(np.concatenate([fold.errors(flange) for fold, flange in zip(self._folds, flanges, strict=True)]))
 
 
 def _folds(calibration: Calibration) -> Iterator[_Fold]:
