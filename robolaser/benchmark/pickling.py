@@ -1,4 +1,4 @@
-"""Pickles that another process can read, also of what lies in a script or a notebook."""
+"""Pickles that another process can read, also of what is defined in a script or a notebook."""
 
 import pickle
 from typing import Any
@@ -23,7 +23,7 @@ def pickled(thing: Any, name: str) -> bytes:
         import cloudpickle  # noqa: PLC0415 - an extra
     except ImportError:
         raise DependencyMissing(
-            f"{name} lies in a script or a notebook, and other processes need cloudpickle to get it:"
+            f"{name} is defined in a script or a notebook, and other processes need cloudpickle to get it:"
             " pip install 'robolaser[compare]'. Or move it to a module of its own."
         ) from None
     try:

@@ -117,7 +117,7 @@ def check_target(model: Model) -> None:
         row = int(np.argmax(behind))
         where = f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]})"
         raise DataError(
-            f"{where}: with the nominal parameters the target point lies behind the camera, as do "
+            f"{where}: with the nominal parameters the target point is behind the camera, as do "
             f"{int(behind.sum())} of {len(behind)} rows. Check the target's frame and units, bracket_quat and the "
             "flange.",
             file="points.csv",

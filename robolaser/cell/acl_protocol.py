@@ -42,8 +42,8 @@ MEANING = {
     303: "no position is assigned; the controller may have been switched off in between",
     304: "an axis is disabled; switch the motors on",
     310: "there is no such axis",
-    312: "a coordinate lies outside the arm's range",
-    317: "the point lies outside the arm's range",
+    312: "a coordinate is outside the arm's range",
+    317: "the point is outside the arm's range",
 }
 
 

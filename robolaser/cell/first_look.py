@@ -46,6 +46,6 @@ class FirstLook:
         if len(self._missed) == MISSES:
             raise BoardCutOff(
                 f"The whole board is not visible from {' and '.join(self._missed)}, although the plan expects it."
-                " Measure again where it lies (target.x ... in dataset.toml), check light and focus, and record a new"
+                " Measure its position again (target.x ... in dataset.toml), check light and focus, and record a new"
                 " plan with --force."
             )

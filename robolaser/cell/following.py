@@ -120,7 +120,7 @@ class Follower:
             joint = int(np.argmax(off))
             at, wanted = (joint_text(self._robot, joint, float(each[joint])) for each in (q, command))
             raise ArmError(
-                f"On the way to {place}, {self._robot.joints[joint]} is at {at}, but was told to be at {wanted}: it is"
+                f"On the way to {place}, {self._robot.joints[joint]} is at {at}, but was commanded to {wanted}: it is"
                 " blocked, too weak, or turns the other way. Look for what blocks it, and check [arm] direction and"
                 " reference_rad in cell.toml; or state a lower speed_rad_s in [limits]."
             )

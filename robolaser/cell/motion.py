@@ -159,7 +159,7 @@ class Mover:
         for _ in range(STOPS):
             try:
                 self._arm.stop()
-                return self.resting("After it was told to stop", STOPPING_S, alike=STOPPED_ALIKE)
+                return self.resting("After the stop command", STOPPING_S, alike=STOPPED_ALIKE)
             except no_news as error:
                 trouble = error
         assert trouble is not None

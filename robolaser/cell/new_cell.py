@@ -216,5 +216,5 @@ def _readme(new: NewCell, at: Layout) -> str:
        robolaser extract recording --output points
        robolaser diagnose points --output why{log}
 
-`why/report.html` says where the error lies, what causes it and what to do about it.
+`why/report.html` says where the error is, what causes it and what to do about it.
 """

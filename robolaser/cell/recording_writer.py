@@ -95,7 +95,7 @@ class RecordingWriter:
             OutputError: There is one, or what is there is a cell, or lies in this one.
         """
         if (folder / CELL).exists() or folder.resolve().is_relative_to(cell.folder.resolve()):
-            raise OutputError(f"{folder} is a cell or lies in one, and is not changed. Choose another --output.")
+            raise OutputError(f"{folder} is a cell or is inside one, and is not changed. Choose another --output.")
         writer = cls(cell, robot, folder, waypoints, shots)
         there = [file for file in writer._files() if file.exists()]
         if there and not force:

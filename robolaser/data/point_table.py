@@ -101,7 +101,7 @@ def _in_the_image(table: CsvTable, pixel: Array, image_px: tuple[int, int]) -> N
     if outside.any():
         row = int(np.argmax(outside))
         raise DataError(
-            f"{table.file}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) lies outside the"
+            f"{table.file}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) is outside the"
             f" image of {image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
             file=table.file,
             row=table.lines[row],

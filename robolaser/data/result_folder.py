@@ -98,7 +98,7 @@ def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) ->
     for written in (folder, *(folder / name for name in files)):
         if any(written.resolve().is_relative_to(source.resolve()) for source in inputs):
             raise OutputError(
-                f"{written} is an input of this command or lies in one, and is not changed. Choose another --output."
+                f"{written} is an input of this command or is inside one, and is not changed. Choose another --output."
             )
 
 

@@ -62,7 +62,7 @@ def with_gravity_turned(found: Diagnosis, examine: Callable[[Dataset], Diagnosis
         mended.gap.after_m,
     )
     text = (
-        f"Gravity in the base frame is stated as {_vector(stated)} m/s², but the arm gives way as under"
+        f"Gravity in the base frame is stated as {_vector(stated)} m/s², but the arm deflects as under"
         f" {_vector(turned)} m/s². Correct gravity under [robot] in dataset.toml: the error on new poses is then"
         f" {millimetres(mended.gap.after_m)} instead of {millimetres(found.gap.after_m)}."
     )

@@ -124,7 +124,7 @@ def examine_plan(
         EstimationError: Too few poses see anything.
     """
     if dataset.robot is None or dataset.poses.q is None:
-        raise DataError("A plan needs an arm and its joint angles: flange poses do not tell what its joints do.")
+        raise DataError("A plan needs an arm and its joint angles: flange poses do not show what its joints do.")
     with threadpool_limits(limits=1, user_api="blas"):
         fit, silent = _measured(dataset, seed) if len(dataset.points) else _simulated(dataset, points, mount, seed)
         seen, kinds = fit.model.dataset, list(EFFECTS if effects is None else effects)

@@ -47,7 +47,7 @@ def prune(
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
             continue
-        progress("looking where the rest lies")
+        progress("locating the rest")
         left = localize(final)
         rivals = PostureRivals.of(refits, final)
         unmodelled = {}

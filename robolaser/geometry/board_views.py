@@ -78,8 +78,8 @@ def find_intrinsics(
     found = _calibrated([views[i] for i in chosen], image_px, held)
     if not FOCAL_RANGE[0] < found["fx"] / image_px[0] < FOCAL_RANGE[1]:
         raise EstimationError(
-            f"The views of the target do not tell the camera's focal length ({found['fx']:.3g} px came out): tilt the"
-            " target against the view by 20 to 45 degrees, in several directions, or state fx, fy, cx and cy under"
+            f"The views of the target do not determine the camera's focal length ({found['fx']:.3g} px came out): tilt"
+            " the target against the view by 20 to 45 degrees, in several directions, or state fx, fy, cx and cy under"
             " [parameters] with fixed = true."
         )
     return found | dict(held)

@@ -118,7 +118,7 @@ def undetermined_reason(T_base_flange: Array) -> str:
         return ""
     return (
         "All poses have one orientation of the flange, or turn it about one axis only"
-        f" ({np.degrees(about_second):.1f}° about a second one): what sits on the flange cannot be told from what"
-        " stands in the cell. Measure poses that turn the flange about two axes, by"
+        f" ({np.degrees(about_second):.1f}° about a second one): what is on the flange cannot be distinguished from"
+        " what is in the cell. Measure poses that turn the flange about two axes, by"
         f" {np.degrees(LEAST_TURN):.0f}° at least and better by 30°."
     )

@@ -29,6 +29,6 @@ def unusable_torque(log: MotionLog) -> str:
     if log.torque_unit != "Nm":
         return (
             f"the torques are given in {log.torque_unit} and no torque constant is known: mass and constant cannot be"
-            " told apart"
+            " distinguished"
         )
     return ""

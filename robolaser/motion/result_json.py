@@ -240,7 +240,9 @@ def sentence(found: MotionDiagnosis) -> str:
     rest = ""
     if found.verdict == "unexplained" and found.places:
         place = found.places[0]
-        rest = f" What is left lies at {place.site}" + (f", by the {place.coordinate}." if place.coordinate else ".")
+        rest = f" The remaining error is at {place.site}" + (
+            f", by the {place.coordinate}." if place.coordinate else "."
+        )
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
 
 

@@ -210,7 +210,7 @@ def _at(at: At) -> str:
 
 
 def _rivals(one: Finding) -> str:
-    return "these motions do not tell it from " + " or ".join(map(_at, one.judged.rivals))
+    return "these motions do not distinguish it from " + " or ".join(map(_at, one.judged.rivals))
 
 
 def _numbers(one: Finding) -> str:

@@ -99,8 +99,8 @@ def _answer(plan: PosePlan) -> str:
     found = sum(limit.size is not None for limit in plan.limits)
     told = sum(limit.identifiable is not None for limit in plan.limits)
     return (
-        f"Of {len(plan.limits)} faults that could be looked for, these poses would show {found}, and tell {told} of"
-        " them from what is most like them."
+        f"Of {len(plan.limits)} faults that could be looked for, these poses would show {found}, and distinguish {told}"
+        " of them from what is most like them."
     )
 
 

@@ -41,7 +41,7 @@ def write_cloud(path: Path, pieces: Iterable[Vertices], comments: Sequence[str])
     first = next((piece for piece in waiting if len(piece)), None)
     if first is None:
         raise ScanError(
-            "No point of the cloud lies in --region, so there is nothing to write. Check its sides, in metres."
+            "No point of the cloud is in --region, so there is nothing to write. Check its sides, in metres."
         )
     return FORMATS[path.suffix.lower()](path, chain([first], waiting), first.dtype, comments)
 

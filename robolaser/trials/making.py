@@ -140,7 +140,7 @@ def _fault_names(kind: str, asked: Kind, world: World, rng: np.random.Generator)
         raise TrialError(
             f"No world of the kind '{kind}' can be made with the arm '{world.blank.name}': "
             "none of its faults applies to it. A tracker sees neither images nor targets, "
-            "and in a URDF without masses nothing gives way."
+            "and in a URDF without masses nothing deflects."
         )
     names = [str(name) for name in rng.permutation(possible)[:number]]
     if rng.random() < asked.beside:

@@ -73,7 +73,7 @@ def reference_of(dataset: Dataset, *, seed: int) -> ReferenceCell:
     if dataset.robot is None or dataset.poses.q is None:
         raise _unsuitable(dataset.name, "it has no robot with joint angles")
     if not tracked and not dataset.placed:
-        raise _unsuitable(dataset.name, "where its target lies is unknown")
+        raise _unsuitable(dataset.name, "the pose of its target is unknown")
     found = calibrate(dataset, Plan(seed=seed))
     items = found.model.parameters.items
     return ReferenceCell(

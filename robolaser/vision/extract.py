@@ -78,7 +78,7 @@ class Extraction:
         if beside:
             doubts.append(
                 f"in {beside} of {len(used)} images the stripe crosses none of the board's squares; it is assumed"
-                " to lie beside them in the board's plane, which is wrong if it lies on a table below a thick board."
+                " to lie beside them in the board's plane, which is wrong if it is on a table below a thick board."
             )
         return tuple(doubts)
 

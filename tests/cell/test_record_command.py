@@ -249,7 +249,7 @@ def test_a_recording_in_place_of_an_arm_is_not_recorded_over(acl: Rig, capsys: p
     cell.write_text(cell.read_text().replace('kind = "acl"', 'kind = "replay"'))
     acl.out = replayed / "again"
     assert acl.record("--poses", str(acl.poses), "--move", port=str(replayed)) == 1
-    assert "is an input of this command or lies in one" in capsys.readouterr().err
+    assert "is an input of this command or is inside one" in capsys.readouterr().err
     assert not replayed.exists()
 
 

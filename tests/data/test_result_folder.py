@@ -59,7 +59,7 @@ def test_nothing_is_written_into_what_is_read(tmp_path):
     (tmp_path / "data").mkdir()
     with pytest.raises(OutputError, match="is an input of this command"):
         write(tmp_path / "data" / ".." / "data", inputs=[tmp_path / "data"])
-    with pytest.raises(OutputError, match="is an input of this command or lies in one"):
+    with pytest.raises(OutputError, match="is an input of this command or is inside one"):
         write(tmp_path / "data" / "result", inputs=[tmp_path / "data"])
     assert not list((tmp_path / "data").iterdir())
 

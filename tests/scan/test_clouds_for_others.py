@@ -117,7 +117,7 @@ def test_region_and_voxels_are_typed_and_said(cell, tmp_path, capsys):
         assert main([*asked, "--force", "--region", wrong]) == 2
         assert "X0:X1,Y0:Y1,Z0:Z1" in capsys.readouterr().err
     assert main([*asked, "--force", "--region", "50:51,:,:"]) == 1
-    assert "No point of the cloud lies in --region" in capsys.readouterr().err
+    assert "No point of the cloud is in --region" in capsys.readouterr().err
 
 
 def test_a_library_that_is_not_there_is_named(tmp_path, monkeypatch):

@@ -190,7 +190,7 @@ def test_a_cell_without_joints_or_place_cannot_be_imitated(trial, tmp_path, caps
     floating = tmp_path / "floating"
     assert main(["simulate", "--robot", "scorbot_er7", "--poses", "5", "--unplaced", "--output", str(floating)]) == 0
     assert main(["challenge", "new", str(tmp_path / "new"), "--like", str(floating)]) == 1
-    assert "where its target lies is unknown" in capsys.readouterr().err
+    assert "the pose of its target is unknown" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

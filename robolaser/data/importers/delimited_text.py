@@ -64,7 +64,9 @@ def _separator(path: Path, header: str, options: ImportOptions) -> str:
     if len(sign) != 1 or sign in '"\r\n':
         raise UsageError(f"--separator {separator!r}: expected one character, or {', '.join(NAMES)}.")
     if sign == options.decimal:
-        raise UsageError(f"--separator and --decimal are both {sign!r}: a cell could not be told from its digits.")
+        raise UsageError(
+            f"--separator and --decimal are both {sign!r}: a separator could not be distinguished from digits."
+        )
     return sign
 
 

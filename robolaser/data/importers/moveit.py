@@ -57,7 +57,7 @@ class MoveIt(Importer):
         names = tuple(str(i) for i in range(1, len(rows) + 1))
         flange = None if q is not None else effector
         flange_from = EFFECTOR if joints is None else f"{joints[0]}, joint_values"
-        left_out = () if q is None else (f"{file}: {EFFECTOR} (the joint readings stand for it)",)
+        left_out = () if q is None else (f"{file}: {EFFECTOR} (the joint readings replace it)",)
         return pairs_dataset(Pairs(file, names, flange, seen, flange_from, OBJECT, q=q), mount, options, left_out)
 
 

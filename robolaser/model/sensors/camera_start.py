@@ -87,7 +87,7 @@ class CameraStart:
         intrinsics = find_intrinsics(self._views, self._image_px, dict(held))
         if len(self._views) < FEWEST_PLACED:
             raise EstimationError(
-                f"{len(self._views)} of the poses show enough of the target to say where it stands: a hand-eye takes"
+                f"{len(self._views)} of the poses show enough of the target to locate it: a hand-eye takes"
                 f" {FEWEST_PLACED} or more, with turns about two axes. Take more images."
             )
         return intrinsics, np.stack([board_pose(view, intrinsics) for view in self._views])

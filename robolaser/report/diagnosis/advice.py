@@ -43,7 +43,7 @@ SITES: Mapping[str, str] = {
     "timing": "how camera and joint readings are synchronised",
     "image": "single images, and how the stripe is found in them",
     "tool": "how ball or reflectors are fixed to the flange",
-    "measuring_system": "the measuring system: its scale, its own stand",
+    "measuring_system": "the measuring system: its scale, its mount",
 }
 """What to look at, by the site where something unexplained lies; a joint is a joint."""
 

@@ -152,7 +152,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
     cell = cell_scene(model, diagnosis.x, errors, title="The cell, and its errors on new poses",
                       marked=suspected(diagnosis), remark=_highlighted(diagnosis))  # fmt: skip
-    lies = "Where the rest lies" if diagnosis.verdict == "unexplained" else "Where the gap lies"
+    lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
     sizes = {name: source.value for name, source in diagnosis.noise.items()}
     noise = noise_table(
         sizes,
@@ -178,11 +178,11 @@ def _highlighted(diagnosis: Diagnosis) -> str:
         named = ", ".join(f"{place(site)} ({share})" if share else place(site)
                           for site, share in marked.items())  # fmt: skip
         whose = "what is left" if diagnosis.verdict == "unexplained" else "the gap"
-        brackets = f" In brackets: the share of {whose} that lies there." if any(marked.values()) else ""
+        brackets = f" In brackets: the share of {whose} that is there." if any(marked.values()) else ""
         return f" Highlighted: {named}.{brackets}"
     if diagnosis.verdict == "no_gap":
         return " No place is highlighted: what is left is noise."
-    return " No place is highlighted: the gap lies at none of them alone."
+    return " No place is highlighted: the gap is at none of them alone."
 
 
 def _not_found(diagnosis: Diagnosis) -> list[Block]:

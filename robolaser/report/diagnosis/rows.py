@@ -141,7 +141,7 @@ def site_table(diagnosis: Diagnosis) -> Table:
         )
         for lies in diagnosis.where
     ]
-    columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What lies there"),
+    columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What is there"),
                Column(f"Share of the {'rest' if is_rest else 'gap'}, p value", "wide", 42)]  # fmt: skip
     note = (
         "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that place"
@@ -160,8 +160,8 @@ def limit_table(diagnosis: Diagnosis) -> Table:
         for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect)
     ]
     note = (
-        "Detection limit: larger effects would have been found in nine cases out of ten; then what one of that size"
-        " costs at the tool, and from which size on it is told from what looks most like it."
+        "Detection limit: larger effects would have been found in nine cases out of ten; then the error at the tool of"
+        " one of that size, and the size from which it is distinguished from the most similar cause."
     )
     return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=0)
 
@@ -242,7 +242,10 @@ def _chance(p: float) -> str:
 def _less(limits: Sequence[DetectionLimit]) -> list[str]:
     """A line for each place with a limit, and one for those without."""
     lines = [_limit(one) for one in limits]
-    for is_imitated, why in ((True, "cannot be told from what was found"), (False, "cannot be seen in these poses")):
+    for is_imitated, why in (
+        (True, "cannot be distinguished from what was found"),
+        (False, "cannot be seen in these poses"),
+    ):
         unseen = [
             place(one.candidate_effect.where) for one in limits if one.size is None and one.is_imitated == is_imitated
         ]
