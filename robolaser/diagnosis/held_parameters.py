@@ -14,7 +14,7 @@ from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.cause_words import listed, members
 from robolaser.diagnosis.result import Diagnosis, Estimate, WrongInput
 from robolaser.diagnosis.summary_text import NAMED, millimetres
-from robolaser.diagnosis.thresholds import CERTAIN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
 from robolaser.errors import RobolaserError
 from robolaser.estimation.linearization import TOUCH
@@ -49,7 +49,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     part = min(suspects, key=lambda part: freed[part].held_out_rms_m or np.inf)
     free = examine(freed[part].model.dataset)
     probability = probability_of(found, free)
-    return _told(found, free, part, held[part], probability) if probability > 0.5 else found
+    return _told(found, free, part, held[part], probability) if probability > EVEN else found
 
 
 def _held(found: Diagnosis) -> dict[str, list[str]]:
@@ -58,6 +58,8 @@ def _held(found: Diagnosis) -> dict[str, list[str]]:
     without_effects = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
     parts: dict[str, list[str]] = {}
     for name, item in blocks.given.items():
+        if not item.given:  # a closed form's, which no file holds
+            continue
         near = TOUCH * (item.upper - item.lower)
         if name not in blocks.fixed and not item.lower + near < without_effects[name] < item.upper - near:
             parts.setdefault(_part(name, found.dataset), []).append(name)
@@ -107,14 +109,17 @@ def _told(found: Diagnosis, free: Diagnosis, part: str, names: Sequence[str], pr
     would_be = {name: _estimate(free, name) for name in names}
     moved = {name: abs(would_be[name].value - held[name].nominal) / (would_be[name].std or np.inf) for name in names}
     shown = [name for name in names if moved[name] > SIGMA_OF_95_PERCENT] or [max(names, key=lambda one: moved[one])]
+    before, after = found.gap, free.gap
+    gaps = before.calibrated_m, after.calibrated_m
+    if gaps[1] >= gaps[0]:  # another cause is larger, and only beside its effects the error falls
+        gaps = before.after_m, after.after_m
     wrong = WrongInput(
         "held_parameter",
         part,
         _cause(part),
         probability,
         {name: would_be[name] for name in shown},
-        found.gap.calibrated_m,
-        free.gap.calibrated_m,
+        *gaps,
         () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
     )
     text = _sentence(wrong, {name: held[name].nominal for name in shown})

@@ -1,16 +1,19 @@
 """A parameter that the data set holds at a wrong value is a suspect, beside every effect of the library."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 import robolaser
+from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "etna-s2"
 FOCAL = ("fx", "fy")
 INTRINSICS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 
@@ -74,3 +77,12 @@ def test_what_is_saved_has_the_freed_values() -> None:
     why = robolaser.diagnose(held(plain, dict.fromkeys(FOCAL, 1.02), like=plain), seed=0)
     assert why.model is not None
     assert why.model.value("fx") == pytest.approx(why.effects[0].parameters["fx"].value)
+
+
+def test_no_file_holds_what_a_closed_form_found(tmp_path: Path) -> None:
+    """A scanner without a first guess: bounds around its start are nobody's."""
+    assert main(["extract", str(EXAMPLE), "--output", str(tmp_path / "points"), "--quiet"]) == 0
+    seen_by_scanner = robolaser.load(tmp_path / "points")
+    why = robolaser.diagnose(replace(seen_by_scanner, parameters={}), seed=0)
+    assert "dataset.toml holds" not in why.sentence
+    assert [one.effect for one in why.effects] == ["laser_roll"]
