@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from robolaser.data.cell_config import Cell
     from robolaser.data.dataset import Dataset
     from robolaser.report.viewer.collision_scene import CollisionScene
+    from robolaser.report.viewer.fitted_cell import FittedCell
 
 
 def view(
@@ -27,7 +28,7 @@ def view(
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
     terminal: Terminal = TERMINAL,
 ) -> None:
-    """Show robot, scanner, laser plane, target and points in the browser.
+    """Show robot, sensor, target and points in the browser.
 
     For example:
 
@@ -44,7 +45,8 @@ def view(
     """
     from robolaser.data.cell_config import load_cell
     from robolaser.data.loading import load
-    from robolaser.report.viewer.cell_model import CellModel, calibrated, has_nominal, nominal
+    from robolaser.model.sensors import sensor_class
+    from robolaser.report.viewer.cell_model import ShownCell, calibrated, has_nominal, nominal
     from robolaser.report.viewer.downsampling import downsampled
     from robolaser.report.viewer.serving import ViewerApp
     from robolaser.scan import read_calibration
@@ -52,10 +54,14 @@ def view(
 
     stated = None if cell is None else load_cell(cell)
     data = load(dataset) if stated is None or dataset.is_dir() else _planned(stated, dataset)
-    found = None if calibration is None else read_calibration(calibration, data.robot)
-    models: tuple[CellModel, ...] = () if found is not None and not has_nominal(data) else (nominal(data),)
-    if found is not None:
-        models = (*models, calibrated(found, data))
+    models: tuple[ShownCell, ...]
+    if calibration is None:
+        models = (nominal(data),)
+    elif sensor_class(data.kind).has_laser_plane():
+        found = read_calibration(calibration, data.robot)
+        models = (*((nominal(data),) if has_nominal(data) else ()), calibrated(found, data))
+    else:
+        models = (_fitted(data, calibration),)
     points = None if cloud is None else downsampled(map_ply(cloud))
     for warning in (*data.warnings, *(note for model in models for note in model.notes)):
         terminal.warn(warning)
@@ -67,6 +73,19 @@ def view(
         app.wait()
     except KeyboardInterrupt:
         app.stop()
+
+
+def _fitted(data: "Dataset", calibration: Path) -> "FittedCell":
+    """The cell by the numbers and effects of a saved calibration."""
+    from robolaser.calibration.result import FORMAT
+    from robolaser.model.effects import candidate_effects
+    from robolaser.report.viewer.fitted_cell import fitted_cell
+    from robolaser.results.contents import FILES, numbers_of, read_back
+
+    contents, _ = read_back(calibration, FILES[FORMAT], FORMAT)
+    names = [f"{one['effect']}:{one['where']}" for one in contents["effects"] if one["effect"] != "outliers"]
+    numbers = {name: float(number["value"]) for name, number in numbers_of(contents).items()}
+    return fitted_cell(data, tuple(candidate_effects(names, data)), numbers)
 
 
 def _planned(cell: "Cell", poses: Path) -> "Dataset":

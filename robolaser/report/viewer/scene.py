@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.viewer.cell_model import CellFrames, CellModel
+from robolaser.report.viewer.cell_model import CellFrames, ShownCell
 from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, Solid, ball, bar
 from robolaser.robot.collision_bodies import LEAST_RADIUS_M, MOST_RADIUS_M, SHARE_OF_ARM
 
@@ -25,7 +25,7 @@ DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
 
 
-def moving_shapes(model: CellModel, frames: CellFrames, arm_m: float) -> tuple[Shape, ...]:
+def moving_shapes(model: ShownCell, frames: CellFrames, arm_m: float) -> tuple[Shape, ...]:
     """Shapes that move with the joints: arm, scanner and laser plane.
 
     Args:
@@ -37,7 +37,7 @@ def moving_shapes(model: CellModel, frames: CellFrames, arm_m: float) -> tuple[S
     return (*_arm(model.dataset, frames, radius), *_scanner(frames, radius))
 
 
-def fixed_shapes(model: CellModel, others: tuple[CellModel, ...]) -> tuple[Shape, ...]:
+def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Shape, ...]:
     """Shapes that do not move: the target, and the measured points by this model.
 
     Args:
@@ -81,20 +81,22 @@ def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
 
 
 def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
-    T, corners, light = frames.camera, frames.corners, frames.light
-    if T is None or corners is None or light is None or frames.projector is None:
+    T, corners, light, lamp = frames.camera, frames.corners, frames.light, frames.projector
+    if T is None or corners is None:
         return []
-    eye, lamp = T[:3, 3], frames.projector
+    eye = T[:3, 3]
     size = 1.1 * radius
     body = T @ pose(np.eye(3), np.array([0.0, 0.0, -0.8 * size]))
-    held = {"scanner/bracket": frames.flange[:3, 3], "scanner/arm": lamp}
+    held = {"sensor/bracket": frames.flange[:3, 3]} | ({} if lamp is None else {"sensor/arm": lamp})
     shapes: list[Shape] = [
-        Solid("scanner/camera", "box", (size, size, 1.6 * size), body, CAMERA),
+        Solid("sensor/camera", "box", (size, size, 1.6 * size), body, CAMERA),
         *(bar(name, (body[:3, 3], end), 0.3 * radius, JOINT) for name, end in held.items()
           if np.linalg.norm(end - body[:3, 3]) > 0.0),
-        ball("scanner/laser", lamp, 0.5 * size, LASER),
-        Lines("scanner/view", _frustum(eye, corners), VIEW, 1.5),
+        Lines("sensor/view", _frustum(eye, corners), VIEW, 1.5),
     ]  # fmt: skip
+    if lamp is None or light is None:
+        return shapes
+    shapes.append(ball("sensor/laser", lamp, 0.5 * size, LASER))
     if len(light) > 1:
         fan = np.concatenate([lamp[None], light])
         i = np.arange(1, len(light))

@@ -12,7 +12,7 @@ import rich
 
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
-from robolaser.report.viewer.cell_model import CellModel
+from robolaser.report.viewer.cell_model import ShownCell
 from robolaser.report.viewer.collision_scene import CollisionScene
 from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Dots, Shape, draw
@@ -46,7 +46,7 @@ class ViewerApp:
 
     def __init__(
         self,
-        models: tuple[CellModel, ...],
+        models: tuple[ShownCell, ...],
         cloud: Dots | None = None,
         port: int | None = None,
         collisions: CollisionScene | None = None,
@@ -171,7 +171,7 @@ class ViewerApp:
     def _show_moving(self) -> None:
         model = self._current
         frames = model.at(self._q()) if self._pose is None else model.at_pose(self._pose)
-        self._show(("robot", "scanner", "light"), moving_shapes(model, frames, self._arm_m))
+        self._show(("robot", "sensor", "light"), moving_shapes(model, frames, self._arm_m))
         if self._collisions is not None:
             q = self._q() if self._pose is None else model.dataset.arm[1][self._pose]
             self._hits.value, shapes = self._collisions.at(q)
@@ -216,19 +216,21 @@ class ViewerApp:
         camera.position = tuple(middle + max(float(np.linalg.norm(high - low)), arm_m) * FROM)
 
 
-def _groups(model: CellModel, *, has_cloud: bool) -> tuple[str, ...]:
+def _groups(model: ShownCell, *, has_cloud: bool) -> tuple[str, ...]:
     """What can be shown and hidden."""
-    scanner = () if model.scanner is None else ("scanner", "light")
     known = ("target",) * bool(len(model.target))
-    return ("robot", *scanner, *known, *("points",) * bool(len(model.points)), *("cloud",) * has_cloud)
+    return ("robot", *model.groups, *known, *("points",) * bool(len(model.points)), *("cloud",) * has_cloud)
 
 
-def _rms_note(models: Iterable[CellModel]) -> str:
+def _rms_note(models: Iterable[ShownCell]) -> str:
     """How far the measured points lie from the target, by each model."""
     parts = []
     for model in models:
-        if model.scanner is None:
-            return f"Only the arm is drawn: a {model.dataset.format.title} has neither camera nor light."
+        if not model.groups and not len(model.points):
+            return (
+                f"Only the arm is drawn: a {model.dataset.format.title} has neither camera nor light. Name a"
+                " calibration to see its points."
+            )
         apart = np.linalg.norm(model.points - model.target, axis=-1) if len(model.target) else np.empty(0)
         apart = apart[np.isfinite(apart)]
         if len(apart):

@@ -136,7 +136,7 @@ def test_flange_poses_without_a_robot_are_shown_too(data):
     model = nominal(replace(data, robot=None, poses=poses))
     shapes = by_name(moving_shapes(model, model.at_pose(0), arm_length(model.dataset.robot)))
     assert not [name for name in shapes if name.startswith("robot/link")]
-    assert {"robot/flange", "scanner/camera", "light/sheet"} <= set(shapes)
+    assert {"robot/flange", "sensor/camera", "light/sheet"} <= set(shapes)
 
 
 def test_other_sensors_show_their_arm(data):
