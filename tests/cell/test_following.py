@@ -71,7 +71,7 @@ def test_a_joint_that_sticks_is_noticed_and_named(cell: Cell, tmp_path: Path) ->
     follower = Follower(arm, cell.robot, 0.8, rig.clock, HZ)
     follower.move(rig.motor() + 0.05, "p")
     rig.clock.at.append((0.3 + rig.clock.now(), lambda: rig.controller.inject(ArmFault.STALL, 2, rig.clock.now())))
-    with pytest.raises(ArmError, match=r"joint_2 is at .* but was told to be at"):
+    with pytest.raises(ArmError, match=r"joint_2 is at .* but was commanded to"):
         follower.move(rig.motor() + 0.6, "p")
 
 

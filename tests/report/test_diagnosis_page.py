@@ -120,7 +120,7 @@ def test_rivals_gross_errors_and_what_cannot_be_tested_are_listed(pages, made):
     dataset = made["explained"].dataset
     for row in made["explained"].outliers:
         pose, point = dataset.poses.names[dataset.points.pose[row]], dataset.points.names[row]
-        assert f"{row + 1} {pose} {point} " in words
+        assert f"{pose} {point} {row + 1} " in words
 
 
 def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
