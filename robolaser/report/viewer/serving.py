@@ -89,7 +89,8 @@ class ViewerApp:
 
     def _build_panel(self) -> None:
         gui, dataset = self._server.gui, self._current.dataset
-        gui.configure_theme(show_logo=False, show_share_button=False, control_layout="collapsible")
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
         gui.set_panel_label(dataset.name[:60])
         self._model = gui.add_dropdown("Model", tuple(self._models), initial_value=self._current.name)
         self._model.on_update(self._locked(self._switch_model))
