@@ -9,7 +9,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
-from robolaser.geometry.hand_eye import LEAST_TURN, turns_of
+from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
@@ -90,10 +90,12 @@ def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:
         model: Data and effects.
         apart: Names of parameters that the data do not determine.
     """
-    seen = np.unique(model.dataset.points.pose)
-    _, turns, _ = turns_of(model.dataset.flange()[seen, :3, :3])
     carried = [name for name in apart if name.startswith("hand_eye.")]
-    if not carried or turns[1] >= LEAST_TURN:
+    if not carried:
+        return []
+    seen = np.unique(model.dataset.points.pose)
+    _, turns, _ = principal_turns(model.dataset.flange()[seen, :3, :3])
+    if turns[1] >= LEAST_TURN:
         return []
     turning = "turns about one axis only" if turns[0] >= LEAST_TURN else "never turns"
     return [
@@ -117,7 +119,7 @@ def check_target(model: Model) -> None:
         row = int(np.argmax(behind))
         where = f"points.csv, row {row + HEADER} (pose {model.dataset.poses.names[pose[row]]})"
         raise DataError(
-            f"{where}: with the nominal parameters the target point is behind the camera, as do "
+            f"{where}: with the nominal parameters the target point is behind the camera, as are "
             f"{int(behind.sum())} of {len(behind)} rows. Check the target's frame and units, bracket_quat and the "
             "flange.",
             file="points.csv",

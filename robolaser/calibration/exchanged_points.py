@@ -67,7 +67,7 @@ def with_names(dataset: Dataset, names: Mapping[int, Mapping[str, str]]) -> Data
     return replace(dataset, points=replace(points, names=right))
 
 
-def said(names: Mapping[int, Mapping[str, str]], poses: Sequence[str], most: int = 4) -> str:
+def fault_text(names: Mapping[int, Mapping[str, str]], poses: Sequence[str], most: int = 4) -> str:
     """The beginning of a sentence: which points of which poses."""
     which = ", ".join(sorted({name for one in names.values() for name in one}))
     where = [poses[pose] for pose in names]

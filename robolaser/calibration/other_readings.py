@@ -8,7 +8,7 @@ from typing import Final, Literal, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.calibration.exchanged_points import exchanged_points, said, with_names
+from robolaser.calibration.exchanged_points import exchanged_points, fault_text, with_names
 from robolaser.data.dataset import Dataset
 from robolaser.errors import RobolaserError
 from robolaser.geometry.rigid_motion import inverse
@@ -68,7 +68,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed or in degrees.
     """
     if names := exchanged_points(dataset):
-        yield Hypothesis(with_names(dataset, names), said(names, dataset.poses.names), "points.csv")
+        yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")
     yield from _of_rows_and_ends(dataset)
     yield from _of_lengths(dataset)
     if dataset.robot is not None and dataset.poses.q is not None:

@@ -25,10 +25,10 @@ def turn_about_second_axis(R: Array) -> float:
 
     Zero where all turns are about one axis, and where there is none: then turns alone find no hand-eye.
     """
-    return float(turns_of(R)[1][1]) if len(R) > 1 else 0.0
+    return float(principal_turns(R)[1][1]) if len(R) > 1 else 0.0
 
 
-def turns_of(R: Array) -> tuple[Array, Array, Array]:
+def principal_turns(R: Array) -> tuple[Array, Array, Array]:
     """The mean of rotations (n, 3, 3), how far they turn about each principal axis (3,) [rad], and these, (3, 3)."""
     M = mean_rotation(R)
     turns = log_so3(M.T @ R)

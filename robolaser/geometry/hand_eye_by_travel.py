@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import EstimationError
-from robolaser.geometry.hand_eye import LEAST_TURN, mean_rotation, robot_world_hand_eye, turns_of
+from robolaser.geometry.hand_eye import LEAST_TURN, mean_rotation, principal_turns, robot_world_hand_eye
 from robolaser.geometry.rigid_motion import exp_so3, nearest_rotation, pose, skew
 
 LEAST_TRAVEL = 0.05
@@ -28,7 +28,7 @@ def hand_eye_by_travel(A: Array, B: Array) -> tuple[Array, Array]:
     """
     R_A, R_B, t_A, t_B = A[:, :3, :3], B[:, :3, :3], A[:, :3, 3], B[:, :3, 3]
     travel, seen, turning = t_A - t_A.mean(axis=0), t_B - t_B.mean(axis=0), R_A - R_A.mean(axis=0)
-    M, turns, axes = turns_of(R_A)
+    M, turns, axes = principal_turns(R_A)
     if turns[0] < LEAST_TURN:
         breadth = np.linalg.svd(travel, compute_uv=False)
         if breadth[1] < LEAST_TRAVEL * breadth[0]:

@@ -118,17 +118,17 @@ def _sense(rows: Sequence[Row], names: tuple[str, str]) -> str:
 def _cells(row: Row) -> tuple[Cell, ...]:
     name, unit, apart = str(row["name"]), row.get("unit", ""), row.get("errors")
     is_sure = name.startswith(PROBABILITY)
-    change = _said(row["change"], unit, SIGNIFICANT, is_sure=is_sure) if row.get("change") else ""
+    change = _value_text(row["change"], unit, SIGNIFICANT, is_sure=is_sure) if row.get("change") else ""
     if change and row["change"] > 0:
         change = f"+{change}"
     if change and apart is not None:
         change += f" ({abs(apart):.1f})"
     digits = SIGNIFICANT if name in ERRORS else VALUE
-    values = [Cell(_said(row[each], unit, digits, is_sure=is_sure)) for each in PAIR]
+    values = [Cell(_value_text(row[each], unit, digits, is_sure=is_sure)) for each in PAIR]
     return Cell(ERRORS.get(name, name)), *values, Cell(change, order=apart)
 
 
-def _said(value: float | str | None, unit: str, digits: int, *, is_sure: bool) -> str:
+def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: bool) -> str:
     if value is None or isinstance(value, str):
         return value or "-"
     if is_sure:

@@ -68,23 +68,25 @@ def orient_by_robot(orientations: Sequence[Orientations], R_base_flange: Array, 
     Returns:
         One grid for each image.
     """
-    chosen, _ = _by_turns(orientations, R_base_flange, lens)
+    chosen, _ = _chosen_by_turns(orientations, R_base_flange, lens)
     return [ways[best] for ways, best in zip(orientations, chosen, strict=True)]
 
 
-def robot_tells(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> bool:
-    """Whether the flange's turns leave one way for each image; arguments as for `orient_by_robot`."""
+def certainly_oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> list[Array] | None:
+    """The same where the flange's turns leave one way for each image; None where they do not."""
     if not lens.known:
-        return False
-    chosen, misfits = _by_turns(orientations, R_base_flange, lens)
+        return None
+    chosen, misfits = _chosen_by_turns(orientations, R_base_flange, lens)
     for best, misfit in zip(chosen, misfits, strict=True):
         others = np.delete(misfit, best)
         if misfit[best] > LARGEST_MISFIT or (len(others) and others.min() < LEAST_MARGIN * misfit[best] + LEAST_TOLD):
-            return False
-    return True
+            return None
+    return [ways[best] for ways, best in zip(orientations, chosen, strict=True)]
 
 
-def _by_turns(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> tuple[list[int], list[Array]]:
+def _chosen_by_turns(
+    orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens
+) -> tuple[list[int], list[Array]]:
     """The way for each image, and how far each of its ways turns otherwise than the flange did, on average [rad].
 
     Image by image against those before, and then each against all others, until none is laid anew.

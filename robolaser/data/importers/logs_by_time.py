@@ -54,8 +54,13 @@ def joined_by_time(
 def _in_order(poses: Poses) -> Poses:
     """In the order of their times, those left out that repeat the time of the one before."""
     assert poses.time_s is not None
-    order = np.argsort(poses.time_s, kind="stable")
-    return poses.take(order[np.diff(poses.time_s[order], prepend=-np.inf) > 0])
+    return poses.take(_increasing(poses.time_s))
+
+
+def _increasing(time_s: Array) -> Ints:
+    """Numbers of the rows in the order of their times, without those that repeat the time of the one before."""
+    order = np.argsort(time_s, kind="stable")
+    return order[np.diff(time_s[order], prepend=-np.inf) > 0]
 
 
 def _times(
@@ -70,8 +75,7 @@ def _times(
                 " clocks differ. Import bodies (--sensor pose), or correct the times."
             )
         return at_s, "", ()
-    order = np.argsort(at_s, kind="stable")
-    order = order[np.diff(at_s[order], prepend=-np.inf) > 0]
+    order = _increasing(at_s)
     turns = from_quaternion(measured.numbers(QUATERNION)[order])
     assert log.poses.time_s is not None
     flange = Trajectory("the arm's log", log.poses.time_s, log.flange())

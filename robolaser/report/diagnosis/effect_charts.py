@@ -9,17 +9,13 @@ from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.report.chart import FITTED, HELD_OUT, INK, LINES, Chart, chart, colours, hover, layer, quantity, records
 from robolaser.report.diagnosis.explained_errors import FORESEEN, ExplainedError, explained_errors
+from robolaser.report.digits import human
 
 MOST: Final = 6
 """Effects with a chart on the page, the first findings."""
 SIDES: Final = (-1.3, 1.3)
 """Of an axis that has -1 and 1 only."""
 BEFORE, AFTER, EFFECT = "without it", "left with it", "the effect"
-SHOWN: Final = {
-    "rad": (float(np.degrees(1.0)), "°"), "rad/s": (float(np.degrees(1.0)), "°/s"), "m": (1e3, "mm"),
-    "m/s": (1e3, "mm/s"),
-}  # fmt: skip
-"""Factors and units for a person."""
 
 
 def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
@@ -33,17 +29,20 @@ def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
 
 
 def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
-    scale, unit = SHOWN[one.unit]
-    along, of = SHOWN.get(one.coordinate.unit, (1.0, "" if one.coordinate.unit == "sign" else one.coordinate.unit))
+    scale, unit = human(1.0, one.unit)
+    is_sign = one.coordinate.unit == "sign"
+    length, per, second = one.coordinate.unit.partition("/s")
+    along, of = human(1.0, "" if is_sign else length)
     x, y = along * one.x, scale * one.moves
     series = {BEFORE: y + scale * one.left, EFFECT: y, AFTER: scale * one.left}
     looks = {BEFORE: (HELD_OUT, 40, False), EFFECT: (INK, 26, True), AFTER: (FITTED, 26, True)}
-    for rival, left in one.left_by_rivals:
+    if one.rival is not None:
+        rival, left = one.rival
         name = f"left with {named(rival)}"
         series[name], looks[name] = scale * left, (LINES[3], 26, False)
     pose = [names[i] for i in one.pose]
     across = quantity(
-        "x", f"{one.coordinate.name}{f' [{of}]' if of else ''}", domain=SIDES if one.coordinate.unit == "sign" else None
+        "x", f"{one.coordinate.name}{f' [{of}{per}{second}]' if of else ''}", domain=SIDES if is_sign else None
     )
     up = quantity("error", f"error of {one.of} [{unit}]")
     colour = colours({name: looks[name][0] for name in series})
@@ -57,7 +56,7 @@ def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
         " everything else in the model: without this effect, and what is left with it. If the dots follow those of"
         " the effect, and nothing of that shape is left, the effect has the right form."
         + (" It depends on no coordinate alone, so the axis is the effect itself." if no_other else "")
-        + (" The other effect cannot be distinguished from it with these poses." if one.left_by_rivals else ""),
+        + (" The other effect cannot be distinguished from it with these poses." if one.rival is not None else ""),
         f"The error of {one.of} falls from {before:.2g} {unit} to {after:.2g} {unit} RMS over {len(pose)} of them.",
         [
             layer({"type": "point", "size": size, "filled": filled, "strokeWidth": 1.4},

@@ -1,7 +1,7 @@
 """What each pose or row says of an effect: the error that it is to explain there, and what it leaves."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
@@ -55,7 +55,7 @@ class ExplainedError:
         moves: The error by the effect, (n,).
         left: What is left beside it, (n,): the sum is the error without it.
         pose: Which poses these are, (n,).
-        left_by_rivals: What is left with an effect that may be there instead, the most probable one, (n,).
+        rival: The most probable effect that may be there instead, and what it leaves, (n,).
     """
 
     candidate_effect: CandidateEffect
@@ -66,7 +66,7 @@ class ExplainedError:
     moves: Array
     left: Array
     pose: Ints
-    left_by_rivals: tuple[tuple[CandidateEffect, Array], ...] = field(default=())
+    rival: tuple[CandidateEffect, Array] | None
 
 
 def explained_errors(weighed: Weighed, wanted: Sequence[CandidateEffect]) -> Iterator[ExplainedError]:
@@ -97,8 +97,8 @@ def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
     known = (angle_of(run, joint), *torque_of(run, joint), *motion_of(run, joint), *of_run(run))
     coordinate, x = _telling([(each, each.values[seen, 0]) for each in known], moves[seen])
     unit = "m" if robot.prismatic[column] else "rad"
-    rivals = tuple((rival, left(other)) for rival, other in _rivals(one))
-    return ExplainedError(one.candidate_effect, coordinate, x, joint, unit, moves[seen], left(fit), seen, rivals)
+    rival = _rival(one, left)
+    return ExplainedError(one.candidate_effect, coordinate, x, joint, unit, moves[seen], left(fit), seen, rival)
 
 
 def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
@@ -107,7 +107,12 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     others = tuple(each for each in fit.effects if each != one.candidate_effect)
     held = np.isin(fit.problem.parameters.names, one.candidate_effect.parameters.names)
     without = model.with_effects(others).residuals(fit.x[None, ~held])[0]
-    left = fit.in_metres(model.residuals(fit.x[None])[0])
+
+    def left_by(other: Fit) -> Array:
+        in_metres: Array = fit.in_metres(other.model.residuals(other.x[None])[0])
+        return in_metres
+
+    left = left_by(fit)
     by_effect = fit.in_metres(without) - left
     axis = int(np.square(by_effect).sum(axis=0).argmax())
     rows = np.arange(len(left))[evenly(len(left), MOST_ROWS)]
@@ -118,17 +123,17 @@ def _of_rows(fit: Fit, one: EffectEvidence) -> ExplainedError:
     if one.candidate_effect.effect.stage_in(model.dataset) in OF_ROWS:
         known = [(each, each.values[rows, 0]) for each in _of_points(model.run)] + known
     coordinate, x = _telling(known, moves)
-    rivals = tuple(
-        (rival, fit.in_metres(other.model.residuals(other.x[None])[0])[rows, axis]) for rival, other in _rivals(one)
-    )
+    rival = _rival(one, lambda other: left_by(other)[rows, axis])
     of = f"the points{AXES[left.shape[1]][axis]}"
-    return ExplainedError(one.candidate_effect, coordinate, x, of, "m", moves, left[rows, axis], pose[rows], rivals)
+    return ExplainedError(one.candidate_effect, coordinate, x, of, "m", moves, left[rows, axis], pose[rows], rival)
 
 
-def _rivals(one: EffectEvidence) -> Iterator[tuple[CandidateEffect, Fit]]:
-    """The most probable effect that these data do not distinguish from an effect."""
-    likely = sorted(one.alternatives, key=lambda pair: -one.weights.get(pair[0], 0.0))
-    yield from likely[:1]
+def _rival(one: EffectEvidence, left: Callable[[Fit], Array]) -> tuple[CandidateEffect, Array] | None:
+    """The most probable effect that these data do not distinguish from an effect, and what it leaves."""
+    if not one.alternatives:
+        return None
+    rival, fit = max(one.alternatives, key=lambda pair: one.weights.get(pair[0], 0.0))
+    return rival, left(fit)
 
 
 def _of_poses(run: Run, *, bends: bool) -> Iterator[Coordinate]:

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
-from robolaser.geometry.rigid_motion import apply
+from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.blocks.cell_frames import camera_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
@@ -87,7 +87,7 @@ class FittedCell:
             joints = robot.joint_frames(perturb(Stage.JOINTS, moved)[:, number, None], shared)[0, 0]
         if cameras is None:
             return CellFrames(joints, flange)
-        mounted = np.linalg.inv(self._poses.flanges[number]) @ cameras[number]
+        mounted = inverse(self._poses.flanges[number]) @ cameras[number]
         camera = flange @ mounted if self._poses.rides else cameras[number]
         return CellFrames(joints, flange, camera, apply(camera, self._view))
 
