@@ -13,7 +13,7 @@ from robolaser.commands.terminal import TERMINAL, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
-    from robolaser.data.importers import Imported
+    from robolaser.data.importers import Imported, ImportOptions
     from robolaser.robot.kinematics import Robot
 
 ROBOT = Group("Robot", sort_key=0)
@@ -97,17 +97,6 @@ def import_files(
     described = DescriptionOptions(DHStatement(dh, of_robot), _pairs("--xacro-arg", xacro))
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_apart(output, (*sources, *urdf))
-    if sensor == "motion":
-        if robot is None:
-            raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
-        idle = {"--separator": separator is not None, "--decimal": decimal != ".", "--header-row": header_row != 1,
-                "--euler": euler is not None, "--point": point is not None, "--ordered": ordered, "--extract": extract,
-                "--kind": kind is not None}  # fmt: skip
-        for option in (name for name, given in idle.items() if given):
-            raise UsageError(f"{option} is not for logs of moving arms: leave it out.")
-        arm = find_robot(robot, flange=flange, options=described)
-        _import_motion(sources, arm, output, _pairs("--column", columns), stated_units, dry_run, force, terminal)
-        return
     options = ImportOptions(
         name=output.resolve().name,
         robot=None if robot is None else find_robot(robot, flange=flange, options=described),
@@ -124,6 +113,15 @@ def import_files(
         ordered=ordered,
         further=_pairs("--set", further),
     )
+    if sensor == "motion":
+        if options.robot is None:
+            raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
+        idle = {"--euler": euler is not None, "--point": point is not None, "--ordered": ordered,
+                "--extract": extract, "--kind": kind is not None}  # fmt: skip
+        for option in (name for name, given in idle.items() if given):
+            raise UsageError(f"{option} is not for logs of moving arms: leave it out.")
+        _import_motion(sources, options.robot, options, output, dry_run, force, terminal)
+        return
     importer = importer_for(sources, kind)
     importer.check(options)
     imported = importer.read(sources, options)
@@ -256,9 +254,8 @@ def _short(cell: str) -> str:
 def _import_motion(
     sources: Sequence[Path],
     arm: "Robot",
+    options: "ImportOptions",
     output: Path,
-    columns: Mapping[str, str],
-    units: Sequence[str],
     dry_run: bool,  # noqa: FBT001 - passed on as it was typed
     force: bool,  # noqa: FBT001
     terminal: Terminal,
@@ -268,7 +265,7 @@ def _import_motion(
     from robolaser.motion.importing import import_motion
     from robolaser.motion.writing import MOTION_FOLDER, motion_texts
 
-    found = import_motion(sources, arm, columns, units, output.resolve().name)
+    found = import_motion(sources, arm, options)
     log = found.log
     if not dry_run:
         with results_in(output, command="import", files=MOTION_FOLDER, inputs=sources, force=force):

@@ -39,7 +39,7 @@ def plan(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Show which effects could be detected and distinguished at planned poses.
+    """Show which effects could be detected and distinguished at planned poses or in planned motions.
 
     For example:
 
@@ -47,7 +47,8 @@ def plan(
         robolaser plan recording --output planned
 
     Args:
-        poses: A poses.csv with joint angles, or a data set. The points of a data set are used as measured.
+        poses: A poses.csv with joint angles, or a data set. The points of a data set are used as measured; of the log
+            of a moving arm, only the commands.
         robot: A robot of `robolaser list robots`, or a URDF file, for a poses.csv.
         flange: Frame of a URDF file that carries the sensor.
         sensor: Kind of sensor, for a poses.csv: one of `robolaser list sensors`.
@@ -67,28 +68,46 @@ def plan(
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis.pose_plan import examine_plan
+    from robolaser.motion.plan import plan_motion
+    from robolaser.motion.reading import is_motion, load_motion
+    from robolaser.report import motion_plan
     from robolaser.report.pose_plan import page, print_plan
 
+    writing = results_in(output, command="plan", files=FILES, inputs=[poses], force=force) if output else nullcontext()
+
+    def as_text(contents: object) -> str:
+        return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+    typed_noise = stated(
+        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
+    )
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
         if doubled := [option for option, value in given.items() if value is not None]:
             raise UsageError(f"{poses} is a data set, which says that itself: leave out {', '.join(doubled)}.")
+        if is_motion(poses):
+            if typed_noise or points is not None:
+                raise UsageError(f"{poses} is the log of a moving arm: leave out --points and the noise.")
+            with writing:
+                motions = plan_motion(load_motion(poses, planned=True))
+                result = as_text(motions.to_dict())
+                if output:
+                    texts = {"report.html": motion_plan.page(motions, command=typed), "plan.json": result}
+                    write_results(output, texts)
+            terminal.show(result, lambda: motion_plan.print_plan(motions, output))
+            return
         dataset = load(poses)
     else:
         if robot is None or sensor is None:
             raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
-    typed_noise = stated(
-        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
-    )
     dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))
     for warning in dataset.warnings:
         terminal.warn(warning)
-    writing = results_in(output, command="plan", files=FILES, inputs=[poses], force=force) if output else nullcontext()
     with writing:
         found = examine_plan(dataset, points=points, mount=mount, seed=seed)
-        result = json.dumps(found.to_dict(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+        result = as_text(found.to_dict())
         if output:
             write_results(output, {"report.html": page(found, command=typed), "plan.json": result})
     terminal.show(result, lambda: print_plan(found, output))

@@ -21,6 +21,7 @@ class Servo:
     homing_offset: int
     range_min: int
     range_max: int
+    drive_mode: int = 0  # 1: LeRobot's angles have the other sign
 
     @property
     def middle(self) -> float:

@@ -51,10 +51,11 @@ def merged(findings: Sequence[Finding]) -> list[Finding]:
     whole = []
     for group in groups.values():
         best = max(group, key=lambda one: one.judged.probability)
-        numbers = dict(best.numbers)
-        if len(group) > 1:
-            weights = np.array([1.0 / max(one.numbers["delay"][1], 1e-9) ** 2 for one in group])
-            delays = np.array([one.numbers["delay"][0] for one in group])
-            numbers = {"delay": (float(weights @ delays / weights.sum()), float(np.ptp(delays) / 2.0), "s")}
+        numbers = {name: number for one in group for name, number in one.numbers.items()}
+        common = [one.numbers["delay"] for one in group if "delay" in one.numbers]
+        if len(common) > 1:
+            weights = np.array([1.0 / max(deviation, 1e-9) ** 2 for _, deviation, _ in common])
+            delays = np.array([delay for delay, _, _ in common])
+            numbers["delay"] = (float(weights @ delays / weights.sum()), float(np.ptp(delays) / 2.0), "s")
         whole.append(replace(best, numbers=numbers, gained=np.sum([one.gained for one in group], axis=0)))
     return whole

@@ -48,9 +48,16 @@ class Finding:
         return self.judged.at
 
     @property
+    def is_on_bound(self) -> bool:
+        """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
+        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
+        return len(named) > 1 and any(self.numbers[one.name][0] <= one.lower for one in named)
+
+    @property
     def is_large(self) -> bool:
         """Whether one of its numbers is so large that nothing else takes that form."""
-        return any(abs(self.numbers[one.name][0]) >= one.least for one in self.at.effect.numbers)
+        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
+        return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
 
 
 @final
@@ -83,7 +90,7 @@ class Part:
             for one in self.findings
             if one.at.effect.site == TIMING or (self.has_gap & (np.nan_to_num(one.gained) > least)).any()
         ]
-        at_work = [one for one in at_work if one.is_large]
+        at_work = [one for one in at_work if one.is_large and not one.is_on_bound]
         doubted = [replace(one, judged=one.judged.doubted(self._credibility(one))) for one in at_work]
         return tuple(one for one in doubted if one.judged.none < 1.0 - LISTED)
 
@@ -99,8 +106,8 @@ class Part:
             rest = np.maximum(after, 0.0)
             share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
         gained = np.nan_to_num(one.gained)
-        if not gained.any():
-            return 1.0
+        if not gained.any() or (one.kind == "tracking" and (gained > 0.0).sum() > 1):
+            return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
         if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:
             explained = min(explained, LIKELY)

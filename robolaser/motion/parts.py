@@ -9,6 +9,7 @@ from robolaser.arrays import Array, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.comparable import comparable
 from robolaser.motion.effect import At, Kind, MotionEffect
+from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
@@ -17,6 +18,7 @@ from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Findin
 from robolaser.motion.quantities import quantities
 from robolaser.motion.remains import coordinate
 from robolaser.motion.selection import Judged, Search, side_by_side
+from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, TrackingRows
 
 SEARCHED_ROWS = 24_000
@@ -71,14 +73,14 @@ def parts_of(
 
 
 def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching) -> Part:
-    rows = TrackingRows(log, _some_runs(log))
-    candidates = []
-    for joint in rows.joints.tolist():
-        found, absent = rows.candidates(library, joint)
-        candidates.append(found)
-        missing |= absent
-    candidates = rows.with_one_clock(candidates)
-    starts = rows.usual(candidates)
+    recorded, clocks = log, None
+    rows, candidates, starts = _begun(log, library, missing)
+    for _ in range(PASSES if CLOCK in library else 0):
+        more = SeriesClocks.of(rows.lateness(list(enumerate(starts))))
+        if more is None:
+            break
+        clocks, log = more.beside(clocks), more.corrected(log)
+        rows, candidates, starts = _begun(log, library, missing)
     least = LEAST_SHARE["tracking"]
     for _ in range(PASSES):  # what is left of a better model has less memory
         selected = side_by_side(
@@ -90,7 +92,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     whole = TrackingRows(log)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
     refined = whole.refined(models, rows)
-    ideal = np.where(np.isfinite(log.command), log.q - log.command, np.nan)
+    ideal = np.where(np.isfinite(recorded.command), recorded.q - recorded.command, np.nan)
     ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
     after = np.full_like(ideal, np.nan)
     fold = folds(log.run)
@@ -119,10 +121,26 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
         told = np.nan_to_num(log.command[:, joint])
         places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
     findings = _told_from_clocks(findings, len(rows.joints))
+    if clocks is not None:
+        findings.append(clocks.finding(log, rows.joints))
     gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
     return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+
+
+def _begun(
+    log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str]
+) -> tuple[TrackingRows, list[list[At]], list[tuple[At, ...]]]:
+    """Rows that effects are looked for in, the candidates at each joint, and what its servo usually does."""
+    rows = TrackingRows(log, _some_runs(log))
+    candidates = []
+    for joint in rows.joints.tolist():
+        found, absent = rows.candidates(library, joint)
+        candidates.append(found)
+        missing |= absent
+    candidates = rows.with_one_clock(candidates)
+    return rows, candidates, rows.usual(candidates)
 
 
 def _linear(

@@ -68,11 +68,12 @@ def is_motion(folder: str | Path) -> bool:
     return isinstance(sensor, dict) and sensor.get("kind") == "motion"
 
 
-def load_motion(folder: str | Path) -> MotionLog:
+def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
     """Read and check a log.
 
     Args:
         folder: Holds dataset.toml with kind = "motion", and motion.csv.
+        planned: Whether commands are sufficient, without readings.
 
     Raises:
         DataError: With file, row and column of what is wrong.
@@ -109,7 +110,7 @@ def load_motion(folder: str | Path) -> MotionLog:
         source=described.source, licence=described.licence, folder=folder,
     )  # fmt: skip
     log, repeated = _in_order(log, np.array(csv.lines)[order])
-    return replace(log, warnings=(*warnings, *repeated, *_checked(log)))
+    return replace(log, warnings=(*warnings, *repeated, *_checked(log, planned=planned)))
 
 
 def _odd_columns(csv: CsvTable, names: Sequence[str]) -> list[str]:
@@ -153,10 +154,10 @@ def _in_order(log: MotionLog, lines: Array) -> tuple[MotionLog, list[str]]:
     ]
 
 
-def _checked(log: MotionLog) -> list[str]:
+def _checked(log: MotionLog, *, planned: bool) -> list[str]:
     if len(log) < FEWEST_ROWS:
         raise DataError(f"{MOTION} has {len(log)} rows: at least {FEWEST_ROWS} are needed.", file=MOTION)
-    if not (log.has("q").any()):
+    if not (planned or log.has("q").any()):
         raise DataError(
             f"{MOTION} has no column q_<joint> with readings of a joint of [robot]: {', '.join(log.joints)}.",
             file=MOTION,

@@ -1,12 +1,13 @@
 """A diagnosis of a moving arm as diagnosis.json, and in a sentence."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from robolaser.calibration.result import FORMAT as CALIBRATION
 from robolaser.motion.diagnosis import MotionDiagnosis
+from robolaser.motion.effect import At
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import Finding
@@ -198,15 +199,19 @@ def _of_class(name: str, group: Sequence[Finding]) -> float:
 
 def next_motions(found: MotionDiagnosis) -> list[str]:
     """Motions that would distinguish what these do not."""
-    asked = []
-    pairs = {frozenset((one.at.effect.name, rival.effect.name)): one.at.where
-             for one in found.fit.findings for rival in one.judged.rivals}  # fmt: skip
-    for names, words in MOTIONS:
-        joints = [where for pair, where in pairs.items() if pair == frozenset(names)]
-        if joints:
-            which = " or ".join(name.replace("_", " ") for name in names)
-            asked.append(f"{words} ({which} at {', '.join(joints)}).")
-    return asked
+    return motion_between((one.at, rival) for one in found.fit.findings for rival in one.judged.rivals)
+
+
+def motion_between(rivals: Iterable[tuple[At, At]]) -> list[str]:
+    """Motions that would distinguish effects from rivals, each once with all joints."""
+    joints: dict[frozenset[str], dict[str, None]] = {}
+    for one, rival in rivals:
+        joints.setdefault(frozenset((one.effect.name, rival.effect.name)), {})[one.where] = None
+    return [
+        f"{words} ({' or '.join(name.replace('_', ' ') for name in names)} at {', '.join(joints[frozenset(names)])})."
+        for names, words in MOTIONS
+        if frozenset(names) in joints
+    ]
 
 
 MOTIONS = (

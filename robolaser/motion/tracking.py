@@ -12,6 +12,7 @@ from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog
+from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import Runs
 
 ROUNDS = 3  # of a fit that begins at one with an effect less, or more
@@ -23,6 +24,7 @@ KEPT_ROWS = 4_000  # of a joint, that residuals are looked at
 LONGEST = 2_500  # rows that are simulated in one go; what follows begins anew at what was measured
 FOLLOWS = ("lag", "offset", "droop")
 FORM_RAD = 3e-5  # by which models of servos may err besides: a judgement
+DELAY_STEP_S = 1e-3  # of the derivative by a delay
 ONE_CLOCK_S, ONE_CLOCK_SHARE = 1e-3, 0.2  # by which delays of one clock may seem to differ, at most: a judgement
 
 
@@ -277,6 +279,27 @@ class TrackingRows:
                     left[run == number] -= left[run == number].mean(axis=0)
             found.append(left)
             m += len(tried)
+        return found
+
+    def errors_of(self, at: At, sizes: Array) -> list[Array]:
+        """Residuals of a joint, (n,), by a servo with one effect, the first number of some sizes, others zero."""
+        usual = np.array([number.usual for number in at.effect.numbers])
+        first = np.eye(len(usual))[0] / usual[0]
+        (found,) = self._computed([(_Fit(at.joint, (at,), first), [size * first for size in sizes])])
+        return list(found.T)
+
+    def lateness(self, models: Sequence[tuple[int, tuple[At, ...]]]) -> list[Lateness]:
+        """What each joint's readings say of delays, by a model of it that was fitted."""
+        fits = [self._found[int(self.joints[number]), frozenset(map(str, effects))] for number, effects in models]
+        servos = [fit.servo(fit.x) for fit in fits]
+        moved = [{**servo, "delay": servo.get("delay", 0.0) + DELAY_STEP_S} for servo in servos]
+        paths = self._runs.simulate(np.array([fit.joint for fit in fits], dtype=np.int64), moved)
+        found = []
+        for m, (fit, servo) in enumerate(zip(fits, servos, strict=True)):
+            at, s, run = self._kept[fit.joint]
+            slope = (paths[at, s, m] - self._q[fit.joint, at, s] - fit.residual) / DELAY_STEP_S
+            late = servo.get("delay", 0.0) + servo.get("time", 0.0)
+            found.append(Lateness(fit.residual, slope, run, float(self.independent[fit.joint]), late))
         return found
 
     def _as_fitted(self, fit: _Fit) -> Fitted:

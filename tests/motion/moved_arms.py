@@ -28,7 +28,7 @@ class World:
     sluggish: float = 1.0  # damping over the critical one
     feeds_forward: bool = True  # the controller knows the URDF's masses, and wanted accelerations
     delay_s: float = 0.0
-    clock_s: float = 0.0  # by which readings are stamped too early
+    clock_s: tuple[float, ...] = (0.0,)  # by which readings are stamped too early, in each series in turn
     zero: dict[str, float] = field(default_factory=dict)
     dead: dict[str, float] = field(default_factory=dict)
     damping: dict[str, float] = field(default_factory=dict)
@@ -120,7 +120,7 @@ def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 
     )
     top = np.array([world.top_speed.get(name, np.inf) for name in JOINTS])
     tables: dict[str, list[np.ndarray]] = {name: [] for name in ("time", "command", "q", "tau", "load")}
-    for _ in range(series):
+    for number in range(series):
         amplitude = rng.uniform(0.2, 0.5, (4, len(JOINTS))) / np.arange(1, 5)[:, None]
         rate = 2.0 * np.pi * rng.uniform(0.05, 0.5, (4, len(JOINTS)))
         phase = rng.uniform(0.0, 2.0 * np.pi, (4, len(JOINTS)))
@@ -152,7 +152,7 @@ def record(world: World, *, series: int = 6, seconds: float = 12.0, seed: int = 
             read[i], torque[i] = q, data.ctrl
             behind[i] = read[i] + [0.0 if g is None else data.qpos[g] for g in gear]
             mujoco.mj_step(real, data)
-        early = round(world.clock_s * PHYSICS_HZ)
+        early = round(world.clock_s[number % len(world.clock_s)] * PHYSICS_HZ)
         rows = np.arange(0, steps - early, every)
         tables["time"].append(rows / PHYSICS_HZ)
         tables["command"].append(command[rows])

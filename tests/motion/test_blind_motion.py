@@ -16,9 +16,16 @@ from robolaser.motion.result_json import CERTAIN, motion_json
 
 YY = 6  # of a link's ten numbers
 SOUND, ODD = "nothing", "a reading bent by the cube of the angle"
+CLOCKS = (0.0, 0.012, 0.004, 0.018)
 WORLDS = {
     "late commands": (World(delay_s=0.02), "timing", {"dead_time", "clock_shift"}),
-    "readings stamped too early": (World(clock_s=0.01), "timing", {"clock_shift"}),
+    "readings stamped too early": (World(clock_s=(0.01,)), "timing", {"clock_shift"}),
+    "clocks that begin anew": (World(clock_s=CLOCKS), "timing", {"clock_shift"}),
+    "the same beside friction": (
+        World(clock_s=CLOCKS, dry={"elbow": 4.0}),
+        "timing",
+        {"clock_shift", "coulomb_friction"},
+    ),
     "a soft servo": (World(feeds_forward=False, bandwidth=25.0), "servo", {"lag", "droop"}),
     "a wrong zero": (World(zero={"elbow": 0.01}), "servo", {"offset"}),
     "a dead band": (World(dead={"lift": 0.01}, feeds_forward=False), "servo", {"dead_zone", "lag", "droop"}),
@@ -78,6 +85,12 @@ def test_a_payload_that_is_stated_is_no_gap() -> None:
     assert diagnose_motion(told, seed=0).verdict == "no_gap"
     unsaid = replace(told, payload_kg={})
     assert [one.at.effect.name for one in diagnose_motion(unsaid, seed=0).fit.findings] == ["payload"]
+
+
+def test_the_clock_of_each_series_is_told() -> None:
+    (clock,) = [one for one in found_in("clocks that begin anew").fit.findings if one.at.effect.name == "clock_shift"]
+    told = [clock.numbers[f"run_{number}"][0] for number in range(len(CLOCKS))]
+    assert np.subtract(told, np.mean(told)) == pytest.approx(np.mean(CLOCKS) - np.array(CLOCKS), abs=1e-3)
 
 
 @pytest.mark.parametrize(("factor", "is_possible"), [(2.0, True), (-0.5, True), (-8.0, False)])

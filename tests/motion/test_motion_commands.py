@@ -82,11 +82,8 @@ def test_every_number_is_in_the_table_for_simulators_with_the_words_that_they_ha
     assert "stiffness" in words["lag"][0]
 
 
-@pytest.mark.parametrize("command", ["plan", "view"])
-def test_other_commands_say_what_a_motion_is_for(
-    folder: Path, command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    assert main([command, str(folder / "log"), "--output", str(tmp_path / "out")]) != 0
+def test_view_says_what_a_motion_is_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", str(folder / "log")]) != 0
     told = capsys.readouterr().err
     assert "Traceback" not in told
 

@@ -102,6 +102,47 @@ def test_a_column_that_is_not_there_is_answered_with_the_nearest(
     assert "position[0]" in capsys.readouterr().err
 
 
+def test_a_table_of_universal_robots_rtde_says_its_units_itself(folder: Path) -> None:
+    arrays = {"timestamp": TIME + 17.0}
+    for name, values in (("target_q", TOLD), ("actual_q", READ), ("actual_qd", 2.0 * READ), ("actual_current", -READ)):
+        arrays |= {f"{name}_{j}": each for j, each in enumerate(values.T)}
+    table = np.column_stack(list(arrays.values()))
+    np.savetxt(folder / "robot_data.csv", table, header=" ".join(arrays), comments="", fmt="%.12g")
+    log = imported(folder, "robot_data.csv")
+    assert np.allclose(log.time_s, TIME)
+    assert np.allclose(log.q, READ)
+    assert np.allclose(log.command, TOLD)
+    assert np.allclose(log.qd, 2.0 * READ)
+    assert log.torque_unit == "A"
+
+
+@pytest.mark.parametrize("unit", ["percent", "ticks"])
+def test_lerobots_calibration_makes_angles_of_what_servos_count(folder: Path, unit: str) -> None:
+    ends = [(1000, 3000), (800, 3300), (1200, 2600), (900, 3100)]
+    servos = {
+        joint: {"id": j, "drive_mode": int(j == 2), "homing_offset": 5, "range_min": low, "range_max": high}
+        for j, (joint, (low, high)) in enumerate(zip(JOINTS, ends, strict=True))
+    }
+    (folder / "my_arm.json").write_text(json.dumps(servos), encoding="utf-8")
+    middle, half = (np.array([(high + side * low) / 2 for low, high in ends]) for side in (1, -1))
+    side = np.array([1.0, 1.0, -1.0, 1.0])
+    turned = [side * values * 4096 / (2 * np.pi) for values in (READ, TOLD)]
+    counted = [values + middle if unit == "ticks" else 100.0 * values / half for values in turned]
+    np.savez(folder / "log.npz", t=TIME, position=counted[0], target=counted[1])
+    of_arrays = ("--column", "q=position", "--column", "command=target", "--units", unit)
+    log = imported(folder, "log.npz", *of_arrays, "--set", f"calibration={folder / 'my_arm.json'}")
+    assert np.allclose(log.q, READ)
+    assert np.allclose(log.command, TOLD)
+
+
+def test_per_cent_without_a_calibration_file_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    np.savez(folder / "log.npz", t=TIME, position=READ)
+    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--column", "q=position"]
+    typed = ["import", str(folder / "log.npz"), *asked, "--units", "percent", "--output", str(folder / "log")]
+    assert main(typed) == 2
+    assert "--set calibration=FILE" in capsys.readouterr().err
+
+
 @pytest.mark.skipif(not (DATA / "raw-sage").is_dir(), reason="published logs are not on this machine")
 def test_sages_own_files_are_read_as_they_were_published(tmp_path: Path) -> None:
     whole = robolaser.load(DATA / "sage-so101-a")

@@ -18,6 +18,8 @@ IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 POSES = tuple(f"geometry_msgs/msg/{kind}" for kind in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
 ODOMETRY = "nav_msgs/msg/Odometry"
+CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
+ARRAY = "std_msgs/msg/Float64MultiArray"
 STATIC = "/tf_static"
 STAMPS: Final = "stamps"  # option that says which of a message's two times counts
 RECEIVED: Final = "received"
@@ -26,11 +28,12 @@ RECEIVED: Final = "received"
 @final
 @dataclass(frozen=True)
 class JointTrack:
-    """Joint readings over time."""
+    """Readings or commands of joints over time."""
 
     time_s: Array  # sorted, (n,) [s]
     q: Array  # (n, j) [rad] or [m]
     qd: Array | None  # (n, j), or None where a message has none
+    effort: Array | None  # (n, j) [Nm] or [N], likewise
     partial: int  # messages that lack a joint and were passed over
 
 
@@ -99,14 +102,14 @@ class Bag:
             yield connection.topic, received * 1e-9, self.reader.deserialize(raw, connection.msgtype)
 
     def time_of(self, header: Any, received_s: float, topic: str) -> float:
-        """Time of a message [s].
+        """Time of a message [s]: of its header, where it has one.
 
         Raises:
             DataError: Its header has none.
         """
-        time = header.stamp.sec + header.stamp.nanosec * 1e-9
-        if self.received:
+        if self.received or header is None:
             return received_s
+        time = header.stamp.sec + header.stamp.nanosec * 1e-9
         if time <= 0:
             raise DataError(
                 f"{self.file}, topic {topic}: its messages have no time stamps. Take the times at which they were"
@@ -115,36 +118,40 @@ class Bag:
             )
         return float(time)
 
-    def joints(self, topic: str, names: Sequence[str]) -> JointTrack:
-        """Readings of joints, in the order of the names.
+    def joints(self, topic: str, names: Sequence[str], *, commanded: bool = False) -> JointTrack:
+        """Readings of joints, in the order of the names; or what they were commanded, where a message has both.
 
         Raises:
             DataError: No message has all of them.
         """
-        rows: dict[float, tuple[Array, Array | None]] = {}
+        rows: dict[float, tuple[Array, Array | None, Array | None]] = {}
         seen: dict[str, None] = {}
         partial = 0
         for _, received, message in self.messages([topic]):
-            there = list(message.name)
+            there, *numbers = _of_joints(message, names, commanded=commanded)
             seen |= dict.fromkeys(there)
             if not set(names) <= set(there):
                 partial += 1
                 continue
             picked = [there.index(name) for name in names]
-            q = np.asarray(message.position, dtype=np.float64)[picked]
-            velocity = np.asarray(message.velocity, dtype=np.float64)
-            qd = velocity[picked] if len(velocity) == len(there) else None
-            if np.isfinite(q).all():
-                rows[self.time_of(message.header, received, topic)] = q, qd
+            q, qd, effort = (
+                np.asarray(values, dtype=np.float64)[picked] if len(values) == len(there) else None
+                for values in numbers
+            )
+            if q is not None and np.isfinite(q).all():
+                rows[self.time_of(getattr(message, "header", None), received, topic)] = q, qd, effort
         if not rows:
             missing = [name for name in names if name not in seen]
             what = f"lacks the joint {missing[0]}" if missing else "has no message with all joints of the robot"
             raise DataError(f"{self.file}, topic {topic} {what}.{near((missing or [''])[0], seen)}", file=self.file)
         times = sorted(rows)
-        velocities = [rows[time][1] for time in times]
-        whole = [qd for qd in velocities if qd is not None and np.isfinite(qd).all()]
-        qd = np.array(whole) if len(whole) == len(times) else None
-        return JointTrack(np.array(times), np.array([rows[time][0] for time in times]), qd, partial)
+
+        def whole(part: int) -> Array | None:
+            values = [rows[time][part] for time in times]
+            known = [one for one in values if one is not None and np.isfinite(one).all()]
+            return np.array(known) if len(known) == len(times) else None
+
+        return JointTrack(np.array(times), np.array([rows[time][0] for time in times]), whole(1), whole(2), partial)
 
     def transforms(self) -> Transforms:
         """All frames of the topics of tf."""
@@ -180,3 +187,14 @@ class Bag:
         at, turned = (position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w)
         seven = np.array([*at, *turned], dtype=np.float64)
         return motion_of_seven(seven, self.file, f"topic {topic}")
+
+
+def _of_joints(message: Any, names: Sequence[str], *, commanded: bool) -> tuple[list[str], Any, Any, Any]:
+    """Names of joints in a message, and their positions, velocities and efforts, each empty where it has none."""
+    if hasattr(message, "data"):
+        return list(names[: len(message.data)]), message.data, (), ()
+    if hasattr(message, "joint_names"):  # a controller's state, by its names since and before ROS 2 Iron
+        sides = ("reference", "desired") if commanded else ("feedback", "actual")
+        point = next(getattr(message, side) for side in sides if hasattr(message, side))
+        return list(message.joint_names), point.positions, point.velocities, point.effort
+    return list(message.name), message.position, message.velocity, message.effort

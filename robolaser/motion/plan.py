@@ -1,0 +1,246 @@
+"""What motions could tell, by their commands alone: the size from which an effect shows, and what looks like it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.errors import DataError
+from robolaser.motion.effect import At
+from robolaser.motion.effects import MOTION_EFFECTS
+from robolaser.motion.gap import root_mean_squares
+from robolaser.motion.linear_rows import LinearRows, candidates_of
+from robolaser.motion.log import MotionLog
+from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST
+from robolaser.motion.quantities import quantities
+from robolaser.motion.result_json import motion_between
+from robolaser.motion.selection import INDISTINGUISHABLE, WORTH_ADDING
+from robolaser.motion.tracking import TrackingRows
+
+MEMORY_S = 5.0
+"""From one independent value to the next: residuals of a real hobby arm have a memory of 0.1 to 12 s."""
+TRACKED_RAD, ENCODER_RAD = 2e-4, 2e-5
+"""What a model of a servo, and what two encoders, leave of a good arm, where no resolution is stated. A judgement."""
+LEAST_NM = 1e-6
+SIZES = np.geomspace(0.003, 30.0, 21)
+"""That are tried, in usual ones, or shares of the fastest command in reverse."""
+SHOWS = 1.28
+"""Standard deviations above the price of an effect, at which it is found nine times in ten."""
+BETWEEN = (0.75, 1.33)
+"""Factors on a signature that is not linear in its size, which the next sizes that are tried do not bring."""
+NONLINEAR = ("dead_time", "clock_shift", "lag", "dead_zone", "play", "speed_limit")
+UNPLANNED = ("range_limit", "gear_ripple")
+"""Effects that commands say nothing of: where a limit is, and how often a gear's error comes."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Signatures:
+    """What an effect does to the rows of each joint, at each size, and what it is held against."""
+
+    at: At
+    sizes: Array  # ever more of it, (s,)
+    of: Sequence[Mapping[int, Array]]  # errors of the rows of each joint by each number, (n, k), at each size
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MotionLimit:
+    """From which size an effect shows in some motions, and what it then looks like."""
+
+    at: At
+    unit: str
+    size: float | None  # of its first number; None: it never does
+    alike: tuple[At, ...]  # that the motions do not tell from it at twice that size
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MotionPlan:
+    """What motions could tell."""
+
+    log: MotionLog
+    limits: tuple[MotionLimit, ...]
+    untestable: Mapping[str, str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The contents of plan.json."""
+        return {
+            "dataset": self.log.name,
+            "kind": "motion",
+            "limits": [
+                {
+                    "effect": one.at.effect.name,
+                    "where": one.at.where,
+                    "rows": one.at.effect.rows,
+                    "number": one.at.effect.numbers[0].name,
+                    "unit": one.unit,
+                    "size": one.size,
+                    "indistinguishable_from": [rival.pair for rival in one.alike],
+                }
+                for one in self.limits
+            ],
+            "next_motions": self.next_motions,
+            "not_testable": [{"effect": name, "reason": why} for name, why in sorted(self.untestable.items())],
+        }
+
+    @property
+    def next_motions(self) -> list[str]:
+        """Motions that would distinguish what these do not."""
+        return motion_between((one.at, rival) for one in self.limits for rival in one.alike)
+
+
+def plan_motion(log: MotionLog) -> MotionPlan:
+    """Say which effects the motions of a log could show, whatever was read in them.
+
+    Args:
+        log: With commands; torques are taken as recorded, and a second encoder where the log has one.
+
+    Raises:
+        DataError: There are no commands.
+    """
+    if not log.has("command").any():
+        raise DataError("There is nothing to plan: motion.csv has no column command_<joint>.", file="motion.csv")
+    told = _followed(log)
+    untestable: dict[str, str] = {}
+    rows, found = TrackingRows(told), []
+    for joint in rows.joints.tolist():
+        candidates, missing = rows.candidates(MOTION_EFFECTS, joint)
+        untestable |= missing
+        for at in candidates:
+            if not at.effect.form and at.effect.name not in UNPLANNED:
+                sizes = _sizes(at, told)
+                found.append(_Signatures(at, sizes, [{joint: errors[:, None]} for errors in rows.errors_of(at, sizes)]))
+    seconds = sum(told.time_s[part.stop - 1] - told.time_s[part.start] for part in told.rows_of_runs)
+    values = max(1.0, seconds / MEMORY_S)
+    step = (log.encoder_step_rad or 0.0) / np.sqrt(12.0)
+    same = np.ones(len(log.joints))
+    limits = _limits(found, max(TRACKED_RAD, step) * same, FOLLOWS_RAD * same, values)
+    for kind in ("torque", "load"):
+        if kind == "load" and not log.has("load").any():
+            untestable |= {one.name: "no encoder behind the gear" for one in MOTION_EFFECTS if one.rows == kind}
+            continue
+        of_kind = quantities(told if kind == "torque" else replace(told, tau=np.full_like(told.q, np.nan)), kind)
+        found, missing = _linear(of_kind, kind)
+        untestable |= missing
+        size = np.nan_to_num(root_mean_squares(of_kind.rigid))
+        model = np.maximum(np.maximum(FOLLOWS_SHARE * size, OF_LARGEST * size.max()), LEAST_NM)
+        noise, follows = (model, model) if kind == "torque" else (max(ENCODER_RAD, step) * same, 0.0 * same)
+        limits += _limits(found, noise, follows, values)
+    best: dict[tuple[str, str, str], MotionLimit] = {}  # a clock shows at every joint
+    for one in sorted(limits, key=lambda one: np.inf if one.size is None else one.size):
+        best.setdefault((one.at.effect.name, one.at.where, one.at.effect.rows), one)
+    named = {one.at.effect.name for one in limits}
+    kept = tuple(one for one in limits if one in best.values())
+    return MotionPlan(log, kept, {name: why for name, why in untestable.items() if name not in named})
+
+
+def _followed(log: MotionLog) -> MotionLog:
+    """The log of an ideal arm that is told the same."""
+    q = log.command.copy()
+    for rows in log.rows_of_runs:
+        for column, read in zip(q[rows].T, log.q[rows].T, strict=True):
+            known = np.isfinite(column)
+            still = np.nanmedian(read) if np.isfinite(read).any() else 0.0
+            column[:] = (
+                np.interp(np.arange(len(column)), np.flatnonzero(known), column[known]) if known.any() else still
+            )
+    command = np.where(log.has("command"), q, np.nan)
+    return replace(log, command=command, q=q, tau=np.zeros_like(q), load=q.copy(), torque_unit="Nm", torque_signed=True)
+
+
+def _sizes(at: At, log: MotionLog) -> Array:
+    number = at.effect.numbers[0]
+    if at.effect.name != "speed_limit":
+        return number.usual * SIZES
+    speed = np.abs(np.diff(log.command[:, at.joint]))[np.diff(log.run) == 0] / log.step_s
+    return np.asarray(np.nanmax(speed) * np.linspace(1.0, 0.05, len(SIZES)))
+
+
+def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
+    """Of rows that are linear in numbers: of the first number that acts at all, the others zero."""
+    candidates, missing = candidates_of(of, MOTION_EFFECTS, kind)
+    candidates = [at for at in candidates if at.effect.name not in UNPLANNED]
+    rows = LinearRows(of, of.measured, candidates)
+    found = []
+    for at in candidates:
+        columns = rows.columns(at, 0)
+        sizes = at.effect.numbers[0].usual * SIZES
+        joints = np.flatnonzero(np.any(columns != 0.0, axis=(0, 2))).tolist()
+        there = {joint: np.isfinite(of.measured[:, joint]) for joint in joints}
+        found.append(
+            _Signatures(at, sizes, [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes])
+        )
+    return found, missing
+
+
+def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: float) -> list[MotionLimit]:
+    """Of all effects on rows of one kind.
+
+    Args:
+        found: What each does.
+        noise: Of each joint's rows, (j,).
+        follows: Error up to which a joint follows its model as arms do, (j,).
+        values: What the rows of a joint are worth.
+    """
+
+    def gain(errors: Mapping[int, Array]) -> float:
+        return sum(values * float(np.log1p(np.mean(one**2) / noise[joint] ** 2)) for joint, one in errors.items())
+
+    limits = []
+    for one in found:
+        first = [{joint: errors[:, 0] for joint, errors in each.items()} for each in one.of]
+        price = WORTH_ADDING + len(one.at.effect.numbers) * np.log(max(values, np.e)) + one.at.effect.rarity
+        enough = (np.sqrt(price) + SHOWS) ** 2
+        gains = np.array([gain(each) if _is_gap(each, follows) else 0.0 for each in first])
+        gains[one.sizes < one.at.effect.numbers[0].least] = 0.0
+        shows = np.flatnonzero(gains >= enough)
+        size = None if not len(shows) else _crossing(one.sizes, gains, int(shows[0]), enough)
+        alike: tuple[At, ...] = ()
+        if len(shows):
+            at = min(int(shows[0]) + 1, len(first) - 1)
+            alike = tuple(
+                other.at
+                for other in found
+                if other is not one
+                and ("joint" not in (one.at.effect.site, other.at.effect.site) or other.at.where == one.at.where)
+                and min(map(gain, _rests(first[at], other))) < INDISTINGUISHABLE
+            )
+        limits.append(MotionLimit(one.at, one.at.effect.numbers[0].unit, size, alike))
+    return limits
+
+
+def _is_gap(errors: Mapping[int, Array], follows: Array) -> bool:
+    return any(float(np.mean(one**2)) > follows[joint] ** 2 for joint, one in errors.items())
+
+
+def _crossing(sizes: Array, gains: Array, at: int, enough: float) -> float:
+    """Size at which a gain is enough, between two that were tried."""
+    if at == 0:
+        return float(sizes[0])
+    if gains[at - 1] == 0.0:
+        return float(sizes[at])
+    low, high = np.log(np.maximum(gains[at - 1 : at + 1], 1e-12))
+    share = float(np.clip((np.log(enough) - low) / max(high - low, 1e-12), 0.0, 1.0))
+    return float(sizes[at - 1] + share * (sizes[at] - sizes[at - 1]))
+
+
+def _rests(errors: Mapping[int, Array], other: _Signatures) -> list[Mapping[int, Array]]:
+    """What another effect, at any size, leaves of errors."""
+    joints = [joint for joint in errors if joint in other.of[0]]
+    if not joints:
+        return [errors]
+    wanted = np.concatenate([errors[joint] for joint in joints])
+    rests: list[Mapping[int, Array]] = []
+    is_linear = other.at.effect.name not in NONLINEAR
+    for each in other.of[:1] if is_linear else other.of:
+        columns = np.concatenate([each[joint] for joint in joints])
+        if not columns.any():
+            continue
+        x = np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]
+        left = wanted - columns @ (x if is_linear else np.clip(x, *BETWEEN))
+        ends = np.cumsum([len(errors[joint]) for joint in joints])[:-1]
+        rests.append({**errors, **dict(zip(joints, np.split(left, ends), strict=True))})
+    return rests or [errors]

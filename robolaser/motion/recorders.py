@@ -1,0 +1,163 @@
+"""Logs of moving arms as recorders write them: SAGE's folders, LeRobot's data sets, tables and arrays."""
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.bounded_reading import read_text
+from robolaser.data.importers.array_files import ARRAY_FILES, read_arrays
+from robolaser.data.importers.delimited_text import SEPARATORS, read_delimited
+from robolaser.data.importers.importer import ImportOptions
+from robolaser.errors import DataError
+
+TABLES: Final = (".csv", ".txt")
+SERIES: Final = "series"
+RTDE: Final = {
+    "command": ("target_q",),
+    "q": ("actual_q",),
+    "qd": ("actual_qd",),
+    "tau": ("actual_current_as_torque", "actual_current"),
+}
+"""Universal Robots' names of what its controller sends, each with the number of a joint."""
+CURRENT: Final = "actual_current"
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Columns by name, (n,) each, and what their recorder says of them."""
+
+    series: str
+    source: str
+    columns: Mapping[str, Array]
+    time_unit: str = "s"
+    angle_unit: str = ""  # "": nothing says it
+    torque_unit: str = "Nm"
+    torque_signed: bool = True
+
+
+def runs_of(source: Path, options: ImportOptions) -> list[Run]:
+    """What a folder or a file holds.
+
+    Raises:
+        DataError: It is of no kind that is known, or cannot be read.
+        UsageError: It needs a library that is not installed, or it is not plain what separates its cells.
+    """
+    if source.is_dir():
+        if (source / "meta" / "info.json").is_file():
+            return _lerobot(source)
+        folders = sorted({file.parent for file in source.rglob("control.csv")})
+        found = [_sage(folder) for folder in folders if (folder / "state_motor.csv").is_file()]
+        if found:
+            return found
+        raise DataError(
+            f"{source} is no folder of SAGE (control.csv beside state_motor.csv) nor of LeRobot (meta/info.json), and"
+            " no bag of ROS."
+        )
+    if source.suffix not in (*TABLES, *ARRAY_FILES):
+        kinds = ", ".join((*TABLES, *ARRAY_FILES))
+        raise DataError(f"{source.name}: a log of a moving arm is read from {kinds}, from a bag or from a folder.")
+    columns = _table(source, options) if source.suffix in TABLES else _numbers(source)
+    return _by_series(_named_by_rtde(Run(source.stem, source.name, columns)), options.columns.get(SERIES, SERIES))
+
+
+def _numbers(source: Path) -> dict[str, Array]:
+    """The columns of a file of arrays that are numbers."""
+    return {name: each.astype(float) for name, each in read_arrays(source).items() if each.dtype.kind in "fiu"}
+
+
+def _table(file: Path, options: ImportOptions) -> dict[str, Array]:
+    header = (read_text(file).splitlines() or [""])[max(options.header_row, 1) - 1 :][:1]
+    if options.separator is None and not any(sign in "".join(header) for sign in SEPARATORS):
+        options = replace(options, separator="space")
+    table = read_delimited(file, options)
+    named = options.columns.get(SERIES, SERIES)
+    series = {value: i for i, value in enumerate(dict.fromkeys(table.columns.get(named, ())))}
+    return {
+        name: np.array([series[cell] if name == named else _number(cell, options.decimal) for cell in cells])
+        for name, cells in table.columns.items()
+    }
+
+
+def _number(cell: str, decimal: str) -> float:
+    try:
+        return float(cell.replace(decimal, ".") or "nan")
+    except ValueError:
+        return float("nan")
+
+
+def _by_series(run: Run, series: str = SERIES) -> list[Run]:
+    """The runs of a table that numbers them."""
+    key = next((name for name in (series, "episode_index") if name in run.columns), None)
+    if key is None:
+        return [run]
+    number = run.columns[key]
+    return [
+        replace(
+            run,
+            series=f"{run.series}_{value:g}",
+            columns={name: each[number == value] for name, each in run.columns.items()},
+        )
+        for value in np.unique(number)
+    ]
+
+
+def _named_by_rtde(run: Run) -> Run:
+    """A table of Universal Robots' RTDE with the names of a log: NAME[i] for the joint i."""
+    if "actual_q_0" not in run.columns:
+        return run
+    named: dict[str, Array] = {}
+    current = False
+    for quantity, names in RTDE.items():
+        name = next((name for name in names if f"{name}_0" in run.columns), None)
+        if name is not None:
+            current |= name == CURRENT
+            numbered = [one for one in run.columns if one.rpartition("_")[0] == name]
+            named |= {f"{quantity}[{one.rpartition('_')[2]}]": run.columns[one] for one in numbered}
+    return replace(
+        run, columns={**run.columns, **named}, angle_unit="rad", torque_unit="A" if current else run.torque_unit
+    )
+
+
+def _lerobot(folder: Path) -> list[Run]:
+    """Versions 2 and 3: `action` and `observation.state` in the order that meta/info.json names."""
+    info = json.loads(read_text(folder / "meta" / "info.json"))
+    runs = []
+    for file in sorted((folder / "data").rglob("*.parquet")):
+        columns = _numbers(file)
+        for key, quantity in (("action", "command"), ("observation.state", "q")):
+            named = info.get("features", {}).get(key, {}).get("names") or []
+            named = named.get("motors", []) if isinstance(named, dict) else named
+            columns |= {
+                f"{quantity}_{str(joint).removesuffix('.pos').removeprefix('main_')}": columns[f"{key}[{i}]"]
+                for i, joint in enumerate(named)
+                if f"{key}[{i}]" in columns
+            }
+        runs += _by_series(Run("episode", file.name, columns))
+    return runs
+
+
+def _sage(folder: Path) -> Run:
+    """SAGE's collector: lists of joints in JSON, one stamp in microseconds for command and state."""
+    joints = [line.strip() for line in read_text(folder / "joint_list.txt").splitlines() if line.strip()]
+    control, state = (
+        {row["timestamp"]: row for row in csv.DictReader(read_text(folder / name).splitlines())}
+        for name in ("control.csv", "state_motor.csv")
+    )
+    stamps = [stamp for stamp in control if stamp in state]
+    columns = {"timestamp": np.array([float(stamp) for stamp in stamps])}
+    for quantity, table, field in (
+        ("command", control, "positions"),
+        ("q", state, "positions"),
+        ("qd", state, "velocities"),
+        ("tau", state, "torques"),
+    ):
+        values = np.array([json.loads(table[stamp][field]) for stamp in stamps], dtype=np.float64)
+        columns |= {f"{quantity}_{joint}": values[:, i] for i, joint in enumerate(joints)}
+    return Run(folder.name, folder.name, columns, "us", "rad", torque_signed=False)

@@ -1,0 +1,114 @@
+"""Clocks of commands and readings that differ by another time in each series: all joints are then late together."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from scipy.stats import chi2, f
+
+from robolaser.arrays import Array, Ints
+from robolaser.motion.effect import At, MotionEffect
+from robolaser.motion.effects.servo import CLOCK
+from robolaser.motion.evidence import Fitted
+from robolaser.motion.log import MotionLog
+from robolaser.motion.part import Finding
+from robolaser.motion.selection import Judged
+
+FEWEST_SERIES, FEWEST_JOINTS = 3, 2
+BY_CHANCE = 1e-3
+"""Probability that joints agree so well by chance, above which they do not. A judgement."""
+LEAST_SPREAD_S = 1e-3
+OF_LATENESS = 0.25
+"""Spread of the series' delays over how late joints are on average, below which the form of the model, which is wrong
+by more in some motions, may be what differs. A judgement."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Lateness:
+    """What a joint's readings say of delays: residuals, and their derivatives by a delay, at rows of runs (n,)."""
+
+    residual: Array  # [rad]
+    slope: Array  # [rad/s]
+    run: Ints
+    independent: float  # values that the rows are worth
+    late_s: float  # how late the joint is by its model
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SeriesClocks:
+    """By how much the clock of each series differs from the mean of all."""
+
+    runs: Ints  # (r,)
+    delay: Array  # (r,) [s]
+    deviation: Array  # (r,) [s]
+    gained: Array  # mean squares that the delays explain at each joint, (j,)
+
+    @classmethod
+    def of(cls, joints: list[Lateness]) -> "SeriesClocks | None":
+        """Delays that all joints have in common; None where the series do not differ, or joints disagree.
+
+        Each joint's delay in a series is one linear step of its model. Their variance between series, common to all
+        joints, is held against what is left of each joint alone (an F-test).
+        """
+        runs = np.unique(np.concatenate([one.run for one in joints])) if joints else np.empty(0, np.int64)
+        if len(runs) < FEWEST_SERIES or len(joints) < FEWEST_JOINTS:
+            return None
+        step, weight = np.zeros((2, len(joints), len(runs)))
+        for j, one in enumerate(joints):
+            noise = float(np.mean(one.residual**2)) * len(one.run) / one.independent
+            for r, run in enumerate(runs):
+                here = one.run == run
+                squares = float(one.slope[here] @ one.slope[here])
+                if squares > 0.0:
+                    step[j, r] = -float(one.slope[here] @ one.residual[here]) / squares
+                    weight[j, r] = squares / max(noise, 1e-24)
+        seen = (weight > 0.0).any(axis=0)
+        runs, step, weight = runs[seen], step[:, seen], weight[:, seen]
+        free, left = len(runs) - 1, int((weight > 0.0).sum()) - len(runs) - len(joints) + 1
+        if len(runs) < FEWEST_SERIES or left < 1:
+            return None
+        step -= (weight * step).sum(axis=1, keepdims=True) / np.maximum(weight.sum(axis=1, keepdims=True), 1e-24)
+        delay = (weight * step).sum(axis=0) / weight.sum(axis=0)
+        common, own = (weight * delay**2).sum(), (weight * (step - delay) ** 2).sum()
+        agree = f.sf(common / free / max(own / left, 1e-12), free, left) < BY_CHANCE
+        spread = float(np.sqrt(np.average(delay**2, weights=weight.sum(axis=0))))
+        late = float(np.mean([abs(one.late_s) for one in joints]))
+        if not agree or chi2.sf(common, free) > BY_CHANCE or spread < max(LEAST_SPREAD_S, OF_LATENESS * late):
+            return None
+        gained = [
+            sum(float(d**2) * float(np.sum(one.slope[one.run == run] ** 2)) for run, d in zip(runs, delay, strict=True))
+            / len(one.run)
+            for one in joints
+        ]
+        return cls(runs, delay, 1.0 / np.sqrt(weight.sum(axis=0)), np.array(gained))
+
+    def corrected(self, log: MotionLog) -> MotionLog:
+        """The log with the commands of each series later by its delay."""
+        command = log.command.copy()
+        for run, delay in zip(self.runs.tolist(), self.delay.tolist(), strict=True):
+            rows = log.rows_of_runs[run]
+            time = log.time_s[rows]
+            for j in range(command.shape[1]):
+                known = np.isfinite(log.command[rows, j])
+                if known.any():
+                    command[rows, j] = np.interp(time - delay, time[known], log.command[rows, j][known])
+        return replace(log, command=command)
+
+    def beside(self, other: "SeriesClocks | None") -> "SeriesClocks":
+        """The sum of two."""
+        return self if other is None else replace(self, delay=self.delay + other.delay, gained=self.gained)
+
+    def finding(self, log: MotionLog, joints: Ints, effect: MotionEffect = CLOCK) -> Finding:
+        """The clock as a finding, with a number for each series."""
+        gained = np.zeros(len(log.joints))
+        gained[joints] = self.gained
+        numbers = {
+            log.series[run]: (delay, deviation, "s")
+            for run, delay, deviation in zip(
+                self.runs.tolist(), self.delay.tolist(), self.deviation.tolist(), strict=True
+            )
+        }
+        without = Fitted((), (), (), float(np.sum((self.delay / self.deviation) ** 2)), gained)
+        return Finding(Judged(At(effect, effect.site, 0), 1.0, 0.0, without, ()), "tracking", numbers, gained)

@@ -1,0 +1,90 @@
+"""What planned motions could tell, as text and as a page."""
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from robolaser.motion.plan import MotionLimit, MotionPlan
+from robolaser.report.console import plain_unless_terminal, print_document, print_page
+from robolaser.report.document import Column, Document, Notes, Section, Table
+from robolaser.report.page import render
+
+ROWS = {"tracking": "readings", "torque": "torques", "load": "second encoder"}
+SHOWN = {
+    "rad": (180.0 / np.pi, "°"),
+    "s": (1e3, " ms"),
+    "rad/Nm": (180.0 / np.pi, "°/Nm"),
+    "rad/s": (180.0 / np.pi, "°/s"),
+}
+
+
+def document(plan: MotionPlan, *, command: str = "") -> Document:
+    """The report.
+
+    Args:
+        plan: What it shows.
+        command: What to type to repeat it.
+    """
+    log = plan.log
+    shown = [one for one in plan.limits if one.size is not None]
+    alone = sum(not one.alike for one in shown)
+    columns = [
+        Column("Effect", "name", brief="effect"),
+        Column("Where", brief="where"),
+        Column("Rows", brief="shown by"),
+        Column("Detectable from", brief="detectable from"),
+        Column("Not distinguished from", "wide", brief="not distinguished from"),
+    ]
+    untried = [(name.replace("_", " "), why) for name, why in sorted(plan.untestable.items())]
+    return Document(
+        log.name,
+        "planned",
+        f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series",
+        f"Of {len(plan.limits)} faults that could be looked for, these motions would show {len(shown)}, and distinguish"
+        f" {alone} of them from the others.",
+        "",
+        [],
+        [
+            Section("Smallest sizes", [Table(columns, list(map(_row, plan.limits)), printed=1000)]),
+            Section("Motions to add", [Notes(plan.next_motions, "steps", 8)] if plan.next_motions else []),
+            Section(
+                "What these motions cannot test",
+                [Table([Column("Effect", "name", 30), Column("Why not", "wide")], untried)] if untried else [],
+            ),
+        ],
+        command=command,
+        prints_lead=True,
+    )
+
+
+def page(plan: MotionPlan, *, command: str = "") -> str:
+    """The page as HTML.
+
+    Args:
+        plan: What it shows.
+        command: What to type to repeat it.
+    """
+    return render(document(plan, command=command))
+
+
+def print_plan(plan: MotionPlan, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print the table and the motions to add; plain text unless on a terminal.
+
+    Args:
+        plan: What to print.
+        folder: Where its page is, if it has one.
+        console: Where to print.
+    """
+    out = plain_unless_terminal(console)
+    print_document(document(plan), out)
+    if folder is not None:
+        print_page(folder, out)
+
+
+def _row(one: MotionLimit) -> tuple[str, ...]:
+    scale, unit = SHOWN.get(one.unit, (1.0, f" {one.unit}"))
+    below = "below " if one.at.effect.name == "speed_limit" else ""
+    size = "never" if one.size is None else f"{below}{scale * one.size:.2g}{unit}".rstrip()
+    alike = ", ".join(rival.effect.name.replace("_", " ") for rival in one.alike)
+    return one.at.effect.name.replace("_", " "), one.at.where, ROWS[one.at.effect.rows], size, alike

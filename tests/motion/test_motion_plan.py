@@ -1,0 +1,91 @@
+"""What motions could tell is said before they are recorded, and holds once they are."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from moved_arms import World, record, urdf
+
+from robolaser.cli import main
+from robolaser.motion.diagnosis import diagnose_motion
+from robolaser.motion.log import MotionLog
+from robolaser.motion.plan import MotionPlan, plan_motion
+from robolaser.motion.simulation import simulate_motion
+from robolaser.motion.writing import motion_texts
+from robolaser.robot.kinematics import Robot
+
+ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+MOTIONS = simulate_motion(ROBOT, series=4, seed=4)
+
+
+def commands_only(log: MotionLog) -> MotionLog:
+    none = np.full_like(log.q, np.nan)
+    return replace(log, q=none, qd=none, tau=none, load=none)
+
+
+def size_of(plan: MotionPlan, effect: str, where: str) -> float | None:
+    return next(one.size for one in plan.limits if (one.at.effect.name, one.at.where) == (effect, where))
+
+
+@pytest.mark.parametrize(
+    ("effect", "where"),
+    [
+        ("offset", "lift"),
+        ("dead_time", "pan"),
+        ("viscous_friction", "lift"),
+        ("coulomb_friction", "elbow"),
+        ("payload", "tool"),
+    ],
+)
+def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(effect: str, where: str) -> None:
+    plan = plan_motion(commands_only(MOTIONS))
+    size = size_of(plan, effect, where)
+    assert size is not None
+    log = simulate_motion(ROBOT, series=4, seed=4, effects={f"{effect}:{where}": 2.0 * size})
+    found = diagnose_motion(replace(log, load=np.full_like(log.q, np.nan)), seed=0).fit.findings
+    told = {str(at) for one in found for at in (one.at, *one.judged.rivals)}
+    alike = next(one.alike for one in plan.limits if str(one.at) == f"{effect} at {where}")
+    assert told & {f"{effect} at {where}", *map(str, alike)}
+
+
+def test_an_arm_that_never_moves_shows_no_friction() -> None:
+    still = replace(commands_only(MOTIONS), command=np.zeros_like(MOTIONS.command) + 0.3)
+    plan = plan_motion(still)
+    assert all(one.size is None for one in plan.limits if one.at.effect.cause == "friction")
+
+
+def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder() -> None:
+    plan = plan_motion(commands_only(MOTIONS))
+    alike = next(one.alike for one in plan.limits if str(one.at) == "play at lift")
+    assert "dead_zone at lift" in map(str, alike)
+    assert any("behind the gear" in words for words in plan.next_motions)
+
+
+def test_slower_motions_show_less_of_a_delay() -> None:
+    slow = replace(MOTIONS, time_s=5.0 * MOTIONS.time_s)
+    fast, late = (size_of(plan_motion(log), "dead_time", "pan") for log in (MOTIONS, slow))
+    assert fast is not None
+    assert late is not None
+    assert late > 1.5 * fast
+
+
+def test_readings_change_nothing() -> None:
+    """Whatever an arm did, its plan is that of its commands."""
+    log = record(World(delay_s=0.02), series=4, seconds=8.0)
+    assert plan_motion(log).to_dict() == plan_motion(replace(log, q=log.q + 0.1)).to_dict()
+
+
+def test_the_command_plans_from_commands_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log").mkdir()
+    for name, text in motion_texts(commands_only(MOTIONS)).items():
+        (tmp_path / "log" / name).write_text(text, encoding="utf-8")
+    assert main(["plan", str(tmp_path / "log"), "--output", str(tmp_path / "plan"), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
+    assert "dead zone" in (tmp_path / "plan" / "report.html").read_text(encoding="utf-8")
+    assert main(["plan", str(tmp_path / "log")]) == 0
+    assert "viscous friction" in capsys.readouterr().out
+    assert main(["diagnose", str(tmp_path / "log"), "--output", str(tmp_path / "why")]) == 1
+    assert "no column q_<joint>" in capsys.readouterr().err
