@@ -8,7 +8,7 @@ from calibrated import arm, point, socket, stripe
 from robolaser.diagnosis.gross_errors import gross_sentence
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
-from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding, Gap, ParetoPoint
+from robolaser.diagnosis.result import Alternative, DetectionLimit, Diagnosis, Estimate, Finding, Gap
 from robolaser.diagnosis.summary_text import sentence
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect
@@ -81,7 +81,6 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
             DetectionLimit(one, one.effect.amplitudes()[0][0], size, "rad")
             for one, size in zip(free, (1e-4, None), strict=False)
         ),
-        front=tuple(ParetoPoint(model.effects[:k], float(gap_m[k])) for k in range(len(gap_m))),
         model=model,
         x=x,
         std=calibration.std,

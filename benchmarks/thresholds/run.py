@@ -66,7 +66,7 @@ NUMERICAL = (
     "gaussian_process_basis.LANDMARKS", "pose_coordinates.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
     "held_out_gap.RESAMPLES", "noise_estimate.LEAST_SHOWN", "noise_weighted_fit.FOLD_ENOUGH",
     "noise_weighted_fit.FOLD_SHARE", "solver.ENOUGH", "solver.SHARE",
-    "outliers.FITS", "outliers.ROUNDS", "pareto_front.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT",
+    "outliers.FITS", "outliers.ROUNDS", "stepwise_order.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT",
     "noise_limits.STEP_RAD",
     "score_tests.DENSE_GRID", "score_tests.NEGLIGIBLE", "stage_derivatives.IMAGE_M", "stage_derivatives.PIXEL_PX",
     "stage_derivatives.SHIFT_M", "stage_derivatives.TURN_RAD", "standard_errors.MOST_LEVERAGE",
@@ -113,7 +113,6 @@ def diagnose_all(cache: Path, numbers: list[int], *, keep_search: bool) -> dict[
     from robolaser.trials.outcome import outcome
 
     search, said = pipeline._selected, {}
-    pipeline.pareto_front = lambda *args: ()  # type: ignore[assignment]
     pipeline._next_poses = lambda *args: ()  # type: ignore[assignment]
     for robot, kind, seed in (WORLDS[number - 1] for number in numbers):
         name = f"{robot}-{kind}-{seed}"

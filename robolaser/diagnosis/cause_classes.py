@@ -15,12 +15,12 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.local_unknown import has_form
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.pareto_front import stepwise_order
 from robolaser.diagnosis.pose_scatter import CLASS as SCATTER
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import CauseClass, CauseKind
+from robolaser.diagnosis.stepwise_order import stepwise_order
 from robolaser.diagnosis.thresholds import (
     CHI2_OF_UNMODELLED_CAUSE,
     CREDIBLE_MASS,

@@ -30,7 +30,6 @@ from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
 from robolaser.diagnosis.held_parameters import with_parameters_free
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.noise_remarks import noise_remarks
-from robolaser.diagnosis.pareto_front import pareto_front
 from robolaser.diagnosis.pose_scatter import ExcessScatter, beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
@@ -139,7 +138,6 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         where = beside(where, scattered)
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
-    front = pareto_front(refits, nested, held_out, lambda what: progress(what, 0.9))
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
@@ -160,7 +158,6 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         not_testable=not_testable(kinds, dataset, limits, enough=not too_few),
         next_poses=spread_poses(final, seed=seed) if too_few else _next_poses(final, evidence, seed),
         limits=limits,
-        front=front,
         model=final.model,
         x=final.x,
         std=np.where(final.at.free, errors, np.nan),

@@ -195,15 +195,6 @@ class DetectionLimit:
 
 @final
 @dataclass(frozen=True)
-class ParetoPoint:
-    """A set of effects on the front of gap against complexity: none with fewer has a smaller held-out gap."""
-
-    effects: tuple[CandidateEffect, ...]
-    gap_m: float
-
-
-@final
-@dataclass(frozen=True)
 class Validation:
     """Other data of the same arm, predicted with what was found; only where things stand was fitted anew.
 
@@ -249,7 +240,6 @@ class Diagnosis:
         not_testable: Why an effect could not be tested, by its name.
         next_poses: Joint values by name, that would tell the leading rivals apart.
         limits: Detection limits of effects that were not found.
-        front: Gap against complexity.
         model: The final model, on averaged rows.
         x: Its parameters, in the order of `model.parameters`.
         std: One standard deviation of each; NaN for what is held.
@@ -287,7 +277,6 @@ class Diagnosis:
     not_testable: Mapping[str, str]
     next_poses: tuple[Mapping[str, float], ...]
     limits: tuple[DetectionLimit, ...]
-    front: tuple[ParetoPoint, ...]
     model: Model
     x: Array
     std: Array

@@ -54,10 +54,6 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "not_testable": [{"effect": name, "reason": reason} for name, reason in diagnosis.not_testable.items()],
         "next_poses": [dict(pose) for pose in diagnosis.next_poses],
         "detection_limits": [_limit(one) for one in diagnosis.limits],
-        "front": [
-            {"effects": [_pair(effect) for effect in point.effects], "gap_mm": _mm(point.gap_m)}
-            for point in diagnosis.front
-        ],
         "noise": {name: _noise(source) for name, source in diagnosis.noise.items()},
         "repeatability": {name: _noise(source) for name, source in diagnosis.repeatability.sources.items()}
         | {"mm_at_sensor": _mm(diagnosis.repeatability.at_sensor_m)},

@@ -14,7 +14,7 @@ from robolaser.report.delivered_files import Delivered, best_file, files_section
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.effect_charts import effect_charts
-from robolaser.report.diagnosis.gap_charts import front, waterfall
+from robolaser.report.diagnosis.gap_charts import waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import (
     Block,
@@ -161,7 +161,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     )
     return [
         Section(lies, [cell, sites] if sites.rows else [cell]),
-        Section("Step by step", charts([waterfall(diagnosis), front(diagnosis)])),
+        Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
         Section("Errors", charts([poses(diagnosis)])),

@@ -1,0 +1,70 @@
+"""The order in which effects explain most, each beside those before it, as far as the model is linear."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from robolaser.arrays import Array, Ints
+from robolaser.diagnosis.refits import penalty
+from robolaser.diagnosis.score_tests import ScoreTest
+
+SEEN = 1e-12
+"""Share of the squared length of an effect's column, below which it is a combination of those taken before."""
+
+
+def stepwise_order(tests: Sequence[ScoreTest], most: int, least: float = -np.inf) -> list[int]:
+    """The order in which effects are taken, each the one that explains most for its penalty beside those before it.
+
+    Args:
+        tests: Of the effects, all against one model.
+        most: Effects to be taken.
+        least: Chi-squared beyond its penalty that each must explain.
+
+    Returns:
+        Indices of the tests.
+    """
+    if not tests:
+        return []
+    G, spans = _normal_equations(tests)
+    prices = np.array([penalty(test) for test in tests])
+    order: list[int] = []
+    for _ in range(min(most, len(tests))):
+        net = _gains(G, spans) - prices
+        net[order] = -np.inf
+        best = int(net.argmax())
+        if net[best] < least:
+            break
+        order.append(best)
+        span = spans[best]
+        G = G - G[:, span] @ _inverse(G, span) @ G[span]
+    return order
+
+
+def _normal_equations(tests: Sequence[ScoreTest]) -> tuple[Array, list[Ints]]:
+    """Products of all effects' columns, in units of their lengths, and the residuals; which rows are whose."""
+    columns = np.hstack([test.columns for test in tests])
+    squares = (np.hstack([test.white for test in tests]) ** 2).sum(axis=0)
+    tall = np.column_stack([columns / np.sqrt(np.maximum(squares, np.finfo(float).tiny)), tests[0].against.at.r])
+    ends = np.cumsum([0] + [test.columns.shape[1] for test in tests])
+    return tall.T @ tall, [np.arange(start, end) for start, end in pairwise(ends)]
+
+
+def _gains(G: Array, spans: Sequence[Ints]) -> Array:
+    """Chi-squared that each effect explains, those with as many columns at once, (n,)."""
+    gains, widths = np.zeros(len(spans)), np.array([len(span) for span in spans])
+    for width in np.unique(widths):
+        alike = np.flatnonzero(widths == width)
+        own = np.stack([spans[i] for i in alike.tolist()])
+        squares, vectors = np.linalg.eigh(G[own[:, :, None], own[:, None]])
+        along = (np.swapaxes(vectors, 1, 2) @ G[own, -1][..., None])[..., 0]
+        seen = squares > SEEN
+        gains[alike] = np.divide(along**2, squares, out=np.zeros_like(squares), where=seen).sum(axis=1)
+    return gains
+
+
+def _inverse(G: Array, span: Ints) -> Array:
+    values, vectors = np.linalg.eigh(G[np.ix_(span, span)])
+    seen = values > SEEN
+    found: Array = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    return found
