@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Array, Ints, Progress
+from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
 from robolaser.motion.comparable import comparable
 from robolaser.motion.effect import At, Kind, MotionEffect
@@ -19,12 +19,14 @@ from robolaser.motion.quantities import quantities
 from robolaser.motion.remains import coordinate
 from robolaser.motion.selection import Judged, Search, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
-from robolaser.motion.tracking import ONE_CLOCK_S, TrackingRows
+from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
 """Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
 PASSES = 2
+MOST_NOISE_RAD = 0.02
+"""Of a joint's encoder: readings that jump by more have a gap, whatever makes them jump. A judgement: 1.1°."""
 
 
 Searching = Callable[[Sequence[At], float, tuple[At, ...]], Search]
@@ -105,7 +107,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
     after = _less_constants(log, after) if log.offset_per_series else after
     step = log.encoder_step_rad or resolution(log.q)
-    floor = np.minimum(white_noise(after, log.run, step), root_mean_squares(after))
+    floor = np.minimum(np.minimum(white_noise(after, log.run, step), MOST_NOISE_RAD), root_mean_squares(after))
     before, then = root_mean_squares(calibrated), root_mean_squares(after)
     findings, places = [], {}
     for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
@@ -172,9 +174,10 @@ def _linear(
     floor = np.minimum(np.hypot(white, of.torque_noise) if kind == "torque" else white, then)
     deviations = rows.deviations(selected.model)
     findings = [
-        _finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))
+        one
         for judged in selected.judged
-        if judged.at.effect.site != "joint" or not worse[judged.at.joint]
+        for one in [_finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
+        if _helps(one, before, worse)
     ]
     places = {
         name: coordinate(after[:, j], of.run, of.time_s, of.q[:, j], of.rigid[:, j])
@@ -197,13 +200,22 @@ def _finding(
     return Finding(judged, kind, numbers, gained)
 
 
+def _helps(one: Finding, before: Array, worse: Bools) -> bool:
+    """Whether an effect acts mostly at joints whose unseen motions the model predicts better, by errors (j,) before."""
+    share = np.nan_to_num(one.gained / before**2)
+    return bool(share[~worse].sum() >= share[worse].sum())
+
+
 def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
     """Findings without a clock that does not shift all joints.
 
     Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
     """
     clocks = [one for one in findings if one.at.effect.name == "clock_shift"]
-    if len(clocks) < joints:
+    early = np.array([one.numbers["delay"][:2] for one in clocks]).reshape(-1, 2)
+    if len(clocks) < joints or np.ptp(early[:, 0]) > max(
+        ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(early[:, 0]).max(), 3.0 * early[:, 1].max()
+    ):
         findings = [one for one in findings if one not in clocks]
     late = [one for one in findings if one.at.effect.name == "dead_time"]
     delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)

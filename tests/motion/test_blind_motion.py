@@ -93,6 +93,13 @@ def test_the_clock_of_each_series_is_told() -> None:
     assert np.subtract(told, np.mean(told)) == pytest.approx(np.mean(CLOCKS) - np.array(CLOCKS), abs=1e-3)
 
 
+def test_readings_that_jump_are_no_all_clear() -> None:
+    log = record(World(), series=4, seconds=8.0, seed=3)
+    jumps = np.random.default_rng(1).normal(0.0, 0.5, log.q.shape)
+    none = np.full_like(log.q, np.nan)
+    assert diagnose_motion(replace(log, q=log.q + jumps, tau=none), seed=0).verdict == "unexplained"
+
+
 @pytest.mark.parametrize(("factor", "is_possible"), [(2.0, True), (-0.5, True), (-8.0, False)])
 def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: bool) -> None:
     """Torques that only such a link would need are those of another cause."""
