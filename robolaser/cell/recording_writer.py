@@ -24,7 +24,7 @@ from robolaser.cell.route import Waypoint, read_route, route_text
 from robolaser.cell.setpoint_log import FILES as LOG_FILES
 from robolaser.cell.setpoint_log import FOLDER as LOG_FOLDER
 from robolaser.cell.setpoint_log import SetpointLog
-from robolaser.data.atomic_write import clear_staged, finish_writing, write_together
+from robolaser.data.atomic_write import clear_staged, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
@@ -121,7 +121,6 @@ class RecordingWriter:
             DataError: None was begun there, or it was begun in another cell.
             PlanError: It was begun with other poses or shots.
         """
-        finish_writing(folder)
         if not (folder / PLAN).is_file():
             raise DataError(
                 f"{folder} has no plan.csv, so no recording was begun there. Begin one without --resume.",
@@ -197,7 +196,7 @@ class RecordingWriter:
             warn(f"dataset.toml: [{SECTION}] has no room for {KEY} = {noise_rad:.2g}, how finely joints were read.")
 
     def add(self, samples: Sequence[Sample], ticks: Sequence[Tick] = ()) -> None:
-        """Write where the arm was: the images first, then the table that names them, all or nothing.
+        """Write where the arm was: the images first, last the table that names them.
 
         Args:
             samples: The last one names the series of the motion.
@@ -229,13 +228,12 @@ class RecordingWriter:
                 files[self.folder / path] = cv2.imencode(".png", image)[1].tobytes()
                 row[column] = path
             rows.append(row)
-        files[self.folder / POSES] = self._table(rows)
         if ticks:
             self._log.add(samples[-1].name, ticks)
             with _writing(self.folder):
                 (self.folder / LOG_FOLDER).mkdir(exist_ok=True)
             files |= {self.folder / name: data for name, data in self._log.files().items()}
-        files |= description
+        files |= {**description, self.folder / POSES: self._table(rows)}
         named = {str(file.relative_to(self.folder)): data for file, data in files.items()}
         write_together(self.folder, named, cleared)
         self._rows, self.begun = rows, True

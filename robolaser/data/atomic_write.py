@@ -1,11 +1,6 @@
-"""Files that are written whole or not at all: a full disk or a power cut leaves what was there before.
-
-Files that belong together are staged beside what they will replace; a journal then names them all, which makes them
-count. Whoever is killed while they are renamed leaves the journal, and whoever reads the folder next does the rest.
-"""
+"""Files that are written whole or not at all: a full disk or a power cut leaves what was there before."""
 
 import fcntl
-import json
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,11 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from robolaser.bounded_reading import read_json
-from robolaser.errors import DataError, OutputError, unwritable
-
-JOURNAL = ".robolaser-writing.json"
-"""{"rename": {temporary: name}, "delete": [name]}, below the folder that it lies in."""
+from robolaser.errors import unwritable
 
 STAGED = ".robolaser~"
 """How the names of files begin that are still being written: those of a process that was killed stay."""
@@ -43,36 +34,38 @@ Contents = bytes | Callable[[], bytes] | Path
 
 
 def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence[str] = ()) -> None:
-    """Write files that belong together: all or none, wherever the disk fills or the process is killed.
+    """Write files that belong together: on a full disk none of them, and each of them whole.
+
+    All are staged; then what is to be deleted goes, and the files take their names, in their order: the last should be
+    the one that names the others. Whoever is killed in between leaves files that are whole.
 
     Args:
         folder: Their folder.
         files: What they hold, by name; those in folders below as images/p001.png.
-        delete: Names of files that go with what they belonged to.
+        delete: Names of files that go first: where files of an earlier result are among them, old and new ones are
+            never there together.
 
     Raises:
         OutputError: The disk or the rights say no.
     """
-    if not files and not delete:
-        return
-    finish_writing(folder)  # its journal would be overwritten
-    staged = {os.path.relpath(data, folder): name for name, data in files.items() if isinstance(data, Path)}
+    staged = {data: name for name, data in files.items() if isinstance(data, Path)}
     try:
         for name, data in files.items():
-            if isinstance(data, Path):
-                continue
-            with _beside(folder / name, keep=True) as file:
-                staged[os.path.relpath(file.name, folder)] = name
-                file.write(data() if callable(data) else data)
-        write_text(
-            folder / JOURNAL, json.dumps({"rename": staged, "delete": [name for name in delete if name not in files]})
-        )
+            if not isinstance(data, Path):
+                with _beside(folder / name, keep=True) as file:
+                    staged[Path(file.name)] = name
+                    file.write(data() if callable(data) else data)
     except BaseException:
-        for temporary in () if (folder / JOURNAL).is_file() else staged:  # once it is there, they count
+        for temporary in staged:
             with suppress(OSError):
-                (folder / temporary).unlink(missing_ok=True)
+                temporary.unlink(missing_ok=True)
         raise
-    finish_writing(folder)
+    names = {name: temporary for temporary, name in staged.items()}
+    with _naming(folder):
+        for name in delete:
+            (folder / name).unlink(missing_ok=True)
+        for name in files:
+            os.replace(names[name], folder / name)
 
 
 @contextmanager
@@ -91,53 +84,10 @@ def locked(folder: Path) -> Iterator[bool]:
 
 
 def clear_staged(folder: Path) -> None:
-    """Remove what killed processes had begun to write into a folder that is locked, and finished writing."""
+    """Remove what killed processes had begun to write into a folder that is locked."""
     for left in folder.glob(f"{STAGED}*"):
         with suppress(OSError):
             left.unlink()
-
-
-def finish_for_the_dead(folder: Path) -> None:
-    """As `finish_writing`, unless who decided it is alive and still does it.
-
-    Raises:
-        OutputError: The disk or the rights say no.
-    """
-    if (folder / JOURNAL).is_file():
-        with locked(folder) as free:
-            if free:
-                finish_writing(folder)
-
-
-def finish_writing(folder: Path) -> None:
-    """Do what a process had decided to write into a folder when it was killed.
-
-    Raises:
-        OutputError: The disk or the rights say no.
-    """
-    journal = folder / JOURNAL
-    if not journal.is_file():
-        return
-    try:
-        steps = read_json(journal)
-        renamed, deleted = dict(steps["rename"]), list(steps["delete"])
-        homes = {(folder / name).parent.resolve() for name in (*renamed, *renamed.values(), *deleted)}
-    except (DataError, KeyError, TypeError, ValueError, OSError):
-        return
-    if not all(home.is_relative_to(folder.resolve()) for home in homes):
-        return  # nobody of ours wrote it
-    try:
-        for name in deleted:
-            (folder / name).unlink(missing_ok=True)
-        for temporary, name in renamed.items():
-            with suppress(FileNotFoundError):  # renamed before
-                os.replace(folder / temporary, folder / name)
-        journal.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"Cannot finish writing in {folder}: {error.strerror or error}. Everything is on the disk already; the"
-            " next command that reads or writes there will finish."
-        ) from None
 
 
 @contextmanager

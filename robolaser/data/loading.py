@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.data import pose_table
-from robolaser.data.atomic_write import finish_for_the_dead
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.path_velocities import with_path_velocities
@@ -29,7 +28,6 @@ def load(folder: str | Path) -> Dataset:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
-    finish_for_the_dead(folder)
     described = describe(folder)
     poses, odd = read_poses(folder, described.robot)
     dataset = with_path_velocities(

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from robolaser.bounded_reading import read_json
-from robolaser.data.atomic_write import Contents, clear_staged, finish_writing, locked, write_text, write_together
+from robolaser.data.atomic_write import Contents, clear_staged, locked, write_text, write_together
 from robolaser.errors import DataError, OutputError, output_exists, unwritable
 
 MANIFEST = ".robolaser.json"  # what commands wrote into a folder: {"format": …, "files": {name: command}}
@@ -52,7 +52,6 @@ def results_in(
             raise OutputError(
                 f"Another robolaser command is writing into {folder}. Wait for its end, or choose another folder."
             )
-        finish_writing(folder)
         known, own = _manifest(folder), dict[str, str]()
         cleared = set[Path]()
 
@@ -80,7 +79,10 @@ def results_in(
 
 
 def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -> None:
-    """Write files by their names, all or none; what is None this time goes, if an earlier result left it.
+    """Write files by their names in the place of an earlier result; what is None this time goes, if that left it.
+
+    A full disk leaves the earlier result; a kill never leaves files of both. The last file, which may name the others,
+    is the first to go and the last to come.
 
     Raises:
         OutputError: The disk or the rights say no.
@@ -90,7 +92,7 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
     files = {
         name: file.encode() if isinstance(file, str) else file for name, file in contents.items() if file is not None
     }
-    write_together(folder, files, [name for name, file in contents.items() if file is None])
+    write_together(folder, files, list(contents)[::-1])
 
 
 def _refuse_input(folder: Path, files: Sequence[str], inputs: Sequence[Path]) -> None:

@@ -9,7 +9,6 @@ import msgspec
 import numpy as np
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
-from robolaser.data.atomic_write import finish_for_the_dead
 from robolaser.data.dataset_file import QUATERNION_SLACK, Pixels, inside
 from robolaser.data.toml_schema import NotNegative
 from robolaser.errors import DataError, EffectError, near
@@ -101,7 +100,6 @@ def read_calibration(path: str | Path, arm: Robot | None = None) -> Calibrated:
     if not file.exists():
         what = f"has no {FILE}" if path.is_dir() else "does not exist"
         raise DataError(f"{path} {what}. Name the folder that `robolaser calibrate` wrote, or its {FILE}.", file=path)
-    finish_for_the_dead(file.parent)
     try:
         saved = msgspec.json.decode(read_text(file), type=SavedCalibration)
     except msgspec.ValidationError as error:

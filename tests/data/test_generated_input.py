@@ -20,7 +20,6 @@ from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import from_diagnosis, numbered
 from robolaser.cli import main
 from robolaser.commands.scan import region_of
-from robolaser.data.atomic_write import JOURNAL, finish_writing
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.importers.opencv_storage import read_storage
@@ -225,11 +224,9 @@ def test_any_text_is_a_robot_or_is_named(text):
 
 @ONE_FOLDER
 @given(said=VALUES, owner=VALUES)
-def test_no_manifest_or_journal_of_strangers_breaks_or_owns(tmp_path, said, owner):
+def test_no_manifest_of_strangers_breaks_or_owns(tmp_path, said, owner):
     (tmp_path / "report.html").write_text("mine")
     (tmp_path / MANIFEST).write_text(json.dumps({"files": {"report.html": owner}, "more": said}))
-    (tmp_path / JOURNAL).write_text(json.dumps(said))
-    finish_writing(tmp_path)
     with pytest.raises(RobolaserError), results_in(tmp_path, command="calibrate", files=["report.html"], force=True):
         raise AssertionError("the user's own file was given away")
     assert (tmp_path / "report.html").read_text() == "mine"
