@@ -92,11 +92,23 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
     numbers = [number for effect in EFFECTS for number, *_ in effect.amplitudes() + effect.nonlinear_parameters()]
     assert missing([*(effect.name for effect in EFFECTS), *numbers], "reference/effects.md") == []
     assert missing((effect.name for effect in EFFECTS), "reference/gallery.md") == []
-    assert missing((effect.name for effect in MOTION_EFFECTS), "reference/effects.md") == []
+    for page in ("reference/effects.md", "reference/gallery.md"):
+        assert missing((effect.name for effect in MOTION_EFFECTS), page) == []
     assert missing(robolaser.operators.__all__, "reference/operators.md") == []
     assert missing([*ALGORITHMS, POLISH_ONLY], "reference/operators.md") == []
     assert missing((robot.name for robot in known_robots()), "howto/your-robot.md") == []
     assert missing((f"help: {name}" for name in app if name[0].isalpha()), "reference/commands.md") == []
+
+
+def test_every_effect_on_moving_arms_has_its_size_remedy_and_source_in_the_docs() -> None:
+    said = PAGES["docs/reference/effects.md"].read_text(encoding="utf-8")
+    for effect in MOTION_EFFECTS:
+        first = effect.numbers[0]
+        size = f"{first.usual:g} {first.unit}".rstrip()
+        assert (
+            effect.form
+            or f"| `{effect.name}` ({effect.rows}) | {size} | {effect.remedy} | {effect.reference} |" in said
+        )
 
 
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
