@@ -1,5 +1,6 @@
 """What planned motions could tell, as text and as a page."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,9 @@ def document(plan: MotionPlan, *, command: str = "") -> Document:
         "",
         [],
         [
-            Section("Smallest sizes", [Table(columns, list(map(_row, plan.limits)), printed=1000)]),
+            Section(
+                "Smallest sizes", [Table(columns, [_row(group, log.joints) for group in _groups(plan)], printed=1000)]
+            ),
             Section("Motions to add", [Notes(plan.next_motions, "steps", 8)] if plan.next_motions else []),
             Section(
                 "What these motions cannot test",
@@ -82,9 +85,29 @@ def print_plan(plan: MotionPlan, folder: Path | None = None, *, console: Console
         print_page(folder, out)
 
 
-def _row(one: MotionLimit) -> tuple[str, ...]:
-    scale, unit = SHOWN.get(one.unit, (1.0, f" {one.unit}"))
-    below = "below " if one.at.effect.name == "speed_limit" else ""
-    size = "never" if one.size is None else f"{below}{scale * one.size:.2g}{unit}".rstrip()
-    alike = ", ".join(rival.effect.name.replace("_", " ") for rival in one.alike)
-    return one.at.effect.name.replace("_", " "), one.at.where, ROWS[one.at.effect.rows], size, alike
+def _groups(plan: MotionPlan) -> list[list[MotionLimit]]:
+    """What is planned, effect by effect."""
+    groups: dict[tuple[str, str], list[MotionLimit]] = {}
+    for one in plan.limits:
+        groups.setdefault((one.at.effect.name, one.at.effect.rows), []).append(one)
+    return list(groups.values())
+
+
+def _row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str, ...]:
+    """An effect at all of its places: from which size it shows at the best and at the worst of them."""
+    effect = group[0].at.effect
+    places = [one.at.where for one in group]
+    where = "all joints" if list(joints) == places else ", ".join(places)
+    never = [one.at.where for one in group if one.size is None]
+    sizes = sorted((one.size for one in group if one.size is not None), reverse=effect.name == "speed_limit")
+    scale, unit = SHOWN.get(group[0].unit, (1.0, f" {group[0].unit}"))
+    shown = list(dict.fromkeys(f"{float(f'{scale * size:.2g}'):g}" for size in (*sizes[:1], *sizes[-1:])))
+    below = "below " if effect.name == "speed_limit" else ""
+    size = f"{below}{' to '.join(shown)}{unit}".rstrip() if shown else "never"
+    size += f"; never at {', '.join(never)}" if never and shown else ""
+    alike: dict[str, list[str]] = {}
+    for one in group:
+        for rival in one.alike:
+            alike.setdefault(rival.effect.name.replace("_", " "), []).append(one.at.where)
+    rivals = [name if at == places else f"{name} at {', '.join(at)}" for name, at in alike.items()]
+    return effect.name.replace("_", " "), where, ROWS[effect.rows], size, "; ".join(rivals)
