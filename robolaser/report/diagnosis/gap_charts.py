@@ -1,4 +1,4 @@
-"""How far the gap shrinks: step by step down to the noise, and with how many effects."""
+"""How far the gap shrinks: step by step, from the nominal model down to the noise."""
 
 from dataclasses import dataclass
 from typing import final
