@@ -20,6 +20,7 @@ IS_NOISE = 1.1
 """Times the noise, up to which an error is nothing else."""
 OVER_NOISE = 2.0
 """Times the noise, that may be left where the gap counts as explained."""
+EVEN = 0.5
 LISTED = 0.33
 """Probability of an effect or one of its rivals, below which it is not said."""
 REST_DISCOUNT = 0.15

@@ -14,17 +14,17 @@ from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part
 from robolaser.motion.quantities import quantities
 from robolaser.motion.remains import coordinate
-from robolaser.motion.selection import Judged, Search, side_by_side
+from robolaser.motion.selection import Judged, Search, Selected, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
 
 SEARCHED_ROWS = 24_000
 LEAST_SHARE: dict[Kind, float] = {"tracking": 0.002, "torque": 0.005, "load": 0.02}
 """Of the squares of an ideal arm, that an effect must explain: less may be another one's form. A judgement."""
-PASSES = 2
+PASSES, CLOCK_PASSES = 2, 4
 MOST_NOISE_RAD = 0.02
 """Of a joint's encoder: readings that jump by more have a gap, whatever makes them jump. A judgement: 1.1°."""
 
@@ -77,19 +77,16 @@ def parts_of(
 def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching) -> Part:
     recorded, clocks = log, None
     rows, candidates, starts = _begun(log, library, missing)
-    for _ in range(PASSES if CLOCK in library else 0):
-        more = SeriesClocks.of(rows.lateness(list(enumerate(starts))))
+    for _ in range(CLOCK_PASSES if CLOCK in library else 0):
+        more = SeriesClocks.of(rows.lateness(list(enumerate(starts))), clocks)
         if more is None:
             break
         clocks, log = more.beside(clocks), more.corrected(log)
         rows, candidates, starts = _begun(log, library, missing)
-    least = LEAST_SHARE["tracking"]
-    for _ in range(PASSES):  # what is left of a better model has less memory
-        selected = side_by_side(
-            rows, [searching(each, least, start) for each, start in zip(candidates, starts, strict=True)]
-        )
-        starts = [one.model.effects for one in selected]
-        rows.count_memory()
+    selected = _selected(rows, candidates, starts, searching)
+    if not _agree([one.model for one in selected]):
+        candidates = [[at for at in each if at.effect is not CLOCK] for each in candidates]
+        selected = _selected(rows, candidates, rows.usual(candidates), searching)
     models = [(joint, one.model) for joint, one in zip(rows.joints.tolist(), selected, strict=True)]
     whole = TrackingRows(log)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
@@ -116,9 +113,8 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
             continue
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
-        findings += [
-            _finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged
-        ]
+        found = [_finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged]
+        findings += [_within_a_row(each, candidates[number], log.step_s) for each in found]
         holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
         told = np.nan_to_num(log.command[:, joint])
         places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
@@ -129,6 +125,34 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
     return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+
+
+def _selected(
+    rows: TrackingRows, candidates: Sequence[Sequence[At]], starts: Sequence[tuple[At, ...]], searching: Searching
+) -> list[Selected]:
+    """The model of each joint, from some effects on."""
+    for _ in range(PASSES):  # what is left of a better model has less memory
+        selected = side_by_side(
+            rows,
+            [searching(each, LEAST_SHARE["tracking"], start) for each, start in zip(candidates, starts, strict=True)],
+        )
+        starts = [one.model.effects for one in selected]
+        rows.count_memory()
+    return selected
+
+
+def _agree(models: Sequence[Fitted]) -> bool:
+    """Whether all joints have the same clock, or none has one: else it stands for something else in its model."""
+    delays = [
+        float(values[0])
+        for model in models
+        for at, values in zip(model.effects, model.numbers, strict=True)
+        if at.effect is CLOCK
+    ]
+    if not delays:
+        return True
+    together = np.ptp(delays) <= max(ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(delays).max())
+    return len(delays) == len(models) and bool(together)
 
 
 def _begun(
@@ -206,16 +230,22 @@ def _helps(one: Finding, before: Array, worse: Bools) -> bool:
     return bool(share[~worse].sum() >= share[worse].sum())
 
 
+def _within_a_row(one: Finding, candidates: Sequence[At], step_s: float) -> Finding:
+    """A lag that is shorter than the time between two rows may as well be a dead time: neither is seen to pass."""
+    late = [at for at in candidates if at.effect.name == "dead_time"]
+    if one.at.effect.name != "lag" or one.numbers["time"][0] >= step_s or not late:
+        return one
+    rivals = dict.fromkeys((*one.judged.rivals, *late))
+    return replace(one, judged=replace(one.judged, probability=min(one.judged.probability, EVEN), rivals=tuple(rivals)))
+
+
 def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
-    """Findings without a clock that does not shift all joints.
+    """Findings without a clock that does not shift all joints that follow their commands better with it.
 
     Dead times have the clock as the rival of all of them, or not at all where joints are late by unequal times.
     """
-    clocks = [one for one in findings if one.at.effect.name == "clock_shift"]
-    early = np.array([one.numbers["delay"][:2] for one in clocks]).reshape(-1, 2)
-    if len(clocks) < joints or np.ptp(early[:, 0]) > max(
-        ONE_CLOCK_S, ONE_CLOCK_SHARE * np.abs(early[:, 0]).max(), 3.0 * early[:, 1].max()
-    ):
+    clocks = [one for one in findings if one.at.effect is CLOCK]
+    if len(clocks) < joints:
         findings = [one for one in findings if one not in clocks]
     late = [one for one in findings if one.at.effect.name == "dead_time"]
     delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)

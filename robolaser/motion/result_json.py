@@ -10,7 +10,7 @@ from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
-from robolaser.motion.part import Finding
+from robolaser.motion.part import EVEN, Finding
 
 DIAGNOSIS = "robolaser-diagnosis/1"
 CERTAIN = 0.9
@@ -161,8 +161,14 @@ def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
     probabilities = [one.judged.probability for one in group]
     shared = set.intersection(*({rival.where for rival in one.judged.rivals} for one in group))
     one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
-    whole = max(probabilities) if one_rival else 1.0 - float(np.prod([1.0 - p for p in probabilities]))
+    whole = max(probabilities) if one_rival or _is_open(group) else 1.0 - float(np.prod([1 - p for p in probabilities]))
     return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
+
+
+def _is_open(group: Sequence[Finding]) -> bool:
+    """Whether effects are no likelier than a rival that all of them have: at all places it is the one or the other."""
+    shared = set.intersection(*({rival.effect.name for rival in one.judged.rivals} for one in group))
+    return bool(shared) and max(one.judged.probability for one in group) <= EVEN
 
 
 def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
@@ -190,6 +196,8 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
 
 def _of_class(name: str, group: Sequence[Finding]) -> float:
     """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
+    if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.judged.rivals):
+        return max(one.judged.probability for one in group)
     none = 1.0
     for one in group:
         inside = not one.judged.rivals or all(rival.effect.cause == name for rival in one.judged.rivals)

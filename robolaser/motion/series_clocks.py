@@ -46,11 +46,15 @@ class SeriesClocks:
     gained: Array  # mean squares that the delays explain at each joint, (j,)
 
     @classmethod
-    def of(cls, joints: list[Lateness]) -> "SeriesClocks | None":
+    def of(cls, joints: list[Lateness], known: "SeriesClocks | None" = None) -> "SeriesClocks | None":
         """Delays that all joints have in common; None where the series do not differ, or joints disagree.
 
         Each joint's delay in a series is one linear step of its model. Their variance between series, common to all
         joints, is held against what is left of each joint alone (an F-test).
+
+        Args:
+            joints: What each says.
+            known: Delays that were found before: then what is left of them is given, however small.
         """
         runs = np.unique(np.concatenate([one.run for one in joints])) if joints else np.empty(0, np.int64)
         if len(runs) < FEWEST_SERIES or len(joints) < FEWEST_JOINTS:
@@ -75,7 +79,9 @@ class SeriesClocks:
         agree = f.sf(common / free / max(own / left, 1e-12), free, left) < BY_CHANCE
         spread = float(np.sqrt(np.average(delay**2, weights=weight.sum(axis=0))))
         late = float(np.mean([abs(one.late_s) for one in joints]))
-        if not agree or chi2.sf(common, free) > BY_CHANCE or spread < max(LEAST_SPREAD_S, OF_LATENESS * late):
+        if known is None and (
+            not agree or chi2.sf(common, free) > BY_CHANCE or spread < max(LEAST_SPREAD_S, OF_LATENESS * late)
+        ):
             return None
         gained = [
             sum(float(d**2) * float(np.sum(one.slope[one.run == run] ** 2)) for run, d in zip(runs, delay, strict=True))

@@ -169,8 +169,15 @@ class Run:
 
     def link_load(self, joint: str) -> LinkLoad:
         """What hangs on the link before a joint that is not the first."""
-        at = self.robot.chain.index(self.robot.joints.index(joint))
-        return link_load(self.robot, self.q, self.joint_frames, self.flange[:, :3, 3], self.carried, at)
+        if joint not in self._link_loads:
+            at = self.robot.chain.index(self.robot.joints.index(joint))
+            tip = self.flange[:, :3, 3]
+            self._link_loads[joint] = link_load(self.robot, self.q, self.joint_frames, tip, self.carried, at)
+        return self._link_loads[joint]
+
+    @cached_property
+    def _link_loads(self) -> dict[str, LinkLoad]:
+        return {}
 
     @cached_property
     def overturning_moment(self) -> Array:
