@@ -24,13 +24,6 @@ def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
     return lower, upper
 
 
-def within_bounds(X: Array, problem: Any) -> Array:
-    """Candidates (..., d) with what lies beyond a bound moved onto it; a problem without bounds leaves them alone."""
-    lower = -np.inf if problem.xl is None else problem.xl
-    upper = np.inf if problem.xu is None else problem.xu
-    return np.clip(X, lower, upper)
-
-
 def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:
     """Variables have no finite bounds, but step sizes are relative to them."""
     return AlgorithmError(
