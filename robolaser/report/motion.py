@@ -223,8 +223,14 @@ def _numbers(one: Finding) -> str:
     return "; ".join(shown[:3]) + (f" and {len(shown) - 3} more" if len(shown) > 3 else "")
 
 
+def shown_in(unit: str) -> tuple[float, str]:
+    """Factor from a number's own unit to the one that people read, and that unit."""
+    angles = {"rad": "°", "rad/Nm": "°/Nm", "rad/s": "°/s"}
+    return (TURN, angles[unit]) if unit in angles else (1e3, " ms") if unit == "s" else (1.0, f" {unit}".rstrip())
+
+
 def _with_error(value: float, deviation: float, unit: str) -> str:
-    factor, shown = {"rad": (TURN, "°"), "s": (1e3, " ms"), "rad/Nm": (TURN, "°/Nm")}.get(unit, (1.0, f" {unit}"))
+    factor, shown = shown_in(unit)
     value, deviation = factor * value, factor * deviation
     if not np.isfinite(deviation) or deviation <= 0.0 or deviation > 10.0 * abs(value):
         return f"{value:.3g}{shown}"

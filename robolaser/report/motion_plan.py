@@ -3,21 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import Column, Document, Notes, Section, Table
+from robolaser.report.motion import shown_in
 from robolaser.report.page import render
 
 ROWS = {"tracking": "readings", "torque": "torques", "load": "second encoder"}
-SHOWN = {
-    "rad": (180.0 / np.pi, "°"),
-    "s": (1e3, " ms"),
-    "rad/Nm": (180.0 / np.pi, "°/Nm"),
-    "rad/s": (180.0 / np.pi, "°/s"),
-}
 
 
 def document(plan: MotionPlan, *, command: str = "") -> Document:
@@ -100,7 +94,7 @@ def _row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str, ...]
     where = "all joints" if list(joints) == places else ", ".join(places)
     never = [one.at.where for one in group if one.size is None]
     sizes = sorted((one.size for one in group if one.size is not None), reverse=effect.name == "speed_limit")
-    scale, unit = SHOWN.get(group[0].unit, (1.0, f" {group[0].unit}"))
+    scale, unit = shown_in(group[0].unit)
     shown = list(dict.fromkeys(f"{float(f'{scale * size:.2g}'):g}" for size in (*sizes[:1], *sizes[-1:])))
     below = "below " if effect.name == "speed_limit" else ""
     size = f"{below}{' to '.join(shown)}{unit}".rstrip() if shown else "never"
