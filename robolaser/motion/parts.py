@@ -79,6 +79,8 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     rows, candidates, starts = _begun(log, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
         more = SeriesClocks.of(rows.lateness(list(enumerate(starts))), clocks)
+        if more is not None and rows.used < len(log):
+            more = SeriesClocks.of(_of_all_runs(log, rows, starts).lateness(list(enumerate(starts))), more)
         if more is None:
             break
         clocks, log = more.beside(clocks), more.corrected(log)
@@ -125,6 +127,15 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
     return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+
+
+def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[tuple[At, ...]]) -> TrackingRows:
+    """All rows of a log, with models that were found in some of its runs."""
+    whole = TrackingRows(log)
+    whole.independent = rows.independent * len(log) / max(1, rows.used)
+    fits = rows.fit(list(enumerate(models)))
+    whole.refined(list(zip(rows.joints.tolist(), fits, strict=True)), rows)
+    return whole
 
 
 def _selected(

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.errors import DataError
-from robolaser.motion.effect import At
+from robolaser.motion.effect import At, Number
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.linear_rows import LinearRows, candidates_of
@@ -41,6 +41,7 @@ class _Signatures:
     """What an effect does to the rows of each joint, at each size, and what it is held against."""
 
     at: At
+    number: int  # the one that varies, the first that acts
     sizes: Array  # ever more of it, (s,)
     of: Sequence[Mapping[int, Array]]  # errors of the rows of each joint by each number, (n, k), at each size
 
@@ -51,8 +52,8 @@ class MotionLimit:
     """From which size an effect shows in some motions, and what it then looks like."""
 
     at: At
-    unit: str
-    size: float | None  # of its first number; None: it never does
+    number: Number  # the first that acts in these motions
+    size: float | None  # of it; None: it never does
     alike: tuple[At, ...]  # that the motions do not tell from it at twice that size
 
 
@@ -75,8 +76,8 @@ class MotionPlan:
                     "effect": one.at.effect.name,
                     "where": one.at.where,
                     "rows": one.at.effect.rows,
-                    "number": one.at.effect.numbers[0].name,
-                    "unit": one.unit,
+                    "number": one.number.name,
+                    "unit": one.number.unit,
                     "size": one.size,
                     "indistinguishable_from": [rival.pair for rival in one.alike],
                 }
@@ -112,7 +113,8 @@ def plan_motion(log: MotionLog) -> MotionPlan:
         for at in candidates:
             if not at.effect.form and at.effect.name not in UNPLANNED:
                 sizes = _sizes(at, told)
-                found.append(_Signatures(at, sizes, [{joint: errors[:, None]} for errors in rows.errors_of(at, sizes)]))
+                of = [{joint: errors[:, None]} for errors in rows.errors_of(at, sizes)]
+                found.append(_Signatures(at, 0, sizes, of))
     seconds = sum(told.time_s[part.stop - 1] - told.time_s[part.start] for part in told.rows_of_runs)
     values = max(1.0, seconds / MEMORY_S)
     step = (log.encoder_step_rad or 0.0) / np.sqrt(12.0)
@@ -160,18 +162,21 @@ def _sizes(at: At, log: MotionLog) -> Array:
 
 
 def _linear(of: Any, kind: str) -> tuple[list[_Signatures], dict[str, str]]:
-    """Of rows that are linear in numbers: of the first number that acts at all, the others zero."""
+    """Of rows that are linear in numbers."""
     candidates, missing = candidates_of(of, MOTION_EFFECTS, kind)
     candidates = [at for at in candidates if at.effect.name not in UNPLANNED]
     rows = LinearRows(of, of.measured, candidates)
     found = []
     for at in candidates:
         columns = rows.columns(at, 0)
-        sizes = at.effect.numbers[0].usual * SIZES
+        number = int(np.any(columns != 0.0, axis=(0, 1)).argmax())
+        sizes = at.effect.numbers[number].usual * SIZES
         joints = np.flatnonzero(np.any(columns != 0.0, axis=(0, 2))).tolist()
         there = {joint: np.isfinite(of.measured[:, joint]) for joint in joints}
         found.append(
-            _Signatures(at, sizes, [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes])
+            _Signatures(
+                at, number, sizes, [{joint: size * columns[there[joint], joint] for joint in joints} for size in sizes]
+            )
         )
     return found, missing
 
@@ -191,11 +196,12 @@ def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: 
 
     limits = []
     for one in found:
-        first = [{joint: errors[:, 0] for joint, errors in each.items()} for each in one.of]
+        number = one.at.effect.numbers[one.number]
+        first = [{joint: errors[:, one.number] for joint, errors in each.items()} for each in one.of]
         price = WORTH_ADDING + len(one.at.effect.numbers) * np.log(max(values, np.e)) + one.at.effect.rarity
         enough = (np.sqrt(price) + SHOWS) ** 2
         gains = np.array([gain(each) if _is_gap(each, follows) else 0.0 for each in first])
-        gains[one.sizes < one.at.effect.numbers[0].least] = 0.0
+        gains[one.sizes < number.least] = 0.0
         shows = np.flatnonzero(gains >= enough)
         size = None if not len(shows) else _crossing(one.sizes, gains, int(shows[0]), enough)
         alike: tuple[At, ...] = ()
@@ -208,7 +214,7 @@ def _limits(found: Sequence[_Signatures], noise: Array, follows: Array, values: 
                 and ("joint" not in (one.at.effect.site, other.at.effect.site) or other.at.where == one.at.where)
                 and min(map(gain, _rests(first[at], other))) < INDISTINGUISHABLE
             )
-        limits.append(MotionLimit(one.at, one.at.effect.numbers[0].unit, size, alike))
+        limits.append(MotionLimit(one.at, number, size, alike))
     return limits
 
 

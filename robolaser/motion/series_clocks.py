@@ -103,8 +103,12 @@ class SeriesClocks:
         return replace(log, command=command)
 
     def beside(self, other: "SeriesClocks | None") -> "SeriesClocks":
-        """The sum of two."""
-        return self if other is None else replace(self, delay=self.delay + other.delay, gained=self.gained)
+        """With delays that were found before, of the same series or of some of them."""
+        if other is None:
+            return self
+        before = dict(zip(other.runs.tolist(), other.delay.tolist(), strict=True))
+        delay = self.delay + [before.get(run, 0.0) for run in self.runs.tolist()]
+        return replace(self, delay=delay, gained=self.gained + other.gained)
 
     def finding(self, log: MotionLog, joints: Ints, effect: MotionEffect = CLOCK) -> Finding:
         """The clock as a finding, with a number for each series."""

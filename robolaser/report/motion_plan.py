@@ -80,10 +80,10 @@ def print_plan(plan: MotionPlan, folder: Path | None = None, *, console: Console
 
 
 def _groups(plan: MotionPlan) -> list[list[MotionLimit]]:
-    """What is planned, effect by effect."""
-    groups: dict[tuple[str, str], list[MotionLimit]] = {}
+    """What is planned, effect by effect; where another number of one acts, apart."""
+    groups: dict[tuple[str, str, str], list[MotionLimit]] = {}
     for one in plan.limits:
-        groups.setdefault((one.at.effect.name, one.at.effect.rows), []).append(one)
+        groups.setdefault((one.at.effect.name, one.at.effect.rows, one.number.name), []).append(one)
     return list(groups.values())
 
 
@@ -94,7 +94,8 @@ def _row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str, ...]
     where = "all joints" if list(joints) == places else ", ".join(places)
     never = [one.at.where for one in group if one.size is None]
     sizes = sorted((one.size for one in group if one.size is not None), reverse=effect.name == "speed_limit")
-    scale, unit = shown_in(group[0].unit)
+    number = group[0].number
+    scale, unit = shown_in(number.unit)
     shown = list(dict.fromkeys(f"{float(f'{scale * size:.2g}'):g}" for size in (*sizes[:1], *sizes[-1:])))
     below = "below " if effect.name == "speed_limit" else ""
     size = f"{below}{' to '.join(shown)}{unit}".rstrip() if shown else "never"
@@ -104,4 +105,5 @@ def _row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str, ...]
         for rival in one.alike:
             alike.setdefault(rival.effect.name.replace("_", " "), []).append(one.at.where)
     rivals = [name if at == places else f"{name} at {', '.join(at)}" for name, at in alike.items()]
-    return effect.name.replace("_", " "), where, ROWS[effect.rows], size, "; ".join(rivals)
+    name = effect.name.replace("_", " ") + (f" ({number.name})" if number is not effect.numbers[0] else "")
+    return name, where, ROWS[effect.rows], size, "; ".join(rivals)

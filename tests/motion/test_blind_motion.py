@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from moved_arms import World, record
 
+from robolaser.motion import parts
 from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
@@ -110,3 +111,13 @@ def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: boo
     rows = LinearRows(of, np.where(np.isfinite(of.measured), of.regressor(joint) @ change, np.nan), [link])
     (fitted,) = rows.fit([(0, (link,))])
     assert np.isfinite(fitted.score) == is_possible
+
+
+def test_the_clocks_of_a_long_log_are_told_in_all_of_its_series(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also in those that are not searched for effects."""
+    monkeypatch.setattr(parts, "SEARCHED_ROWS", 2_000)
+    log = record(World(clock_s=CLOCKS), series=8, seconds=8.0, seed=3)
+    found = diagnose_motion(replace(log, tau=np.full_like(log.q, np.nan)), seed=0)
+    (clock,) = [one for one in found.fit.findings if one.at.effect.name == "clock_shift"]
+    told = np.array([clock.numbers[f"run_{number}"][0] for number in range(8)])
+    assert told - told.mean() == pytest.approx(np.mean(CLOCKS) - np.array(2 * CLOCKS), abs=1e-3)
