@@ -116,7 +116,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
         found = [_finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged]
-        findings += [_within_a_row(each, candidates[number], log.step_s) for each in found]
+        findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
         holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
         told = np.nan_to_num(log.command[:, joint])
         places[log.joints[joint]] = coordinate(after[:, joint], log.run, log.time_s, told, holding)
@@ -241,10 +241,10 @@ def _helps(one: Finding, before: Array, worse: Bools) -> bool:
     return bool(share[~worse].sum() >= share[worse].sum())
 
 
-def _within_a_row(one: Finding, candidates: Sequence[At], step_s: float) -> Finding:
-    """A lag that is shorter than the time between two rows may as well be a dead time: neither is seen to pass."""
+def _within_rows(one: Finding, candidates: Sequence[At], step_s: float) -> Finding:
+    """A lag that is over within two rows may as well be a dead time: the rows do not show how it passes."""
     late = [at for at in candidates if at.effect.name == "dead_time"]
-    if one.at.effect.name != "lag" or one.numbers["time"][0] >= step_s or not late:
+    if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
         return one
     rivals = dict.fromkeys((*one.judged.rivals, *late))
     return replace(one, judged=replace(one.judged, probability=min(one.judged.probability, EVEN), rivals=tuple(rivals)))
