@@ -17,7 +17,7 @@ from robolaser.data.lerobot import TURN, Servo, read_servos
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 from robolaser.motion.log import QUANTITIES, MotionLog
-from robolaser.motion.recorders import Run, runs_of
+from robolaser.motion.recorders import RecordedRun, runs_of
 from robolaser.motion.ros_log import COMMAND_TOPIC, bag_runs, is_bag
 from robolaser.robot.kinematics import Robot
 
@@ -153,7 +153,12 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
 
 
 def _part(
-    run: Run, robot: Robot, columns: Mapping[str, str], angles: _Angles, time_unit: str, read_from: dict[str, str]
+    run: RecordedRun,
+    robot: Robot,
+    columns: Mapping[str, str],
+    angles: _Angles,
+    time_unit: str,
+    read_from: dict[str, str],
 ) -> dict[str, Array]:
     """The columns of a run, and in `read_from` what each is from."""
     time = _column(run, columns["time_s"]) if "time_s" in columns else _time(run)
@@ -172,7 +177,7 @@ def _part(
     return part
 
 
-def _time(run: Run) -> Array:
+def _time(run: RecordedRun) -> Array:
     for name in ("time_s", "timestamp", "time", "t"):
         if name in run.columns:
             return run.columns[name]
@@ -181,13 +186,13 @@ def _time(run: Run) -> Array:
     )
 
 
-def _column(run: Run, name: str) -> Array:
+def _column(run: RecordedRun, name: str) -> Array:
     if name not in run.columns:
         raise DataError(f"{run.source} has no column '{name}'.{near(name, run.columns)}")
     return run.columns[name]
 
 
-def _wanted(run: Run, quantity: str, joint: str, number: int, columns: Mapping[str, str]) -> str | None:
+def _wanted(run: RecordedRun, quantity: str, joint: str, number: int, columns: Mapping[str, str]) -> str | None:
     """The column that holds a quantity of a joint."""
     own = f"{quantity}_{joint}"
     if own in columns:

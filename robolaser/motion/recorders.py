@@ -30,7 +30,7 @@ CURRENT: Final = "actual_current"
 
 @final
 @dataclass(frozen=True, eq=False)
-class Run:
+class RecordedRun:
     """Columns by name, (n,) each, and what their recorder says of them."""
 
     series: str
@@ -42,7 +42,7 @@ class Run:
     torque_signed: bool = True
 
 
-def runs_of(source: Path, options: ImportOptions) -> list[Run]:
+def runs_of(source: Path, options: ImportOptions) -> list[RecordedRun]:
     """What a folder or a file holds.
 
     Raises:
@@ -64,7 +64,9 @@ def runs_of(source: Path, options: ImportOptions) -> list[Run]:
         kinds = ", ".join((*TABLES, *ARRAY_FILES))
         raise DataError(f"{source.name}: a log of a moving arm is read from {kinds}, from a bag or from a folder.")
     columns = _table(source, options) if source.suffix in TABLES else _numbers(source)
-    return _by_series(_named_by_rtde(Run(source.stem, source.name, columns)), options.columns.get(SERIES, SERIES))
+    return _by_series(
+        _named_by_rtde(RecordedRun(source.stem, source.name, columns)), options.columns.get(SERIES, SERIES)
+    )
 
 
 def _numbers(source: Path) -> dict[str, Array]:
@@ -92,7 +94,7 @@ def _number(cell: str, decimal: str) -> float:
         return float("nan")
 
 
-def _by_series(run: Run, series: str = SERIES) -> list[Run]:
+def _by_series(run: RecordedRun, series: str = SERIES) -> list[RecordedRun]:
     """The runs of a table that numbers them."""
     key = next((name for name in (series, "episode_index") if name in run.columns), None)
     if key is None:
@@ -108,7 +110,7 @@ def _by_series(run: Run, series: str = SERIES) -> list[Run]:
     ]
 
 
-def _named_by_rtde(run: Run) -> Run:
+def _named_by_rtde(run: RecordedRun) -> RecordedRun:
     """A table of Universal Robots' RTDE with the names of a log: NAME[i] for the joint i."""
     if "actual_q_0" not in run.columns:
         return run
@@ -125,7 +127,7 @@ def _named_by_rtde(run: Run) -> Run:
     )
 
 
-def _lerobot(folder: Path) -> list[Run]:
+def _lerobot(folder: Path) -> list[RecordedRun]:
     """Versions 2 and 3: `action` and `observation.state` in the order that meta/info.json names."""
     info = json.loads(read_text(folder / "meta" / "info.json"))
     runs = []
@@ -139,11 +141,11 @@ def _lerobot(folder: Path) -> list[Run]:
                 for i, joint in enumerate(named)
                 if f"{key}[{i}]" in columns
             }
-        runs += _by_series(Run("episode", file.name, columns))
+        runs += _by_series(RecordedRun("episode", file.name, columns))
     return runs
 
 
-def _sage(folder: Path) -> Run:
+def _sage(folder: Path) -> RecordedRun:
     """SAGE's collector: lists of joints in JSON, one stamp in microseconds for command and state."""
     joints = [line.strip() for line in read_text(folder / "joint_list.txt").splitlines() if line.strip()]
     control, state = (
@@ -160,4 +162,4 @@ def _sage(folder: Path) -> Run:
     ):
         values = np.array([json.loads(table[stamp][field]) for stamp in stamps], dtype=np.float64)
         columns |= {f"{quantity}_{joint}": values[:, i] for i, joint in enumerate(joints)}
-    return Run(folder.name, folder.name, columns, "us", "rad", torque_signed=False)
+    return RecordedRun(folder.name, folder.name, columns, "us", "rad", torque_signed=False)

@@ -10,7 +10,7 @@ from robolaser.arrays import Array
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC, SUFFIXES
 from robolaser.data.importers.ros_messages import ARRAY, CONTROLLER, JOINTS, STAMPS, Bag, JointTrack
-from robolaser.motion.recorders import Run
+from robolaser.motion.recorders import RecordedRun
 from robolaser.robot.kinematics import Robot
 
 COMMAND_TOPIC: Final = "commands"
@@ -25,7 +25,7 @@ def is_bag(source: Path) -> bool:
     return source.suffix in SUFFIXES
 
 
-def bag_runs(source: Path, robot: Robot, options: ImportOptions) -> list[Run]:
+def bag_runs(source: Path, robot: Robot, options: ImportOptions) -> list[RecordedRun]:
     """The runs of a bag.
 
     Readings are joint states, or what a controller's state says that it read; commands are those of a controller's
@@ -64,7 +64,7 @@ def bag_runs(source: Path, robot: Robot, options: ImportOptions) -> list[Run]:
     begins = np.flatnonzero(np.diff(track.time_s) > PAUSE_S) + 1
     parts = np.split(np.arange(len(track.time_s)), begins)
     return [
-        Run(
+        RecordedRun(
             source.stem if len(parts) == 1 else f"{source.stem}_{number + 1}",
             source.name,
             {name: values[rows] for name, values in columns.items()},
