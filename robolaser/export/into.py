@@ -125,7 +125,8 @@ DEFAULT_STEP_S = "0.002"
 
 def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: float) -> None:
     name = joint.get("name", "")
-    compliance = numbers.take("droop", name, "compliance")
+    found = [numbers.take("droop", name, number) for number in ("compliance", "torque_compliance")]
+    compliance = next((value for value in found if value is not None), None)
     if compliance is not None and compliance > 0.0:
         actuator.set("kp", _digits(1.0 / compliance))
     gain = float(actuator.get("kp", "1"))

@@ -15,6 +15,10 @@ def _none(value: float) -> str:
     return ""
 
 
+_STIFFNESS: Final[Words] = (
+    lambda v: f"stiffness = {1.0 / v:.4g}" if v > 0.0 else "",
+    lambda v: f"position gain {1.0 / v:.4g} Nm/rad" if v > 0.0 else "",
+)
 WORDS: Final[Mapping[tuple[str, str], Words]] = {
     ("dead_time", "delay"): (
         lambda v: f"DelayedPDActuatorCfg: min_delay = max_delay = {v:.4g} s / physics step",
@@ -24,10 +28,8 @@ WORDS: Final[Mapping[tuple[str, str], Words]] = {
         lambda v: f"damping = {v:.4g} s * stiffness",
         lambda v: f"first-order filter of the position command, {v:.4g} s",
     ),
-    ("droop", "compliance"): (
-        lambda v: f"stiffness = {1.0 / v:.4g}" if v > 0.0 else "",
-        lambda v: f"position gain {1.0 / v:.4g} Nm/rad" if v > 0.0 else "",
-    ),
+    ("droop", "compliance"): _STIFFNESS,
+    ("droop", "torque_compliance"): _STIFFNESS,
     ("dead_zone", "half_width"): (
         lambda v: f"friction = {v:.4g} rad * stiffness",
         lambda v: f"dead band of ±{v:.4g} rad in the position loop",

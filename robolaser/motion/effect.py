@@ -42,6 +42,7 @@ class Trace:
     command: Array  # (n, runs) [rad]
     q: Array  # (n, runs) [rad]; NaN where it was not read
     holding: Array  # torque that gravity puts on it where it is sent, (n, runs) [Nm]
+    moving: Array  # torque that the rigid arm takes to go there, (n, runs) [Nm]
     step_s: Array  # from row to row, (n, runs) [s]
 
     @property

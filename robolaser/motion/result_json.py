@@ -229,6 +229,7 @@ MOTIONS = (
         "Record an encoder behind the gear, or a camera: the servo's own encoder is inside its loop",
     ),
     (("droop", "offset"), "Hold configurations with the joint's load on either side"),
+    (("droop", "lag"), "Repeat one motion with another payload"),
     (("clock_shift", "dead_time"), "Move the arm by hand during the recording: readings then follow no command"),
     (("coulomb_friction", "viscous_friction"), "Move the joint at several constant speeds"),
     (("coulomb_friction", "load_friction"), "Repeat one motion with another payload"),

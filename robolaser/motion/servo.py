@@ -18,8 +18,8 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 
 IDEAL: Mapping[str, float] = {
-    "delay": 0.0, "time": 0.0, "second": 0.0, "angle": 0.0, "scale": 0.0, "compliance": 0.0, "dead": 0.0, "lost": 0.0,
-    "speed": np.inf, "lower": -np.inf, "upper": np.inf,
+    "delay": 0.0, "time": 0.0, "second": 0.0, "angle": 0.0, "scale": 0.0, "compliance": 0.0, "yields": 0.0, "dead": 0.0,
+    "lost": 0.0, "speed": np.inf, "lower": -np.inf, "upper": np.inf,
 }  # fmt: skip
 """Numbers of a servo that follows its command."""
 SHORTEST_LAG_S = 1e-6
@@ -36,6 +36,7 @@ class Runs:
     step: Array  # from each row to the next, (t, s) [s]
     command: Array  # (j, t, s) [rad]
     holding: Array  # torque that holds the arm still where it is commanded, (j, t, s) [Nm]
+    moving: Array  # torque that the rigid arm takes to go there, (j, t, s) [Nm]
     start: Array  # where each joint is at the beginning, (j, s) [rad]
 
     def simulate(self, joint: Ints, numbers: Sequence[Mapping[str, float]]) -> Array:
@@ -62,7 +63,8 @@ class Runs:
         wanted = np.empty((rows, runs, len(joint)))
         usual = float(np.median(self.step))
         for m, (j, delay) in enumerate(zip(joint, of["delay"] / usual, strict=True)):
-            seen = (1.0 + of["scale"][m]) * self.command[j] + of["angle"][m] - of["compliance"][m] * self.holding[j]
+            seen = (1.0 + of["scale"][m]) * self.command[j] + of["angle"][m]
+            seen -= of["compliance"][m] * self.holding[j] + of["yields"][m] * self.moving[j]
             wanted[:, :, m] = _later(seen, delay)
         np.clip(wanted, of["lower"], of["upper"], out=wanted)
         of_case = [np.tile(of[name], runs) for name in ("dead", "lost", "speed")]

@@ -12,8 +12,10 @@ from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog
+from robolaser.motion.quantities import SMOOTHED_S
 from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import Runs
+from robolaser.robot.kinematics import Robot
 
 ROUNDS = 3  # of a fit that begins at one with an effect less, or more
 MORE_ROUNDS = 8  # of the one that numbers are taken from
@@ -84,17 +86,20 @@ class TrackingRows:
         self._pieces, self._run = [rows for rows, _ in pieces], np.array([run for _, run in pieces])
         lengths = np.array([rows.stop - rows.start for rows in self._pieces], dtype=np.int64)
         longest, count, joints = int(lengths.max()), len(pieces), log.q.shape[1]
-        command, holding, self._q = (np.full((joints, longest, count), np.nan) for _ in range(3))
+        command, holding, moving, self._q = (np.full((joints, longest, count), np.nan) for _ in range(4))
         step = np.full((longest, count), log.step_s)
         for s, part in enumerate(self._pieces):
             n = part.stop - part.start
             told = _filled(log.command[part])
-            command[:, :n, s], holding[:, :n, s] = told.T, log.robot.gravity_torques(np.nan_to_num(told)).T
-            command[:, n:, s], holding[:, n:, s] = command[:, [n - 1], s], holding[:, [n - 1], s]
+            held = np.nan_to_num(told)
+            parts = (told, log.robot.gravity_torques(held), torques_along(log.robot, held, log.step_s))
+            for values, of_piece in zip((command, holding, moving), parts, strict=True):
+                values[:, :n, s] = of_piece.T
+                values[:, n:, s] = values[:, [n - 1], s]
             self._q[:, :n, s] = log.q[part].T
             step[: n - 1, s] = np.diff(log.time_s[part])
         start = np.array([[_first(self._q[j, :, s], command[j, 0, s]) for s in range(count)] for j in range(joints)])
-        self._runs = Runs(lengths, step, command, holding, start)
+        self._runs = Runs(lengths, step, command, holding, moving, start)
         self._used = np.ones((longest, count), dtype=bool)
         self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
@@ -145,7 +150,7 @@ class TrackingRows:
 
     def _trace(self, joint: int) -> Trace:
         runs = self._runs
-        return Trace(runs.command[joint], self._q[joint], runs.holding[joint], runs.step)
+        return Trace(runs.command[joint], self._q[joint], runs.holding[joint], runs.moving[joint], runs.step)
 
     def usual(self, candidates: Sequence[Sequence[At]]) -> list[tuple[At, ...]]:
         """What servos usually do, fitted step by step; where a search for each joint's effects begins.
@@ -335,6 +340,18 @@ class TrackingRows:
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]
         return out
+
+
+def torques_along(robot: Robot, told: Array, step_s: float) -> Array:
+    """Torque that the rigid arm takes to follow commands (n, j), which are smoothed first, (n, j) [Nm]."""
+    width = 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
+    if len(told) < 2 * width:
+        return robot.gravity_torques(told)
+    weights = np.hanning(width + 2)[1:-1]
+    padded = np.pad(told, ((width // 2, width // 2), (0, 0)), mode="edge")
+    smooth = np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)
+    speed = np.gradient(smooth, step_s, axis=0)
+    return robot.by_pinocchio.inverse_dynamics(smooth, speed, np.gradient(speed, step_s, axis=0))
 
 
 def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:

@@ -77,7 +77,8 @@ def test_it_is_found_where_it_is_simulated(effect: MotionEffect) -> None:
     size = SIZES.get(effect.name, 2.0 * first.usual)
     place = effect.site if effect.site != "joint" else "lift"
     name = f"{effect.name}:{place}.{first.name}"
-    asked = {f"{effect.name}:{place}.time": 0.06, name: 2e-3} if effect.form else {name: size}
+    more = {f"{effect.name}:{place}.time": 0.06, name: 2e-3}  # a lag of second order is one of the first, too
+    asked = more if effect.name == "lag" and effect.form else {name: size}
     if effect.rows == "load" and effect.site != "joint":
         log = simulate_motion(ROBOT, series=4, seed=1)
         log = replace(log, load=np.roll(log.load, 2, axis=0))

@@ -14,7 +14,7 @@ LIMIT = next(one for one in TRACKING if one.name == "range_limit")
 
 def trace(error: np.ndarray, top: float = np.inf) -> Trace:
     command = np.sin(np.linspace(0.0, 12.0, 600))[:, None]
-    return Trace(command, np.minimum(command - error[:, None], top), np.zeros((600, 1)), np.full((600, 1), 0.02))
+    return Trace(command, np.minimum(command - error[:, None], top), *np.zeros((2, 600, 1)), np.full((600, 1), 0.02))
 
 
 def test_a_joint_that_falls_short_everywhere_has_no_limit() -> None:

@@ -11,6 +11,8 @@ LOOPS = "Siciliano et al. 2009, Robotics, ch. 8: independent joint control; a la
 
 HOLDS_NM = 1e-3
 """Spread of a joint's gravity torque, from which on it can droop. A judgement."""
+DIFFERS = 0.2
+"""Of the spread of a motion's torque, by which it must differ from gravity's to be told from it. A judgement."""
 EXCEEDS_RAD, EXCEEDS_ERRORS = 0.05, 3.0
 """By which commands go beyond all readings where there is a limit, and the same in errors of the joint: what a dead
 zone and droop leave is no limit. A judgement."""
@@ -36,6 +38,12 @@ def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread
 def _droop_untested(trace: Trace) -> str:
     if np.nanstd(trace.holding) < HOLDS_NM:
         return "the URDF's masses put no gravity torque on this joint that changes"
+    return if_sent(trace)
+
+
+def _yield_untested(trace: Trace) -> str:
+    if np.nanstd(trace.moving - trace.holding) < DIFFERS * max(float(np.nanstd(trace.moving)), HOLDS_NM):
+        return "the torque of the motion is nearly that of gravity"
     return if_sent(trace)
 
 
@@ -152,6 +160,19 @@ TRACKING = (
         reference=LOOPS,
         rivals=("offset",),
         untested=_droop_untested,
+    ),
+    MotionEffect(
+        name="droop",
+        form="under torque",
+        title="the joint yields to the torque of its motion",
+        clause="the joint yields to the torque that it bears",
+        cause="servo",
+        rows="tracking",
+        numbers=(Number("torque_compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="yields"),),
+        remedy=f"Raise {P_GAIN}, feed the torque forward, or give the simulated actuator this stiffness.",
+        reference=LOOPS,
+        rivals=("offset", "lag"),
+        untested=_yield_untested,
     ),
     MotionEffect(
         name="dead_zone",
