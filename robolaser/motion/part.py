@@ -1,6 +1,7 @@
 """What the rows of one kind say: the gap, the effects that are at work, and what is left."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -101,11 +102,8 @@ class Part:
         The less all effects together explain there, and the less it explains beside what is left, the likelier it
         imitates a cause that is not in the library.
         """
-        with np.errstate(invalid="ignore", divide="ignore"):
-            noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
-            before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in (self.before, self.after))
-            rest = np.maximum(after, 0.0)
-            share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
+        before, rest = self._above_noise
+        share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
         gained = np.nan_to_num(one.gained)
         if not gained.any() or (one.kind == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
@@ -113,6 +111,13 @@ class Part:
         if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:
             explained = min(explained, LIKELY)
         return explained / (1.0 + REST_DISCOUNT * float(rest[gained > 0.0].sum() / gained.sum()))
+
+    @cached_property
+    def _above_noise(self) -> tuple[Array, Array]:
+        """Squared errors without the effects and with them, less what noise alone gives, (j,) each."""
+        noise = np.maximum(self.enough, self.gap.noise_floor) ** 2
+        before, after = (np.nan_to_num(self._usual(errors) - noise) for errors in (self.before, self.after))
+        return before, np.maximum(after, 0.0)
 
     def _usual(self, errors: Array) -> Array:
         """Squared errors as most runs have them, (j,): what one run alone does is no ground for doubt."""

@@ -92,9 +92,11 @@ class Runs:
             else:
                 e *= approach
             if limited:
-                most = np.repeat(self.step[i], len(joint))[:n] * fastest
-                np.clip(e, -most, most, out=e)
-                np.clip(v, -fastest, fastest, out=v)
+                np.multiply(np.repeat(self.step[i], len(joint))[:n], fastest, out=p)
+                np.minimum(e, p, out=e)
+                np.maximum(e, np.negative(p, out=p), out=e)
+                np.minimum(v, fastest, out=v)
+                np.maximum(v, -fastest, out=v)
             z += e
             if plays:
                 y = shown[:n]
@@ -129,15 +131,20 @@ class _Answer:
     def at(self, row: int, count: int) -> list[Array]:
         """At a row, of the first cases of all runs."""
         which = self.which[row]
-        if (which == which[0]).all():
-            key = int(which[0])
-            if key not in self._known:
-                self._known[key] = [np.tile(part[key], len(which)) for part in self.parts]
-            return [part[:count] for part in self._known[key]]
-        return [part[which].ravel()[:count] for part in self.parts]
+        if not self._alike[row]:
+            return [part[which].ravel()[:count] for part in self.parts]
+        key = (int(which[0]), count)
+        if key not in self._known:
+            self._known[key] = [np.tile(part[key[0]], len(which))[:count] for part in self.parts]
+        return self._known[key]
 
     @cached_property
-    def _known(self) -> dict[int, list[Array]]:
+    def _alike(self) -> list[bool]:
+        """Rows whose steps are of one length in all runs."""
+        return [bool(row) for row in (self.which == self.which[:, :1]).all(axis=1)]
+
+    @cached_property
+    def _known(self) -> dict[tuple[int, int], list[Array]]:
         return {}
 
 
