@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
@@ -132,8 +131,10 @@ def _descended(columns: Array, residuals: Array, direction: Array) -> tuple[Arra
 
 def _compliances(columns: Array, residuals: Array, direction: Array) -> tuple[Array, float]:
     """Compliances of no negative size, (j,), that leave least under gravity along a direction, and what is left."""
-    end = lsq_linear(np.einsum("k,kjm->mj", direction, columns), -residuals, bounds=(0.0, np.inf), method="bvls")
-    return end.x, float(np.sqrt(2.0 * end.cost))
+    from scipy.optimize import nnls  # noqa: PLC0415 - a tenth of a second that most diagnoses do without
+
+    compliances, left = nnls(np.einsum("k,kjm->mj", direction, columns), -residuals)
+    return compliances, float(left)
 
 
 def _vector(gravity: Array) -> str:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from scipy.stats import chi2, f
+from scipy.special import chdtrc, fdtrc
 
 from robolaser.arrays import Array, Ints
 from robolaser.motion.effect import At, MotionEffect
@@ -76,11 +76,11 @@ class SeriesClocks:
         step -= (weight * step).sum(axis=1, keepdims=True) / np.maximum(weight.sum(axis=1, keepdims=True), 1e-24)
         delay = (weight * step).sum(axis=0) / weight.sum(axis=0)
         common, own = (weight * delay**2).sum(), (weight * (step - delay) ** 2).sum()
-        agree = f.sf(common / free / max(own / left, 1e-12), free, left) < BY_CHANCE
+        agree = fdtrc(free, left, common / free / max(own / left, 1e-12)) < BY_CHANCE
         spread = float(np.sqrt(np.average(delay**2, weights=weight.sum(axis=0))))
         late = float(np.mean([abs(one.late_s) for one in joints]))
         if known is None and (
-            not agree or chi2.sf(common, free) > BY_CHANCE or spread < max(LEAST_SPREAD_S, OF_LATENESS * late)
+            not agree or chdtrc(free, common) > BY_CHANCE or spread < max(LEAST_SPREAD_S, OF_LATENESS * late)
         ):
             return None
         gained = [
