@@ -122,7 +122,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("judging the gap", 0.8)
     left = [] if hindrance else left
-    judged = _judged(preparation, data, start, final, left, held_out, seed)
+    judged = _judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
     classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
     if final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out):
         final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
@@ -226,11 +226,15 @@ def _judged(
     left: Sequence[Localization],
     held_out: HeldOut,
     seed: int,
+    *,
+    scatters: bool = True,
 ) -> _Judged:
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
     evidence = _evidence(start, final, left, gap, noise)
-    scatter = None if evidence.is_at_floor else preparation.scatter_beside(data, final, smooth=bool(left))
+    if evidence.is_at_floor or not scatters:
+        return _Judged(judge(evidence), noise, gap)
+    scatter = preparation.scatter_beside(data, final, smooth=bool(left))
     if scatter:
         beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
         if not _evidence(start, final, left, beside_gap, scatter.noise).is_at_floor:

@@ -46,7 +46,7 @@ def _started(dataset: Dataset) -> Dataset:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """A data set seen through the nominal model and the effects added to it."""
 
