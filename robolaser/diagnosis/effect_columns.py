@@ -10,6 +10,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.model.batches import of_data
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import OF_ROWS, Stage
@@ -32,7 +33,7 @@ class Columns:
     imitate. Refits decide in the end.
     """
 
-    def __init__(self, moves: dict[CandidateEffect, Array] | None = None) -> None:
+    def __init__(self, moves: dict[tuple[CandidateEffect, bytes], Array] | None = None) -> None:
         self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
         self._by_motion: dict[tuple[Stage, str], Array] = {}
         self._passing: dict[Stage, Array | None] = {}
@@ -43,17 +44,22 @@ class Columns:
         return Columns(self._moves)
 
     def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """Moves of an effect's own joint for each of its nonlinear parameters (g, s), (g, a, n)."""
-        if candidate_effect in self._moves:
-            return self._moves[candidate_effect]
-        robot, q = fit.model.dataset.arm
+        """Moves of an effect's own joint at poses with points, by its nonlinear parameters (g, s): (g, a, n)."""
+        model, seen = fit.model, np.unique(fit.model.dataset.points.pose)
+        key = candidate_effect, seen.tobytes()
+        if key in self._moves:
+            return self._moves[key]
+        if not candidate_effect.effect.depends_on_trajectory:
+            among = np.isin(np.arange(len(model.dataset.poses)), seen)
+            model, seen = of_data(model, model.dataset.of_poses(among)), np.arange(len(seen))
+        robot, q = model.dataset.arm
         column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
         parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
         own = (..., column)
-        moves = np.concatenate([stage_moves(fit.model, candidate_effect, part, q, own) for part in parts])
-        moves = moves.reshape(len(grid), a, -1)
+        moves = np.concatenate([stage_moves(model, candidate_effect, part, q, own) for part in parts])
+        moves = moves.reshape(len(grid), a, -1)[:, :, seen]
         if moves.size <= MOVES_KEPT:
-            self._moves[candidate_effect] = moves
+            self._moves[key] = moves
         return moves
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:

@@ -181,17 +181,18 @@ def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple
 
 @final
 class JointMotions:
-    """Free small motions of each joint, one for each pose: every perturbation of a joint is a sum of them."""
+    """Free small motions of each joint, one for each pose with points: all that moves a joint is a sum of them."""
 
     def __init__(self, fit: Fit, known: Columns) -> None:
         self._fit, self._known = fit, known
         self._normal: dict[str, tuple[Array, Array, Array]] = {}
 
     def _normal_equations(self, joint: str) -> tuple[Array, Array, Array]:
-        """Of the motions of a joint."""
+        """Of the motions of a joint at poses with points."""
         if joint not in self._normal:
             fit, columns = self._fit, self._known.by_joint(self._fit, joint)
-            self._normal[joint] = normal_equations(fit, columns, fit.pose_of_number, len(fit.model.dataset.poses))
+            seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
+            self._normal[joint] = normal_equations(fit, columns, of_number, len(seen))
         return self._normal[joint]
 
     def best_nonlinear(self, candidate_effect: CandidateEffect, grid: Array) -> Array:

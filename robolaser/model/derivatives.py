@@ -25,7 +25,7 @@ def jacobian(model: Model, x: Array) -> Array:
     """
     count = x.shape[1]
     values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
-    flange: Any = model.flange(cast("Values", values))
+    flange: Any = model.seen_flange(cast("Values", values))
     if not isinstance(flange, Dual) or len(flange.of) <= WAYS:
         return _by_numbers(model, values, flange, count)
     # however many parameters move joints and links, they move the flange in six ways, and each row by that of its pose

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 from robolaser.model.blocks import Blocks
@@ -123,12 +123,31 @@ class Model:
             perturb: The effects with these values.
             q: Joint values in the place of those read, (c or 1, n, j).
         """
-        perturb = perturb or self.perturb(values)
+        return self._placed(values, perturb or self.perturb(values), q, None)
+
+    def seen_flange(self, values: Values, perturb: Perturbation | None = None, q: Array | None = None) -> Array:
+        """The same by the nominal arm where the poses have no points: no residual needs these."""
+        return self._placed(values, perturb or self.perturb(values), q, self._seen)
+
+    @cached_property
+    def _seen(self) -> Ints | None:
+        """Poses with points; None where all have some."""
+        seen = np.unique(self.dataset.points.pose)
+        return None if len(seen) == len(self.dataset.poses) else seen
+
+    def _placed(self, values: Values, perturb: Perturbation, q: Array | None, seen: Ints | None) -> Array:
         poses, robot = self.dataset.poses, self.dataset.robot
         if robot is None or poses.q is None or (q is None and not self._robot_bends):
             return perturb(Stage.FLANGE, self._nominal_flange)
         q, placements = perturb(Stage.JOINTS, poses.q[None] if q is None else q), robot.placements[None, None]
-        return perturb(Stage.FLANGE, robot.forward(q, perturb(Stage.LINKS, placements)))
+        placements = perturb(Stage.LINKS, placements)
+        if seen is None:
+            return perturb(Stage.FLANGE, robot.forward(q, placements))
+        there = robot.forward(q[:, seen], placements if placements.shape[1] == 1 else placements[:, seen])
+        flange: Array = np.zeros_like(there, shape=(len(there), *self._nominal_flange.shape[1:]))
+        flange[:] = self._nominal_flange
+        flange[:, seen] = there
+        return perturb(Stage.FLANGE, flange)
 
     def _in_chunks(self, x: Array) -> Sequence[Array]:
         at_once = max(1, CHUNK // len(self.dataset.points))
@@ -149,7 +168,7 @@ class Model:
     def residuals_at(self, values: Values) -> Array:
         """The same for values by name, (c,) each, all candidates at once."""
         perturb = self.perturb(values)
-        return self.blocks.residuals(values, self.flange(values, perturb), perturb)
+        return self.blocks.residuals(values, self.seen_flange(values, perturb), perturb)
 
     @cached_property
     def known_distances(self) -> KnownDistances | None:
@@ -203,4 +222,4 @@ class Model:
 
     def _squares(self, values: Values) -> Array:
         perturb = self.perturb(values)
-        return self.blocks.squares(values, self.flange(values, perturb), perturb)
+        return self.blocks.squares(values, self.seen_flange(values, perturb), perturb)
