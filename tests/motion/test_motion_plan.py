@@ -30,21 +30,24 @@ def size_of(plan: MotionPlan, effect: str, where: str) -> float | None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "where"),
+    ("effect", "where", "others"),
     [
-        ("offset", "lift"),
-        ("dead_time", "pan"),
-        ("viscous_friction", "lift"),
-        ("coulomb_friction", "elbow"),
-        ("payload", "tool"),
+        ("offset", "lift", ("tau", "load")),
+        ("dead_time", "pan", ("tau", "load")),
+        ("viscous_friction", "lift", ("command", "load")),
+        ("coulomb_friction", "elbow", ("command", "load")),
+        ("payload", "tool", ("command", "load")),
     ],
 )
-def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(effect: str, where: str) -> None:
+def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
+    effect: str, where: str, others: tuple[str, ...]
+) -> None:
     plan = plan_motion(commands_only(MOTIONS))
     size = size_of(plan, effect, where)
     assert size is not None
     log = simulate_motion(ROBOT, series=4, seed=4, effects={f"{effect}:{where}": 2.0 * size})
-    found = diagnose_motion(replace(log, load=np.full_like(log.q, np.nan)), seed=0).fit.findings
+    log = replace(log, **{name: np.full_like(log.q, np.nan) for name in others})
+    found = diagnose_motion(log, seed=0).fit.findings
     told = {str(at) for one in found for at in (one.at, *one.judged.rivals)}
     alike = next(one.alike for one in plan.limits if str(one.at) == f"{effect} at {where}")
     assert told & {f"{effect} at {where}", *map(str, alike)}
