@@ -29,7 +29,8 @@ EFFECTS = {f"{one.name} {one.form or one.rows}": one for one in MOTION_EFFECTS}
 
 
 def of_one_kind(log: MotionLog, rows: str) -> MotionLog:
-    """Without what other kinds of rows are made of."""
+    """The first ten seconds of each series, without what other kinds of rows are made of."""
+    log = log.of_rows(log.time_s < 10.0)
     none = np.full_like(log.q, np.nan)
     made_of = {"tracking": "command", "torque": "tau", "load": "load"}
     left = {name: none for kind, name in made_of.items() if kind != rows}
