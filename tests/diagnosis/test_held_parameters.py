@@ -1,6 +1,7 @@
 """A parameter that the data set holds at a wrong value is a suspect, beside every effect of the library."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.parameters import Parameter
+from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -33,14 +35,19 @@ def held(dataset: Dataset, factors: dict[str, float], *, like: Dataset, room: fl
     return replace(dataset, parameters=parameters)
 
 
+@cache
+def with_a_wrong_focal_length(room: float) -> DiagnosisResult:
+    plain = seen(2)
+    return robolaser.diagnose(held(plain, dict.fromkeys(FOCAL, 1.02), like=plain, room=room), seed=0)
+
+
 @pytest.mark.parametrize("room", [0.0, 2.0])
 def test_a_wrong_focal_length_is_named_whether_fixed_or_bounded_narrowly(room: float) -> None:
-    plain = seen(2)
-    why = robolaser.diagnose(held(plain, dict.fromkeys(FOCAL, 1.02), like=plain, room=room), seed=0)
+    why = with_a_wrong_focal_length(room)
     first = why.effects[0]
     assert (why.verdict, first.effect, first.where) == ("explained", "held_parameter", "camera")
     assert why.classes[0]["class"] == "camera"
-    true = robolaser.calibrate(plain, seed=0).value("fx")
+    true = robolaser.calibrate(seen(2), seed=0).value("fx")
     assert first.parameters["fx"].value == pytest.approx(true, abs=4.0 * first.parameters["fx"].std)
     assert why.where[0].site == "camera"
     assert why.gap_mm.after < 1.1 * why.gap_mm.noise_floor < why.gap_mm.calibrated
@@ -73,8 +80,7 @@ def test_another_cause_beside_a_wrong_focal_length_is_still_found() -> None:
 
 
 def test_what_is_saved_has_the_freed_values() -> None:
-    plain = seen(2)
-    why = robolaser.diagnose(held(plain, dict.fromkeys(FOCAL, 1.02), like=plain), seed=0)
+    why = with_a_wrong_focal_length(0.0)
     assert why.model is not None
     assert why.model.value("fx") == pytest.approx(why.effects[0].parameters["fx"].value)
 
