@@ -1,10 +1,9 @@
 """CSV tables: columns of checked numbers and texts."""
 
 import csv
-import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
 from typing import final
@@ -16,7 +15,6 @@ from robolaser.bounded_reading import TABLE_BYTES, opened
 from robolaser.errors import DataError, near, unreadable
 
 BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
-BLOCK_LETTERS = 200_000  # the same, where rows are lines
 
 
 @final
@@ -88,97 +86,49 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
         DataError: The file is not there or not text, it has no header, two columns share a name, a row has more or
             fewer cells than the header, or a cell is no number.
     """
-    header: list[str] = []
-    texts: list[list[str]] = []
-    known: dict[str, list[Array]] = {}
+    rows = _rows(path)
+    _, names = next(rows, (1, []))
+    header = [name.strip() for name in names]
+    if not header:
+        raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=1)
+    _check_header(path.name, header)
+    texts: list[list[str]] = [[] for _ in header]
+    known = {name: [np.empty(0)] for name in header if name in numbers}
     lines: list[int] = []
     bare = _Bare()
-    for columns, starts in _blocks(path):
-        if not header:
-            header = [cells[0].strip() for cells in columns]
-            _check_header(path.name, header)
-            texts = [[] for _ in header]
-            known = {name: [np.empty(0)] for name in header if name in numbers}
-            continue
-        for name, column, cells in zip(header, texts, columns, strict=True):
+    while block := list(islice(rows, BLOCK_ROWS)):
+        starts = [line for line, _ in block]
+        for name, column, cells in zip(header, texts, zip(*(row for _, row in block), strict=True), strict=True):
             if name in known:
                 known[name].append(_numbers(path.name, name, cells, starts))
             else:
                 column.extend(map(bare.__getitem__, cells))
         lines += starts
-    if not header:
-        raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=1)
     found = {name: tuple(column) for name, column in zip(header, texts, strict=True) if name not in known}
     return CsvTable(
         path.name, header, found, tuple(lines), {name: np.concatenate(parts) for name, parts in known.items()}
     )
 
 
-def _blocks(path: Path) -> Iterator[tuple[Sequence[Sequence[str]], Sequence[int]]]:
-    """The header, then some rows at a time that are not blank: their cells by column, and the line each starts at."""
+def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Rows that are not blank, all as long as the first, and the line at which each starts."""
     line = width = 0
     with opened(path, TABLE_BYTES, text=True, newline="") as file:
-        text = file.readline()
-        while columns := _columns_of_lines(text, width):
-            starts = range(line + 1, line + 1 + len(columns[0]))
-            line, width = starts[-1], len(columns)
-            yield columns, starts
-            text = file.read(BLOCK_LETTERS) + file.readline()
-        for rows, starts_of_rows in _rows(path, chain(io.StringIO(text, newline=""), file), line, width):
-            yield list(zip(*rows, strict=True)), starts_of_rows
-
-
-def _columns_of_lines(text: str, width: int) -> list[list[str]] | None:
-    """Cells by column where each line is a row, in a fifth of the time; None where the text asks for a closer look.
-
-    Args:
-        text: Whole lines.
-        width: Cells of each row; 0 before the header is known.
-    """
-    text = text.replace("\r\n", "\n").removesuffix("\n")
-    if not text or '"' in text or "\r" in text:
-        return None
-    cells = [*text.replace("\n", ",\n,").split(","), "\n"]
-    width = width or cells.index("\n")
-    rows = text.count("\n") + 1
-    if len(cells) != rows * (width + 1) or cells[width :: width + 1].count("\n") < rows:
-        return None
-    columns = [cells[j :: width + 1] for j in range(width)]
-    return columns if all(map(str.strip, columns[0])) else None
-
-
-def _rows(path: Path, text: Iterable[str], line: int, width: int) -> Iterator[tuple[list[list[str]], list[int]]]:
-    """Rows that are not blank, some at a time, and the line at which each starts; a header comes alone.
-
-    Args:
-        path: For messages.
-        text: Lines that have not been read yet.
-        line: The last line that has.
-        width: Cells of each row; 0 where the header has not been read.
-    """
-    rows: list[list[str]] = []
-    lines: list[int] = []
-    before = line
-    reader = csv.reader(text, strict=True)
-    try:
-        for row in reader:
-            if row and (row[0].strip() or any(map(str.strip, row))):
-                if len(row) != (width or len(row)):
-                    raise DataError(
-                        f"{path.name}, row {line + 1}: {len(row)} cells, but the header names {width} columns.",
-                        file=path.name,
-                        row=line + 1,
-                    )
-                rows.append(row)
-                lines.append(line + 1)
-                if len(rows) == BLOCK_ROWS or not width:
-                    yield rows, lines
-                    rows, lines, width = [], [], len(row)
-            line = before + reader.line_num
-    except csv.Error as error:
-        raise unreadable(path, f"line {line + 1}: {error}") from None
-    if rows:
-        yield rows, lines
+        reader = csv.reader(file, strict=True)
+        try:
+            for row in reader:
+                if row and (row[0].strip() or any(map(str.strip, row))):
+                    width = width or len(row)
+                    if len(row) != width:
+                        raise DataError(
+                            f"{path.name}, row {line + 1}: {len(row)} cells, but the header names {width} columns.",
+                            file=path.name,
+                            row=line + 1,
+                        )
+                    yield line + 1, row
+                line = reader.line_num
+        except csv.Error as error:
+            raise unreadable(path, f"line {line + 1}: {error}") from None
 
 
 @final

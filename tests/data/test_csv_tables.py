@@ -70,7 +70,6 @@ def test_numbers_are_the_same_however_a_table_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk: int
 ) -> None:
     monkeypatch.setattr("robolaser.data.csv_tables.BLOCK_ROWS", chunk)
-    monkeypatch.setattr("robolaser.data.csv_tables.BLOCK_LETTERS", chunk)
     values = np.random.default_rng(3).normal(size=(30, 2)) * 10.0 ** np.arange(-15, 15)[:, None]
     text = "name,x, y \n" + "".join(f"p_{i % 4}, {x!r} ,{y:.7g}\n" for i, (x, y) in enumerate(values.tolist()))
     for i, written in enumerate(tables_of(text)):
