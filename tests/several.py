@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser import find_robot
-from robolaser.data.dataset import Dataset, Member, Points
+from robolaser.data.dataset import Dataset, Points, SensorData
 from robolaser.data.several_sensors import with_points_of
 from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import exp_so3, pose
@@ -29,6 +29,6 @@ def together(whole: Dataset, sensors: Mapping[str, tuple[Dataset, Points]]) -> D
     """One data set with the poses and the robot of one, and these sensors with what they saw."""
     nothing = {"poses": whole.poses.take(np.arange(0)), "points": whole.points.take(slice(0, 0)), "parameters": {}}
     members = tuple(
-        Member(name, replace(one, **nothing), f"{name}.csv", camera="camera") for name, (one, _) in sensors.items()
+        SensorData(name, replace(one, **nothing), f"{name}.csv", camera="camera") for name, (one, _) in sensors.items()
     )
     return with_points_of(replace(whole, members=members), [points for _, points in sensors.values()])

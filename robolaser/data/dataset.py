@@ -1,11 +1,11 @@
 """What was measured in a cell: poses, points and what is known of robot, sensor and target beforehand."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 
@@ -79,24 +79,7 @@ class Poses:
 
     def take(self, rows: Ints) -> "Poses":
         """Only the poses with these numbers."""
-
-        def some(values: Array | None) -> Array | None:
-            return None if values is None else values[rows]
-
-        return Poses(
-            names=tuple(self.names[i] for i in rows),
-            time_s=some(self.time_s),
-            q=some(self.q),
-            qd=some(self.qd),
-            qd_from_path=self.qd_from_path,
-            T_base_flange=some(self.T_base_flange),
-            image=None if self.image is None else tuple(self.image[i] for i in rows),
-            payload_kg=some(self.payload_kg),
-            temperature_c=some(self.temperature_c),
-            session=None if self.session is None else tuple(self.session[i] for i in rows),
-            following={joint: values[rows] for joint, values in self.following.items()},
-            extra={name: tuple(cells[i] for i in rows) for name, cells in self.extra.items()},
-        )
+        return _taken(self, rows)
 
 
 @final
@@ -159,63 +142,50 @@ class Points:
 
     def take(self, rows: Ints | Bools | slice) -> "Points":
         """Only the rows with these numbers."""
-        chosen = np.arange(len(self))[rows].tolist()
-        return Points(
-            pose=self.pose[rows],
-            names=tuple(map(self.names.__getitem__, chosen)),
-            repeat=None if self.repeat is None else self.repeat[rows],
-            pixel=None if self.pixel is None else self.pixel[rows],
-            xyz=None if self.xyz is None else self.xyz[rows],
-            columns={name: values[rows] for name, values in self.columns.items()},
-            sensor=None if self.sensor is None else self.sensor[rows],
-        )
+        return _taken(self, np.arange(len(self))[rows])
 
 
-@final
-@dataclass(frozen=True)
-class Member:
-    """One of several sensors of a data set.
+Table = TypeVar("Table", Poses, Points)
 
-    Attributes:
-        name: What results call it.
-        described: What dataset.toml says of it, as of a data set of its own without poses and points.
-        file: Its points, as `points.csv`.
-        camera: Name of its camera: sensors that look through one camera have one name here.
-        target: Name of its target.
-        metres_per_unit: What a unit of its residuals counts for beside those of the others [m]: typically what a pixel
-            shows on the target.
-    """
 
-    name: str
-    described: "Dataset"
-    file: str
-    camera: str = ""
-    target: str = ""
-    metres_per_unit: float = 1.0
+def _taken(table: Table, rows: Ints) -> Table:
+    """Only some rows of every column."""
+    chosen = rows.tolist()
+
+    def some(column: Any) -> Any:
+        if isinstance(column, Mapping):
+            return {name: some(values) for name, values in column.items()}
+        if isinstance(column, tuple):
+            return tuple(map(column.__getitem__, chosen))
+        return column[rows] if isinstance(column, np.ndarray) else column
+
+    return replace(table, **{one.name: some(getattr(table, one.name)) for one in fields(table)})
 
 
 @final
 @dataclass(frozen=True)
 class SensorData:
-    """A sensor of a data set, and what it saw.
+    """A sensor of a data set.
 
     Attributes:
         name: What results call it; "" where it is the only one.
-        data: A data set of its own: all poses, its points, and what dataset.toml says of it.
-        rows: Its rows among those of all sensors, (m,).
+        data: A data set of its own: what dataset.toml says of it; among `sensors` also all poses, and what it saw.
         file: Its points, as `points.csv`.
-        camera: As of a `Member`; "" where it is the only sensor.
-        target: Likewise.
-        metres_per_unit: Likewise; 1.
+        camera: Name of its camera: sensors that look through one camera have one name here; "" where it is the only
+            sensor.
+        target: Name of its target; likewise.
+        metres_per_unit: What a unit of its residuals counts for beside those of the others [m]: typically what a pixel
+            shows on the target.
+        rows: Among `sensors`, its rows among those of all, (m,).
     """
 
     name: str
     data: "Dataset"
-    rows: Ints
     file: str = "points.csv"
     camera: str = ""
     target: str = ""
     metres_per_unit: float = 1.0
+    rows: Ints = field(default_factory=lambda: np.empty(0, np.int64))
 
     @property
     def prefix(self) -> str:
@@ -271,7 +241,7 @@ class Dataset:
     time_is_order: bool = False
     path_known: bool = True
     sessions: Sessions | None = None
-    members: tuple[Member, ...] = ()
+    members: tuple[SensorData, ...] = ()
     source: str = ""
     licence: str = ""
     folder: Path | None = None
@@ -315,23 +285,19 @@ class Dataset:
         """What its kind of sensor needs in a data set; of several sensors, what all of them do together."""
         if not self.members:
             return sensor_format(self.kind)
-        return format_of_several([member.described.format for member in self.members])
+        return format_of_several([member.data.format for member in self.members])
 
     @property
     def sensors(self) -> tuple[SensorData, ...]:
         """All sensors, one or more, and what each of them saw."""
-        return self._several or (SensorData("", self, np.arange(len(self.points))),)
+        return self._several or (SensorData("", self, rows=np.arange(len(self.points))),)
 
     @cached_property
     def _several(self) -> tuple[SensorData, ...]:
-        of_row = self.sensor_of_row
+        seen = [np.flatnonzero(self.sensor_of_row == number) for number in range(len(self.members))]
         return tuple(
-            SensorData(
-                one.name, self._seen_by(one, rows := np.flatnonzero(of_row == number)), rows,
-                one.file, one.camera, one.target, one.metres_per_unit,
-            )
-            for number, one in enumerate(self.members)
-        )  # fmt: skip
+            replace(one, data=self._seen_by(one, rows), rows=rows) for one, rows in zip(self.members, seen, strict=True)
+        )
 
     @property
     def sensor_of_row(self) -> Ints:
@@ -339,10 +305,10 @@ class Dataset:
         of_row = self.points.sensor
         return np.zeros(len(self.points), dtype=np.int64) if of_row is None else of_row
 
-    def _seen_by(self, member: Member, rows: Ints) -> "Dataset":
-        points, columns = self.points.take(rows), member.described.format.columns
+    def _seen_by(self, member: SensorData, rows: Ints) -> "Dataset":
+        points, columns = self.points.take(rows), member.data.format.columns
         return replace(
-            member.described,
+            member.data,
             name=self.name,
             poses=self.poses,
             points=Points(

@@ -137,7 +137,7 @@ def describe(folder: str | Path) -> Dataset:
     if "sensors" not in contents:
         return _described(contents, folder)
     members = described_members(contents, lambda one: _described(one, folder))
-    first, formats = members[0].described, [member.described.format for member in members]
+    first, formats = members[0].data, [member.data.format for member in members]
     whole = typed({key: contents[key] for key in contents if key != "sensors"}, DatasetFile, file=FILE)
     return replace(
         first,

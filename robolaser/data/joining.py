@@ -1,14 +1,14 @@
 """Data sets of one arm joined into one, with a session each, or as poses that followed others."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from itertools import chain
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses, Table
 from robolaser.data.same_arm import check_same_arm
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.stated_noise import Noise
@@ -96,51 +96,34 @@ def _equal(one: NDArray[A] | None, other: NDArray[A] | None) -> bool:
 
 
 def _poses(datasets: Mapping[str, Dataset]) -> Poses:
-    poses = [one.poses for one in datasets.values()]
-    names = list(chain.from_iterable(one.names for one in poses))
+    names = [name for one in datasets.values() for name in one.poses.names]
     session = tuple(session for session, one in datasets.items() for _ in one.poses.names)
     if len(set(names)) < len(names):
         names = [f"{at}/{name}" for at, name in zip(session, names, strict=True)]
-    columns = [column for column in poses[0].extra if all(column in one.extra for one in poses)]
-    images = [one.image for one in poses]
-    return Poses(
-        tuple(names),
-        time_s=_all([one.time_s for one in poses]),
-        q=_all([one.q for one in poses]),
-        qd=_all([one.qd for one in poses]),
-        qd_from_path=any(one.qd_from_path for one in poses),
-        T_base_flange=_all([one.T_base_flange for one in poses]),
-        image=None if None in images else tuple(chain.from_iterable(image or () for image in images)),
-        payload_kg=_all([one.payload_kg for one in poses]),
-        temperature_c=_all([one.temperature_c for one in poses]),
-        session=session,
-        following={
-            joint: np.concatenate([one.following[joint] for one in poses])
-            for joint in poses[0].following
-            if all(joint in one.following for one in poses)
-        },
-        extra={column: tuple(chain.from_iterable(one.extra[column] for one in poses)) for column in columns},
-    )
+    return replace(_table([one.poses for one in datasets.values()]), names=tuple(names), session=session)
 
 
 def _points(datasets: Sequence[Dataset]) -> Points:
-    points = [one.points for one in datasets]
-    before = np.cumsum([0, *(len(one.poses) for one in datasets)])
-    repeats = None if any(one.repeat is None for one in points) else [one.repeat for one in points]
-    return Points(
-        np.concatenate([one.pose + n for one, n in zip(points, before[:-1], strict=True)]),
-        tuple(chain.from_iterable(one.names for one in points)),
-        repeat=None if repeats is None else np.concatenate([one for one in repeats if one is not None]),
-        pixel=_all([one.pixel for one in points]),
-        xyz=_all([one.xyz for one in points]),
-        columns={column: np.concatenate([one.columns[column] for one in points]) for column in points[0].columns},
-        sensor=_all([one.sensor for one in points]),
-    )
+    before = np.cumsum([0, *(len(one.poses) for one in datasets)])[:-1]
+    return _table([replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)])
 
 
-def _all(arrays: Sequence[NDArray[A] | None]) -> NDArray[A] | None:
-    known = [array for array in arrays if array is not None]
-    return np.concatenate(known) if len(known) == len(arrays) else None
+def _table(parts: Sequence[Table]) -> Table:
+    """The rows of all of them: of the columns that all of them have."""
+
+    def joined(columns: Sequence[Any]) -> Any:
+        first = columns[0]
+        if any(one is None for one in columns):
+            return None
+        if isinstance(first, Mapping):
+            common = [name for name in first if all(name in one for one in columns)]
+            return {name: joined([one[name] for one in columns]) for name in common}
+        if isinstance(first, tuple):
+            return tuple(chain.from_iterable(columns))
+        return np.concatenate(columns) if isinstance(first, np.ndarray) else any(columns)
+
+    names = [one.name for one in fields(parts[0])]
+    return type(parts[0])(**{name: joined([getattr(one, name) for one in parts]) for name in names})
 
 
 def _parameters(datasets: Mapping[str, Dataset], sessions: Sessions) -> Mapping[str, Parameter]:

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Meta
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Member, Points
+from robolaser.data.dataset import Dataset, Points, SensorData
 from robolaser.data.toml_schema import typed, wrong
 from robolaser.errors import DataError
 
@@ -35,7 +35,7 @@ class SensorEntry:
 
 def described_members(
     contents: Mapping[str, Any], described: Callable[[dict[str, Any]], Dataset]
-) -> tuple[Member, ...]:
+) -> tuple[SensorData, ...]:
     """The sensors of a data set.
 
     Args:
@@ -62,7 +62,7 @@ def described_members(
 
 def _member(
     number: int, entry: dict[str, Any], contents: Mapping[str, Any], described: Callable[[dict[str, Any]], Dataset]
-) -> Member:
+) -> SensorData:
     tables = {key: value for key, value in entry.items() if key in TABLES and isinstance(value, dict)}
     own = {key: value for key, value in entry.items() if key in SensorEntry.__annotations__ and key not in tables}
     read = typed(own, SensorEntry, file=FILE, at=("sensors", number))
@@ -72,17 +72,15 @@ def _member(
         one = described({**shared, **tables, "sensor": {"kind": read.kind, **kind}})
     except DataError as error:
         raise DataError(f"{error} (sensor {read.name})", file=FILE, column=f"[[sensors]] {read.name}") from None
-    return Member(read.name, one, read.points, read.camera or "", read.target or "target")
+    return SensorData(read.name, one, read.points, read.camera or "", read.target or "target")
 
 
-def _with_cameras(members: Sequence[Member]) -> tuple[Member, ...]:
+def _with_cameras(members: Sequence[SensorData]) -> tuple[SensorData, ...]:
     """Unnamed cameras have their sensor's name, that of an only scanner "camera": none is shared unless it is named."""
-    scanners = [
-        one.name for one in members if one.described.kind != "camera" and "pixel" in one.described.format.columns
-    ]
+    scanners = [one.name for one in members if one.data.kind != "camera" and "pixel" in one.data.format.columns]
 
-    def named(one: Member) -> str:
-        return one.name if one.described.kind == "camera" or (one.name in scanners and len(scanners) > 1) else "camera"
+    def named(one: SensorData) -> str:
+        return one.name if one.data.kind == "camera" or (one.name in scanners and len(scanners) > 1) else "camera"
 
     return tuple(replace(one, camera=one.camera or named(one)) for one in members)
 
@@ -92,7 +90,7 @@ def with_points_of(dataset: Dataset, points: Sequence[Points]) -> Dataset:
     if not dataset.members:
         return replace(dataset, points=points[0])
     members = tuple(
-        replace(member, metres_per_unit=_metres_per_unit(member.described, own))
+        replace(member, metres_per_unit=_metres_per_unit(member.data, own))
         for member, own in zip(dataset.members, points, strict=True)
     )
     return replace(dataset, members=members, points=_joined([member.name for member in members], points))
@@ -104,8 +102,8 @@ def scanner_with_corners(scanner: Dataset, corners: Points) -> Dataset:
     alone = replace(scanner, poses=poses, points=points, robot=None, sessions=None, parameters={}, warnings=())
     camera = replace(alone, kind="camera", options=None, noise=replace(alone.noise, pixel_px=None))
     members = (
-        Member("stripe", alone, "points.csv", camera="camera", target="target"),
-        Member("camera", camera, CORNERS, camera="camera", target="target"),
+        SensorData("stripe", alone, "points.csv", camera="camera", target="target"),
+        SensorData("camera", camera, CORNERS, camera="camera", target="target"),
     )
     return with_points_of(replace(scanner, members=members), [scanner.points, corners])
 

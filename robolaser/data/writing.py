@@ -128,8 +128,8 @@ def _settings(dataset: Dataset) -> Iterator[str]:
     for member in dataset.members:
         told = {"name": member.name, "points": member.file, "camera": member.camera}
         named = {} if member.target == "target" else {"target": member.target}
-        yield from _lines("[[sensors]]", {**told, **named, **_sensor(member.described)})
-        for table, values in _tables(member.described).items():
+        yield from _lines("[[sensors]]", {**told, **named, **_sensor(member.data)})
+        for table, values in _tables(member.data).items():
             if table not in named:
                 yield from _lines(f"[sensors.{table}]", values)
     yield from _lines("[sessions]", {"own": own})

@@ -47,7 +47,7 @@ def seen_beside(
     corners = _seen(exact, truth, tuple(effects))
     shaken = corners["pixel"] + (noise.pixel_px or 0.0) * rng.standard_normal((len(corners), 2))
     both = scanner_with_corners(noisy, replace(corners, pixel=shaken))
-    members = [replace(one, described=replace(one.described, noise=noisy.noise)) for one in both.members]
+    members = [replace(one, data=replace(one.data, noise=noisy.noise)) for one in both.members]
     return replace(both, members=tuple(members))
 
 

@@ -96,7 +96,7 @@ def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
         return dataset
     stated = replace(dataset.noise, pixel_px=pixel_px)
     members = [
-        replace(one, described=replace(one.described, noise=stated)) if one.described.kind == dataset.kind else one
+        replace(one, data=replace(one.data, noise=stated)) if one.data.kind == dataset.kind else one
         for one in dataset.members
     ]
     return replace(dataset, noise=stated, members=tuple(members))

@@ -7,7 +7,7 @@ from typing import Final, Literal, cast, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset, Member, Points, Poses
+from robolaser.data.dataset import Dataset, Points, Poses, SensorData
 from robolaser.data.importers.importer import Imported, ImportOptions, Reading
 from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.data.several_sensors import with_points_of
@@ -104,7 +104,7 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
         return replace(dataset, points=of_camera)
     alone = replace(dataset, poses=Poses(()), points=of_camera.take(slice(0, 0)), robot=None, warnings=())
     names = (re.sub(r"[^A-Za-z0-9_-]", "_", tag) for tag in tags)
-    members = tuple(Member(name, alone, f"points_{name}.csv") for name in names)
+    members = tuple(SensorData(name, alone, f"points_{name}.csv") for name in names)
     return with_points_of(
         replace(dataset, members=members), [of_camera.take(points.number == number) for number in range(len(tags))]
     )

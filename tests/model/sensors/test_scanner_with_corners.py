@@ -129,8 +129,7 @@ def test_a_bracket_that_is_far_off_is_found(noisy: Simulated, angles: str) -> No
     )
     bracket = tuple(to_quaternion(turned).tolist())
     members = tuple(
-        replace(one, described=replace(one.described, bracket_quat=bracket, angles=angles))
-        for one in noisy.dataset.members
+        replace(one, data=replace(one.data, bracket_quat=bracket, angles=angles)) for one in noisy.dataset.members
     )
     wrong = replace(with_nothing_given(noisy.dataset), members=members, bracket_quat=bracket, angles=angles)
     right = calibrate(noisy.dataset)

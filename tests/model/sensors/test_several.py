@@ -94,7 +94,7 @@ def test_a_pose_is_held_out_with_all_that_every_sensor_saw_in_it(trackers: Datas
 def test_each_sensor_has_noise_of_its_own(trackers: Dataset) -> None:
     members = (
         trackers.members[0],
-        replace(trackers.members[1], described=replace(trackers.members[1].described, noise=Noise())),
+        replace(trackers.members[1], data=replace(trackers.members[1].data, noise=Noise())),
     )
     errors = 1e-3 * np.random.default_rng(2).standard_normal((len(trackers.points), 3))
     loud = trackers.points["xyz"] + errors * (trackers.points.sensor == 1)[:, None]
@@ -192,12 +192,12 @@ def test_robust_loss_and_known_distances_count_for_all(trackers: Dataset) -> Non
 def test_what_is_written_reads_the_same(trackers: Dataset, tmp_path: Path) -> None:
     save(trackers, tmp_path / "cell")
     again = load(tmp_path / "cell")
-    assert [(one.name, one.file, one.described.kind) for one in again.members] == [
+    assert [(one.name, one.file, one.data.kind) for one in again.members] == [
         ("left", "left.csv", "point"), ("right", "right.csv", "point")
     ]  # fmt: skip
     assert again.points.names == trackers.points.names
     assert np.array_equal(again.points["xyz"], trackers.points["xyz"])
-    assert [one.described.noise for one in again.members] == [one.described.noise for one in trackers.members]
+    assert [one.data.noise for one in again.members] == [one.data.noise for one in trackers.members]
 
 
 @pytest.mark.parametrize(
