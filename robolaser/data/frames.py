@@ -1,8 +1,5 @@
 """A data set of tables in memory: what the files of a folder would hold."""
 
-import csv
-import io
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.loading import load
+from robolaser.data.writing import csv_text, toml_lines
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -46,14 +44,14 @@ def dataset_of_frames(
         UsageError: There is no such robot.
     """
     arm = robot if isinstance(robot, Robot) or robot is None else find_robot(robot, flange=flange)
-    described: dict[str, Mapping[str, Any]] = {**tables, "sensor": {"kind": sensor, **tables.get("sensor", {})}}
+    described: dict[str, Mapping[str, Any]] = {"": {"format": FORMAT, "name": name}, "[sensor]": {"kind": sensor}}
+    described |= {f"[{table}]": values for table, values in tables.items()}
     if arm is not None:
-        described["robot"] = {"urdf": "robot.urdf", "flange": arm.flange, "joints": list(arm.joints)}
+        described["[robot]"] = {"urdf": "robot.urdf", "flange": arm.flange, "joints": list(arm.joints)}
     poses = dict(poses.items())
     count = len(_column(next(iter(poses.values()), ())))
-    head = _toml({"format": FORMAT, "name": name})
     texts = {
-        "dataset.toml": head + "".join(f"[{table}]\n{_toml(values)}" for table, values in described.items()),
+        "dataset.toml": "\n".join(line for table in described.items() for line in toml_lines(*table)),
         "poses.csv": _csv({"pose": range(count), **poses}, "poses"),
         "points.csv": _csv(points, "points"),
         **({} if arm is None else {"robot.urdf": arm.urdf}),
@@ -64,12 +62,9 @@ def dataset_of_frames(
         return replace(load(scratch), folder=None)
 
 
-def _toml(values: Mapping[str, Any]) -> str:
-    return "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
-
-
-def _column(values: Iterable[Any]) -> list[Any]:
-    return [value.item() if hasattr(value, "item") else value for value in values]
+def _column(values: Iterable[Any]) -> list[str]:
+    plain = (value.item() if hasattr(value, "item") else value for value in values)
+    return ["" if value is None else str(value) for value in plain]
 
 
 def _csv(frame: Frame, name: str) -> str:
@@ -78,8 +73,4 @@ def _csv(frame: Frame, name: str) -> str:
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{column} {length}" for column, length in lengths.items())
         raise DataError(f"The columns of {name} have different lengths: {told}.")
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\n")
-    table.writerow(columns)
-    table.writerows(zip(*columns.values(), strict=True))
-    return out.getvalue()
+    return csv_text(columns.items())

@@ -48,12 +48,15 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
     Raises:
         DataError: A key is missing or unknown, or a value is not what the schema declares.
     """
-    schema = inspect.type_info(type_)
-    for key, known in _unknown(values, schema):
-        said = f"this key is not known.{near(str(key[-1]), known)}"
-        raise DataError(f"{file}, {_name(at + key)}: {said}", file=file, column=_name(at + key))
-    for key, value in _numbers(values):
-        if not (abs(value) <= LARGEST if isinstance(value, int) else math.isfinite(value)):
+    schema, entries = inspect.type_info(type_), dict(_entries(values))
+    for key in entries:
+        known = _fields(_part(schema, key[:-1])) if isinstance(key[-1], str) else {}
+        if known and key[-1] not in known:
+            said = f"this key is not known.{near(str(key[-1]), known)}"
+            raise DataError(f"{file}, {_name(at + key)}: {said}", file=file, column=_name(at + key))
+    for key, value in entries.items():
+        is_huge = isinstance(value, int) and abs(value) > LARGEST
+        if is_huge or (isinstance(value, float) and not math.isfinite(value)):
             raise wrong(file, at + key, value, _expected(_part(schema, key), key[-1], "a finite number"))
     try:
         return msgspec.convert(values, type_)
@@ -67,7 +70,7 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
             name = _name(at + key)
             raise DataError(f"{file} lacks {name}: expected {expected}.", file=file, column=name) from None
         part = _part(schema, key)
-        raise wrong(file, at + key, _value(values, key), _expected(part, key[-1]), _choices(part)) from None
+        raise wrong(file, at + key, entries[key], _expected(part, key[-1]), _choices(part)) from None
 
 
 def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[str] = ()) -> DataError:
@@ -93,52 +96,34 @@ def _name(key: Key) -> str:
     return f"{table}{'.'.join(words[1:] or words)}{entries}"
 
 
-def _unknown(values: object, schema: inspect.Type, at: Key = ()) -> Iterator[tuple[Key, list[str]]]:
-    """Keys that no dataclass of the schema has, and those that are there."""
-    for part in _alternatives(schema):
-        if isinstance(part, inspect.DataclassType) and isinstance(values, Mapping):
-            fields = {field.name: field.type for field in part.fields}
-            for key, value in values.items():
-                if key not in fields:
-                    yield (*at, key), list(fields)
-                else:
-                    yield from _unknown(value, fields[key], (*at, key))
-        elif isinstance(part, inspect.VarTupleType) and isinstance(values, list):
-            for number, value in enumerate(values):
-                yield from _unknown(value, part.item_type, (*at, number))
-
-
-def _numbers(values: object, at: Key = ()) -> Iterator[tuple[Key, float]]:
-    if isinstance(values, Mapping):
-        for key, value in values.items():
-            yield from _numbers(value, (*at, key))
-    elif isinstance(values, list):
-        for number, value in enumerate(values):
-            yield from _numbers(value, (*at, number))
-    elif isinstance(values, float | int):
-        yield at, values
-
-
-def _value(values: Any, key: Key) -> object:
-    for part in key:
-        values = values[part]
-    return values
+def _entries(values: object, at: Key = ()) -> Iterator[tuple[Key, object]]:
+    """All values within values, tables and lists before what is in them."""
+    inner = values.items() if isinstance(values, Mapping) else enumerate(values) if isinstance(values, list) else ()
+    for key, value in inner:
+        yield (*at, key), value
+        yield from _entries(value, (*at, key))
 
 
 def _part(schema: inspect.Type, key: Key) -> inspect.Type | None:
     """The schema of a key."""
     if not key:
         return schema
+    first, *rest = key
+    if isinstance(first, str):
+        part = _fields(schema).get(first)
+        return part and _part(part, tuple(rest))
     for part in _alternatives(schema):
-        if isinstance(part, inspect.DataclassType):
-            for field in part.fields:
-                if field.name == key[0]:
-                    return _part(field.type, key[1:])
-        elif isinstance(part, inspect.VarTupleType):
-            return _part(part.item_type, key[1:])
-        elif isinstance(part, inspect.TupleType) and isinstance(key[0], int):
-            return _part(part.item_types[key[0]], key[1:])
+        if isinstance(part, inspect.VarTupleType):
+            return _part(part.item_type, tuple(rest))
+        if isinstance(part, inspect.TupleType) and first < len(part.item_types):
+            return _part(part.item_types[first], tuple(rest))
     return None
+
+
+def _fields(schema: inspect.Type | None) -> dict[str, inspect.Type]:
+    """The keys that a table may have."""
+    parts = _alternatives(schema) if schema else ()
+    return {one.name: one.type for part in parts if isinstance(part, inspect.DataclassType) for one in part.fields}
 
 
 def _alternatives(schema: inspect.Type) -> tuple[inspect.Type, ...]:

@@ -54,7 +54,7 @@ def texts_of(dataset: Dataset) -> dict[str, str | None]:
     has_points = len(dataset.points) > 0
     return {
         **({} if dataset.robot is None else {"robot.urdf": dataset.robot.urdf}),
-        "poses.csv": _table(pose_columns(dataset)),
+        "poses.csv": csv_text(pose_columns(dataset)),
         **(point_texts(dataset) if has_points else dict.fromkeys(sensor.file for sensor in dataset.sensors)),
         "dataset.toml": "\n".join(_settings(dataset)) + "\n",
     }
@@ -62,10 +62,11 @@ def texts_of(dataset: Dataset) -> dict[str, str | None]:
 
 def point_texts(dataset: Dataset) -> dict[str, str | None]:
     """What points.csv holds, or that of each of several sensors, by name."""
-    return {sensor.file: _table(point_columns(sensor.data)) for sensor in dataset.sensors}
+    return {sensor.file: csv_text(point_columns(sensor.data)) for sensor in dataset.sensors}
 
 
-def _table(columns: Iterable[tuple[str, Sequence[str]]]) -> str:
+def csv_text(columns: Iterable[tuple[str, Sequence[str]]]) -> str:
+    """A table of columns by name."""
     named = dict(columns)
     return table_text(list(named), zip(*named.values(), strict=True))
 
@@ -117,22 +118,22 @@ def point_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
 def _settings(dataset: Dataset) -> Iterator[str]:
     """The lines of dataset.toml."""
     own = () if dataset.sessions is None or dataset.sessions.own == OWN else dataset.sessions.own
-    yield from _lines(
+    yield from toml_lines(
         "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
     )
-    yield from _lines("[robot]", _robot(dataset))
+    yield from toml_lines("[robot]", _robot(dataset))
     if not dataset.members:
-        yield from _lines("[sensor]", _sensor(dataset))
+        yield from toml_lines("[sensor]", _sensor(dataset))
         for table, values in _tables(dataset).items():
-            yield from _lines(f"[{table}]", values)
+            yield from toml_lines(f"[{table}]", values)
     for member in dataset.members:
         told = {"name": member.name, "points": member.file, "camera": member.camera}
         named = {} if member.target == "target" else {"target": member.target}
-        yield from _lines("[[sensors]]", {**told, **named, **_sensor(member.data)})
+        yield from toml_lines("[[sensors]]", {**told, **named, **_sensor(member.data)})
         for table, values in _tables(member.data).items():
             if table not in named:
-                yield from _lines(f"[sensors.{table}]", values)
-    yield from _lines("[sessions]", {"own": own})
+                yield from toml_lines(f"[sensors.{table}]", values)
+    yield from toml_lines("[sessions]", {"own": own})
     if dataset.parameters:
         yield from ("", "[parameters]")
         for name, item in dataset.parameters.items():
@@ -140,7 +141,7 @@ def _settings(dataset: Dataset) -> Iterator[str]:
             yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
 
 
-def _lines(header: str, values: Mapping[str, object]) -> Iterator[str]:
+def toml_lines(header: str, values: Mapping[str, object]) -> Iterator[str]:
     """A table; nothing where it says nothing."""
     lines = [
         f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", (), {})

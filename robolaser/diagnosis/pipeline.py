@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
-from robolaser.data.same_arm import check_same_arm
+from robolaser.data.joining import check_same_arm
 from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of
 from robolaser.diagnosis.detection_limits import detection_limits
 from robolaser.diagnosis.discriminating_poses import next_poses, spread_poses, too_few_poses

@@ -151,6 +151,10 @@ MISTAKES = {
         ["[parameters] f: lower is 0", "above zero"],
     ),
     "quaternion": (replaced("dataset.toml", "[0.0, 0.0, 0.0, 1.0]", "[0.0, 0.0, 1.0, 1.0]"), ["bracket_quat", "1.414"]),
+    "gravity of four numbers": (
+        replaced("dataset.toml", "[sensor]", "gravity = [0, 0, 0, inf]\n[sensor]"),
+        ["[robot] gravity", "finite"],
+    ),
     "noise negative": (added("dataset.toml", "\n[noise]\npixel_px = -1\n"), ["[noise] pixel_px", "positive"]),
     "urdf elsewhere": (replaced("dataset.toml", '"robot.urdf"', '"../robot.urdf"'), ["../robot.urdf", "leaves"]),
     "urdf absolute": (replaced("dataset.toml", '"robot.urdf"', '"/etc/passwd"'), ["/etc/passwd", "leaves"]),

@@ -8,7 +8,7 @@ import pytest
 from asked import simulate_as_asked
 
 from robolaser.cli import main
-from robolaser.data.same_arm import check_same_arm
+from robolaser.data.joining import check_same_arm
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine

@@ -11,9 +11,8 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.cli import main
-from robolaser.data.joining import join_sessions
+from robolaser.data.joining import check_same_arm, join_sessions
 from robolaser.data.loading import load
-from robolaser.data.same_arm import check_same_arm
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
