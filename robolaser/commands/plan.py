@@ -129,16 +129,14 @@ def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Datas
     """The poses of a poses.csv that stands by itself."""
     import numpy as np
 
-    from robolaser.data.csv_tables import read_table
     from robolaser.data.dataset import Dataset, Points
     from robolaser.data.importers.robots import find_robot
-    from robolaser.data.pose_table import poses_of
+    from robolaser.data.pose_table import read_poses
     from robolaser.model.sensors import sensors
 
     if sensor not in sensors():
         raise UsageError(f"No sensor '{sensor}'.{near(sensor, sensors())}")
     arm = find_robot(robot, flange=flange)
-    numbers = ["time_s", *(f"{q}_{joint}" for q in ("q", "qd") for joint in arm.joints)]
-    read, odd = poses_of(read_table(file, numbers), file.parent, arm)
+    read, odd = read_poses(file, arm)
     nothing = Points(np.empty(0, dtype=np.int64), ())
     return Dataset(file.stem, read, nothing, kind=sensor, robot=arm, warnings=tuple(odd))

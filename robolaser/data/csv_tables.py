@@ -1,7 +1,7 @@
 """CSV tables: columns of checked numbers and texts."""
 
 import csv
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -51,6 +51,20 @@ class CsvTable:
                 out[:, j] = _numbers(self.file, column, self.columns[column], self.lines)
         return out
 
+    def see_that_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
+        """See that no row has the key of one before it.
+
+        Raises:
+            DataError: One has; with both rows, and `what` a row is.
+        """
+        if len(set(keys)) == len(keys):
+            return
+        first: dict[object, int] = {}
+        for row, key in enumerate(keys):
+            if (before := first.setdefault(key, row)) < row:
+                said = f"{what(row)} was already in row {self.lines[before]}. Delete one of the two."
+                raise bad_row(self.file, self.lines[row], said)
+
     def _there(self, column: str) -> str:
         if column not in self.header:
             raise DataError(
@@ -67,12 +81,15 @@ def finite(cell: str) -> float:
         return np.nan
 
 
+def bad_row(file: str, line: int, what: str, column: str | None = None) -> DataError:
+    """The error of a row, or of its cell in a column."""
+    where = f"row {line}" if column is None else f"row {line}, column {column}"
+    return DataError(f"{file}, {where}: {what}", file=file, row=line, column=column)
+
+
 def bad_cell(file: str, line: int, column: str, cell: str, expected: str) -> DataError:
     """The error of a cell that holds something else than it should."""
-    shown = repr(cell) if cell else "empty"
-    return DataError(
-        f"{file}, row {line}, column {column}: {shown}, expected {expected}.", file=file, row=line, column=column
-    )
+    return bad_row(file, line, f"{repr(cell) if cell else 'empty'}, expected {expected}.", column)
 
 
 def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
@@ -120,11 +137,8 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
                 if row and (row[0].strip() or any(map(str.strip, row))):
                     width = width or len(row)
                     if len(row) != width:
-                        raise DataError(
-                            f"{path.name}, row {line + 1}: {len(row)} cells, but the header names {width} columns.",
-                            file=path.name,
-                            row=line + 1,
-                        )
+                        said = f"{len(row)} cells, but the header names {width} columns."
+                        raise bad_row(path.name, line + 1, said)
                     yield line + 1, row
                 line = reader.line_num
         except csv.Error as error:
@@ -149,14 +163,9 @@ def _check_header(file: str, header: Sequence[str]) -> None:
 
 def _numbers(file: str, column: str, cells: Sequence[str], lines: Sequence[int]) -> Array:
     """Cells as finite numbers, (n,)."""
-    whole = "".join(cells)
-    if "_" not in whole and whole.isascii():
-        try:
-            values = np.fromiter(map(float, cells), np.float64, len(cells))
-        except ValueError:
-            values = np.full(len(cells), np.nan)
-        if np.isfinite(values).all():
-            return values
+    values = numbers(cells)
+    if values is not None:
+        return values
     for cell, line in zip(cells, lines, strict=True):
         if not np.isfinite(finite(cell)):
             raise bad_cell(file, line, column, cell.strip(), "a finite number")
@@ -174,6 +183,12 @@ def table_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def numbers(cells: Sequence[str]) -> Array | None:
-    """Cells of a table as finite numbers, (n,); None where one of them is not."""
-    values = np.array([finite(cell) for cell in cells], dtype=np.float64)
-    return values if len(values) and np.isfinite(values).all() else None
+    """Cells of a table as finite numbers, (n,), as `finite` reads them; None where one of them is not."""
+    whole = "".join(cells)
+    if "_" in whole or not whole.isascii():
+        return None
+    try:
+        values = np.fromiter(map(float, cells), np.float64, len(cells))
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None

@@ -29,7 +29,7 @@ def load(folder: str | Path) -> Dataset:
     """
     folder = Path(folder)
     described = describe(folder)
-    poses, odd = read_poses(folder, described.robot)
+    poses, odd = read_poses(folder / pose_table.FILE, described.robot)
     dataset = with_path_velocities(
         replace(described, poses=poses, sessions=_sessions(described, poses), warnings=(*described.warnings, *odd))
     )

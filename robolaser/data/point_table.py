@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.csv_tables import CsvTable, bad_cell, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, bad_row, read_table
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.pose_table import check_quaternions, not_too_far, row_twice
+from robolaser.data.pose_table import check_quaternions, not_too_far
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import DataError, meant
 
@@ -40,7 +40,7 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
     if "repeat" in table:
         points = replace(points, repeat=_repeats(table))
     if not declared.many_rows:
-        _no_point_twice(table, points, in_pose)
+        table.see_that_all_differ(_shots(points).tolist(), lambda row: _shown(points, row, in_pose[row]))
     for column, why in declared.absent.items():
         if column in table:
             raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")
@@ -79,30 +79,27 @@ def _repeats(table: CsvTable) -> Ints:
     return numbers.astype(np.int64)
 
 
-def _no_point_twice(table: CsvTable, points: Points, in_pose: Sequence[str]) -> None:
-    key = points.pose * (points.number.max(initial=0) + 1) + points.number
-    if points.repeat is not None:
-        _, shot = np.unique(points.repeat, return_inverse=True)
-        key = key * (shot.max(initial=0) + 1) + shot
-    if (np.diff(key) > 0).all():
-        return
-    order = np.argsort(key, kind="stable")
-    same = np.diff(key[order]) == 0
-    if same.any():
-        at = int(np.argmin(np.where(same, order[1:], len(points))))  # the first row that repeats another
-        first, row = order[at], order[at + 1]
-        shown = "" if points.repeat is None else f", repeat {points.repeat[row]}"
-        what = f"pose {in_pose[row]}, point {points.names[row]}{shown}"
-        raise row_twice(table.file, table.lines[row], table.lines[first], what)
+def _shots(points: Points) -> Ints:
+    """Number of each row's shot of its point, (m,)."""
+    if points.repeat is None:
+        return points.place
+    _, repeat = np.unique(points.repeat, return_inverse=True)
+    shots: Ints = points.place * (repeat.max(initial=0) + 1) + repeat
+    return shots
+
+
+def _shown(points: Points, row: int, pose: str) -> str:
+    repeat = "" if points.repeat is None else f", repeat {points.repeat[row]}"
+    return f"pose {pose}, point {points.names[row]}{repeat}"
 
 
 def _in_the_image(table: CsvTable, pixel: Array, image_px: tuple[int, int]) -> None:
     outside = ((pixel < -0.5) | (pixel > np.array(image_px) - 0.5)).any(axis=1)
     if outside.any():
         row = int(np.argmax(outside))
-        raise DataError(
-            f"{table.file}, row {table.lines[row]}: pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) is outside the"
-            f" image of {image_px[0]} x {image_px[1]} pixels. Correct the row, or [image] in dataset.toml.",
-            file=table.file,
-            row=table.lines[row],
+        raise bad_row(
+            table.file,
+            table.lines[row],
+            f"pixel ({pixel[row, 0]:.6g}, {pixel[row, 1]:.6g}) is outside the image of {image_px[0]} x {image_px[1]}"
+            " pixels. Correct the row, or [image] in dataset.toml.",
         )

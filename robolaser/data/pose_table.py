@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, bad_row, finite, read_table
 from robolaser.data.dataset import COMMAND, Poses
 from robolaser.data.dataset_file import QUATERNION_SLACK, inside, no_rotation
 from robolaser.data.sensor_format import QUATERNION, XYZ
@@ -24,11 +24,11 @@ IMAGES = "image"  # columns whose names begin so hold paths of images
 MOST_NAMED = 5
 
 
-def read_poses(folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
+def read_poses(path: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     """Read poses.csv.
 
     Args:
-        folder: The data set's.
+        path: The file, in the data set's folder.
         robot: Whose joint angles it holds; None: it holds measured flange poses.
 
     Returns:
@@ -37,20 +37,20 @@ def read_poses(folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     Raises:
         DataError: With row and column of what is wrong.
     """
-    joints = () if robot is None else robot.joints
-    readings = FLANGE_COLUMNS if robot is None else [f"{q}_{joint}" for q in ("q", "qd") for joint in joints]
-    return poses_of(read_table(folder / FILE, ["time_s", *readings]), folder, robot)
+    return poses_of(read_table(path, ["time_s", *_readings(robot)]), path.parent, robot)
+
+
+def _readings(robot: Robot | None) -> Sequence[str]:
+    return FLANGE_COLUMNS if robot is None else [f"{q}_{joint}" for q in ("q", "qd") for joint in robot.joints]
 
 
 def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     """The poses of a table with the columns of poses.csv; see `read_poses`."""
-    joints = () if robot is None else robot.joints
-    q_columns, qd_columns = [f"q_{joint}" for joint in joints], [f"qd_{joint}" for joint in joints]
-    readings = FLANGE_COLUMNS if robot is None else (*q_columns, *qd_columns)
     names = table.texts("pose")
-    all_different(table, names, "pose")
+    table.see_that_all_differ(names, lambda row: f"pose {names[row]}")
     if not names:
         raise bad_cell(table.file, 1 + 1, "pose", "", "at least one pose")
+    known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", "session", *_readings(robot)}
     poses = Poses(
         names,
         time_s=table.numbers(["time_s"])[:, 0] if "time_s" in table else None,
@@ -58,44 +58,22 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
         payload_kg=_stated(table, "payload_kg"),
         temperature_c=_stated(table, "temperature_c"),
         session=table.texts("session") if "session" in table else None,
+        extra={name: cells for name, cells in table.columns.items() if name not in known},
     )
     warnings: list[str] = []
     if robot is None:
         poses = replace(poses, T_base_flange=_flange(table))
     else:
+        joints = robot.joints
+        q_columns, qd_columns = ([f"{q}_{joint}" for joint in joints] for q in ("q", "qd"))
         q = table.numbers(q_columns)
         qd = table.numbers(qd_columns) if any(column in table for column in qd_columns) else None
-        poses = replace(poses, q=q, qd=qd)
         warnings += [*_outside_limits(table, q, robot), *_unlisted(table, q_columns)]
-    known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", "session", *readings}
-    poses = replace(poses, extra={name: cells for name, cells in table.columns.items() if name not in known})
-    if poses.q is not None:
         told = [joint for joint in joints if f"{COMMAND}{joint}" in table]
         commands = table.numbers([f"{COMMAND}{joint}" for joint in told])
-        poses = replace(poses, following={j: commands[:, i] - poses.q[:, joints.index(j)] for i, j in enumerate(told)})
+        following = {joint: commands[:, i] - q[:, joints.index(joint)] for i, joint in enumerate(told)}
+        poses = replace(poses, q=q, qd=qd, following=following)
     return poses, [*warnings, *_no_coordinates(table, poses)]
-
-
-def all_different(table: CsvTable, keys: Sequence[str], what: str) -> None:
-    """See that no key comes twice.
-
-    Raises:
-        DataError: One does; with both rows.
-    """
-    if len(set(keys)) == len(keys):
-        return
-    first: dict[str, int] = {}
-    for line, key in zip(table.lines, keys, strict=True):
-        if key in first:
-            raise row_twice(table.file, line, first[key], f"{what} {key}")
-        first[key] = line
-
-
-def row_twice(file: str, line: int, first: int, what: str) -> DataError:
-    """The error of a row that another row has said already."""
-    return DataError(
-        f"{file}, row {line}: {what} was already in row {first}. Delete one of the two.", file=file, row=line
-    )
 
 
 def not_too_far(table: CsvTable, xyz: Array) -> None:
@@ -106,13 +84,8 @@ def not_too_far(table: CsvTable, xyz: Array) -> None:
     """
     if max(xyz.max(initial=0.0), -xyz.min(initial=0.0)) > FARTHEST_M:
         i, j = np.argwhere(np.abs(xyz) > FARTHEST_M)[0]
-        raise DataError(
-            f"{table.file}, row {table.lines[i]}, column {XYZ[j]}: {xyz[i, j]:.6g} m is farther than any arm reaches. "
-            "Are these millimetres? Lengths are metres.",
-            file=table.file,
-            row=table.lines[i],
-            column=XYZ[j],
-        )
+        said = f"{xyz[i, j]:.6g} m is farther than any arm reaches. Are these millimetres? Lengths are metres."
+        raise bad_row(table.file, table.lines[i], said, XYZ[j])
 
 
 def check_quaternions(table: CsvTable, quaternions: Array) -> None:
