@@ -1,6 +1,5 @@
 """Every mistake in a data set gets a sentence that says what is wrong, where, and what was expected."""
 
-import os
 import re
 import shutil
 from collections.abc import Callable
@@ -11,7 +10,6 @@ import pytest
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.plan import Plan
-from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.writing import save
 from robolaser.errors import DataError, RobolaserError
@@ -77,14 +75,6 @@ def twice(file: str, line: int) -> Callable[[Path], None]:
     return change
 
 
-def as_pipe(file: str) -> Callable[[Path], None]:
-    def change(folder: Path) -> None:
-        (folder / file).unlink()
-        os.mkfifo(folder / file)
-
-    return change
-
-
 def as_folder(file: str) -> Callable[[Path], None]:
     def change(folder: Path) -> None:
         (folder / file).unlink()
@@ -123,7 +113,6 @@ MISTAKES = {
         ["[image] width_px: 1000", "whole number from 1 to 100000"],
     ),
     "points.csv a folder": (as_folder("points.csv"), ["points.csv", "not a regular file"]),
-    "points.csv a pipe": (as_pipe("points.csv"), ["points.csv", "not a regular file"]),
     "repeat beyond all numbers": (
         written("points.csv", "pose,point,repeat,u_px,v_px,x_m,y_m,z_m\n0,1,1e308,1,1,1,1,1\n"),
         ["points.csv, row 2, column repeat: '1e+308'", "whole number"],
@@ -166,11 +155,7 @@ MISTAKES = {
     "joint twice": (replaced("dataset.toml", '"joint_1"', '"joint_2"'), ["joints"]),
     "pose missing": (without_column("poses.csv", "pose"), ["poses.csv has no column 'pose'"]),
     "joint column missing": (without_column("poses.csv", "q_joint_3"), ["q_joint_3", "poses.csv"]),
-    "u missing": (without_column("points.csv", "u_px"), ["points.csv has no column 'u_px'"]),
-    "x missing": (without_column("points.csv", "x_m"), ["points.csv has no column 'x_m'"]),
     "NaN": (cell("points.csv", 4, "u_px", "nan"), ["points.csv, row 4, column u_px", "finite"]),
-    "infinite": (cell("points.csv", 5, "x_m", "-inf"), ["points.csv, row 5, column x_m", "finite"]),
-    "not a number": (cell("poses.csv", 3, "q_joint_2", "abc"), ["poses.csv, row 3, column q_joint_2: 'abc'"]),
     "Python's digits": (
         cell("points.csv", 3, "u_px", "1_0"),
         ["points.csv, row 3, column u_px: '1_0'", "a finite number"],
@@ -179,7 +164,6 @@ MISTAKES = {
         cell("points.csv", 3, "u_px", "\u0663\u0664"),
         ["points.csv, row 3, column u_px", "a finite number"],
     ),
-    "a pipe": (as_pipe("poses.csv"), ["poses.csv", "not a regular file"]),
     "empty cell": (cell("poses.csv", 3, "q_joint_2", ""), ["row 3, column q_joint_2: empty"]),
     "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),
     "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
@@ -194,10 +178,6 @@ MISTAKES = {
     "no points": (lambda f: (f / "points.csv").unlink(), ["robolaser extract"]),
     "open quote": (added("points.csv", '"0,9,1,1,1,1,1\n'), ["points.csv", "line 27"]),
     "broken URDF": (written("robot.urdf", "<robot><link"), ["robot.urdf"]),
-    "entity bomb": (
-        written("robot.urdf", '<!DOCTYPE r [<!ENTITY a "b">]><robot name="r"><link name="&a;"/></robot>'),
-        ["robot.urdf"],
-    ),
     "one pose": (lambda f: first_lines(f / "points.csv", 6), ["1 pose with points", "at least"]),
     "poses all alike": (all_rows_as_the_first("poses.csv"), ["5 poses", "only 1 differs", "at least"]),
     "target behind the camera": (
@@ -223,30 +203,9 @@ def test_a_mistake_is_named_with_its_place(folder: Path, mistake: str) -> None:
     assert "Traceback" not in message
 
 
-def test_the_command_line_says_it_in_one_line_and_exits_with_one(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    cell("points.csv", 4, "u_px", "nan")(folder)
-    assert main(["calibrate", str(folder), "--output", str(folder / "out")]) == 1
-    said = capsys.readouterr().err
-    assert said.startswith("robolaser: points.csv, row 4")
-    assert said.count("\n") == 1
-    assert not (folder / "out").exists()
-
-
 def test_a_reading_a_little_outside_the_limits_is_a_warning(folder: Path) -> None:
     cell("poses.csv", 2, "q_joint_3", "2.5")(folder)
     assert any("joint_3" in warning and "outside its limits" in warning for warning in load(folder).warnings)
-
-
-def test_bom_crlf_and_blank_last_lines_are_fine(folder: Path) -> None:
-    before = load(folder)
-    for file in ("poses.csv", "points.csv"):
-        text = (folder / file).read_text().replace("\n", "\r\n") + "\r\n\r\n"
-        (folder / file).write_bytes(b"\xef\xbb\xbf" + text.encode())
-    after = load(folder)
-    assert (after.points.pixel == before.points.pixel).all()
-    assert (after.poses.q == before.poses.q).all()
 
 
 def test_an_image_path_that_leaves_the_folder_is_refused(folder: Path) -> None:
@@ -283,8 +242,7 @@ def test_a_key_that_is_not_known_is_an_error(folder: Path, old: str, new: str, e
     assert caught.value.column == expected.partition(":")[0]
 
 
-@pytest.mark.parametrize("column", ["payload_kg", "temperature_c"])
-@pytest.mark.parametrize(("value", "shown"), [("2,5", "'2,5'"), ("", "empty"), ("warm", "'warm'")])
+@pytest.mark.parametrize(("column", "value", "shown"), [("payload_kg", "2,5", "'2,5'"), ("temperature_c", "", "empty")])
 def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(
     folder: Path, column: str, value: str, shown: str
 ) -> None:
@@ -334,13 +292,6 @@ def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder: Path) -> None:
     configuration = dataset.poses.configuration
     assert configuration[5] == configuration[0]
     assert len(set(configuration.tolist())) == 5
-
-
-@pytest.mark.parametrize("text", ["x = " + "[" * 5000, "a." * 20_000 + "b = 1", "f = " + "9" * 5001, "a={b=" * 3000])
-def test_toml_that_would_not_end_is_refused_at_once(folder: Path, text: str) -> None:
-    added("dataset.toml", f"\n{text}\n")(folder)
-    with pytest.raises(DataError, match="not valid TOML"):
-        load(folder)
 
 
 def test_a_column_of_a_joint_that_is_not_listed_is_a_warning(folder: Path) -> None:

@@ -7,30 +7,19 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.data.dataset import Poses
 from robolaser.data.writing import save
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 
-@pytest.fixture
-def poses(tmp_path: Path) -> Poses:
+def test_what_a_joint_lacks_of_its_command_is_a_coordinate_and_the_command_is_none(tmp_path: Path) -> None:
     made = simulate(find_robot("ur5"), kind="point", poses=5, seed=1).dataset
     assert made.poses.q is not None
     told = tuple(repr(float(value) + 1e-3) for value in made.poses.q[:, 2])
     save(replace(made, poses=replace(made.poses, extra={"q_command_elbow_joint": told})), tmp_path / "told")
     loaded = robolaser.load(tmp_path / "told")
     assert loaded.warnings == ()
-    return loaded.poses
-
-
-def test_what_a_joint_lacks_of_its_command_is_a_coordinate(poses: Poses) -> None:
+    poses = loaded.poses
     assert poses.coordinates["q_command_elbow_joint less q_elbow_joint"] == pytest.approx(1e-3)
-
-
-def test_the_command_itself_is_none(poses: Poses) -> None:
     assert "q_command_elbow_joint" not in poses.coordinates
-
-
-def test_fewer_poses_keep_theirs(poses: Poses) -> None:
     assert poses.take(np.array([0, 2])).following["elbow_joint"] == pytest.approx(1e-3)

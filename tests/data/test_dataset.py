@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.subsampling import some_of_each, subsampled
+from robolaser.data.subsampling import evenly, some_of_each, subsampled
 
 
 @pytest.fixture(params=range(8))
@@ -14,6 +14,15 @@ def points(request: pytest.FixtureRequest) -> Points:
     rng = np.random.default_rng(request.param)
     pose = rng.integers(0, 9, rng.integers(1, 90))
     return Points(pose, tuple(str(name) for name in rng.integers(0, 5, len(pose))), xyz=rng.normal(size=(len(pose), 3)))
+
+
+@pytest.mark.parametrize(("count", "most"), [(0, 5), (1, 5), (5, 5), (17, 5), (1000, 7), (3, 10)])
+def test_places_are_each_taken_once_and_reach_from_the_first_to_the_last(count: int, most: int) -> None:
+    places = evenly(count, most)
+    assert len(places) == len(set(places.tolist())) == min(count, most)
+    if count:
+        assert (places[0], places[-1]) == (0, count - 1)
+        assert np.ptp(np.diff(places)) <= 1 if len(places) > 1 else True
 
 
 @pytest.mark.parametrize("most", [1, 2, 3, 7, 100])

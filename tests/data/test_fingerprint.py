@@ -8,13 +8,11 @@ import pytest
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.fingerprint import fingerprint
-from robolaser.data.stated_noise import Noise
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
 DATASET = simulate(find_robot("ur5"), kind="pose", poses=12).dataset
-ONES = np.ones((12, 2))
 
 
 def heavier(robot: Robot) -> Robot:
@@ -23,23 +21,16 @@ def heavier(robot: Robot) -> Robot:
     return Robot.from_urdf(text, flange=robot.flange, joints=robot.joints)
 
 
-CHANGES = {
+INNER = {
     "a mass in the URDF": {"robot": heavier(DATASET.robot)},
-    "the bracket": {"bracket_quat": (0.0, 0.0, 1.0, 0.0)},
-    "the stripe's axis": {"stripe_axis": "v"},
     "quaternions": {"points": replace(DATASET.points, columns={"quaternion": -DATASET.points["quaternion"]})},
-    "a further column": {"points": replace(DATASET.points, columns={**DATASET.points.columns, "profile": ONES})},
-    "the radius of a ball": {"radius_m": {"ball": 0.0127}},
-    "velocities": {"poses": replace(DATASET.poses, qd=DATASET.poses.q + 0.1)},
-    "times": {"poses": replace(DATASET.poses, time_s=DATASET.poses.time_s + np.arange(12.0))},
-    "the noise": {"noise": Noise(joint_rad=1e-4)},
+    "a time": {"poses": replace(DATASET.poses, time_s=DATASET.poses.time_s + np.arange(12.0))},
     "known distances": {"distances_m": (("a", "b", 0.1),)},
-    "what is known of the path": {"path_known": False},
 }
 
 
-@pytest.mark.parametrize("change", CHANGES.values(), ids=list(CHANGES))
-def test_other_data_have_another_fingerprint(change: dict[str, object]) -> None:
+@pytest.mark.parametrize("change", INNER.values(), ids=list(INNER))
+def test_what_stands_deep_within_counts(change: dict[str, object]) -> None:
     assert fingerprint(replace(DATASET, **change)) != fingerprint(DATASET)
 
 

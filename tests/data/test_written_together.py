@@ -14,7 +14,11 @@ NEW = {"a": b"new", "b": b"new", "deep/c": b"new"}
 
 
 def visible(folder):
-    return {name: data for name, data in contents(folder).items() if not name.rpartition("/")[2].startswith(".")}
+    return visible_of(contents(folder))
+
+
+def visible_of(moment):
+    return {name: data for name, data in moment.items() if not name.rpartition("/")[2].startswith(".")}
 
 
 def replace_all(folder):
@@ -67,7 +71,3 @@ def test_a_full_disk_leaves_what_was_there_and_nothing_half_done(folder, kind):
         with watched(folder, failing(number, kind)), suppress(OutputError):
             replace_all(folder)
         assert visible(folder) in (OLD, NEW)
-
-
-def visible_of(moment):
-    return {name: data for name, data in moment.items() if not name.rpartition("/")[2].startswith(".")}
