@@ -112,14 +112,14 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
     texts: list[list[str]] = [[] for _ in header]
     known = {name: [np.empty(0)] for name in header if name in numbers}
     lines: list[int] = []
-    bare = _Bare()
+    known_texts: dict[str, str] = {}  # equal ones are kept once
     while block := list(islice(rows, BLOCK_ROWS)):
         starts = [line for line, _ in block]
         for name, column, cells in zip(header, texts, zip(*(row for _, row in block), strict=True), strict=True):
             if name in known:
                 known[name].append(_numbers(path.name, name, cells, starts))
             else:
-                column.extend(map(bare.__getitem__, cells))
+                column.extend(known_texts.setdefault(cell, cell) for cell in map(str.strip, cells))
         lines += starts
     found = {name: tuple(column) for name, column in zip(header, texts, strict=True) if name not in known}
     return CsvTable(
@@ -143,16 +143,6 @@ def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
                 line = reader.line_num
         except csv.Error as error:
             raise unreadable(path, f"line {line + 1}: {error}") from None
-
-
-@final
-class _Bare(dict[str, str]):
-    """Cells without the space around them; equal ones are kept once."""
-
-    def __missing__(self, cell: str) -> str:
-        bare = cell.strip()
-        self[cell] = found = self.setdefault(bare, bare)
-        return found
 
 
 def _check_header(file: str, header: Sequence[str]) -> None:

@@ -112,7 +112,7 @@ class Points:
         return len(self.pose)
 
     def __contains__(self, name: str) -> bool:
-        return self._array(name) is not None
+        return name in self.arrays
 
     def __getitem__(self, name: str) -> Array:
         """An array of the sensor's format by name, (m, k).
@@ -120,13 +120,15 @@ class Points:
         Raises:
             DataError: These points have no such array.
         """
-        values = self._array(name)
-        if values is None:
+        if name not in self:
             raise DataError(f"points.csv has no {name} of the points, which is needed here.", file="points.csv")
-        return values
+        return self.arrays[name]
 
-    def _array(self, name: str) -> Array | None:
-        return {"pixel": self.pixel, "xyz": self.xyz, **self.columns}.get(name)
+    @cached_property
+    def arrays(self) -> Mapping[str, Array]:
+        """The arrays of the sensor's format that are there, by name, (m, k) each."""
+        known = {"pixel": self.pixel, "xyz": self.xyz, **self.columns}
+        return {name: values for name, values in known.items() if values is not None}
 
     @cached_property
     def number(self) -> Ints:

@@ -81,9 +81,7 @@ def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
         (poses.q, dataset.poses.q),
         (poses.T_base_flange, dataset.poses.T_base_flange),
         (some.pose, dataset.points.pose),
-        (some.pixel, dataset.points.pixel),
-        (some.xyz, dataset.points.xyz),
-        *((some.columns.get(name), values) for name, values in dataset.points.columns.items()),
+        *((some.arrays.get(name), dataset.points.arrays.get(name)) for name in {*some.arrays, *dataset.points.arrays}),
     ]
     names = (poses.names, some.names) == (dataset.poses.names, dataset.points.names)
     if not names or not all(_equal(*pair) for pair in pairs):

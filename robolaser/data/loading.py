@@ -118,8 +118,7 @@ def _copies(dataset: Dataset) -> list[str]:
     copies = []
     for pose in np.flatnonzero(shared & (np.diff(ends, prepend=0) > 0)).tolist():
         seen = points.take(rows[ends[pose - 1] if pose else 0 : ends[pose]])
-        arrays = [values for values in (seen.pixel, seen.xyz, *seen.columns.values()) if values is not None]
-        key = poses.configuration[pose], seen.names, *(values.tobytes() for values in arrays)
+        key = poses.configuration[pose], seen.names, *(values.tobytes() for values in seen.arrays.values())
         if first.setdefault(key, pose) != pose:
             copies.append(f"{poses.names[pose]} (of {poses.names[first[key]]})")
     if not copies:

@@ -7,7 +7,6 @@ from typing import Annotated, Any, final
 import numpy as np
 from msgspec import Meta
 
-from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, SensorData
 from robolaser.data.toml_schema import typed, wrong
 from robolaser.errors import DataError
@@ -109,28 +108,20 @@ def scanner_with_corners(scanner: Dataset, corners: Points) -> Dataset:
 
 
 def _joined(names: Sequence[str], points: Sequence[Points]) -> Points:
-    counts = [len(one) for one in points]
-    any_repeats = any(one.repeat is not None for one in points)
-    columns = {name: values.shape[1] for one in points for name, values in one.columns.items()}
-
-    def filled(arrays: Sequence[Array | None], width: int) -> Array:
-        return np.concatenate(
-            [np.zeros((count, width)) if array is None else array for array, count in zip(arrays, counts, strict=True)]
-        )
-
-    def of_any(arrays: Sequence[Array | None], width: int) -> Array | None:
-        return filled(arrays, width) if any(array is not None for array in arrays) else None
-
+    widths = {name: values.shape[1] for one in points for name, values in one.arrays.items()}
+    arrays = {
+        name: np.concatenate([one.arrays.get(name, np.zeros((len(one), width))) for one in points])
+        for name, width in widths.items()
+    }
+    repeats = [np.zeros(len(one), np.int64) if one.repeat is None else one.repeat for one in points]
     return Points(
         np.concatenate([one.pose for one in points]),
         tuple(f"{name}/{point}" for name, one in zip(names, points, strict=True) for point in one.names),
-        np.concatenate([np.zeros(len(one), np.int64) if one.repeat is None else one.repeat for one in points])
-        if any_repeats
-        else None,
-        pixel=of_any([one.pixel for one in points], 2),
-        xyz=of_any([one.xyz for one in points], 3),
-        columns={name: filled([one.columns.get(name) for one in points], width) for name, width in columns.items()},
-        sensor=np.repeat(np.arange(len(points)), counts),
+        np.concatenate(repeats) if any(one.repeat is not None for one in points) else None,
+        pixel=arrays.pop("pixel", None),
+        xyz=arrays.pop("xyz", None),
+        columns=arrays,
+        sensor=np.repeat(np.arange(len(points)), [len(one) for one in points]),
     )
 
 

@@ -16,8 +16,7 @@ from robolaser.errors import output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.robot.kinematics import DOWN
 
-FILES = ("dataset.toml", "poses.csv", "points.csv")
-FOLDER = (*FILES, "robot.urdf")  # all that a data set is written as
+FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # all that a data set is written as
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:

@@ -108,15 +108,10 @@ def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect])
     model = Model(calibration.model.dataset, tuple(kept))
     known = dict(zip(calibration.model.parameters.names, calibration.x.tolist(), strict=True))
     start = np.array([known[name] for name in model.parameters.names])
-    if calibration.weights == "plain":
-        problem, x, _ = fit(model, start, loss=calibration.loss)
-        folds = assign_folds(problem.model, calibration.seed)
-        unseen = None if folds is None else held_out(problem, x, folds)
-    else:
-        weighted = fit_by_noise(model, start, seed=calibration.seed)
-        problem, x = weighted.problem, weighted.x
-        folds = assign_folds(problem.model, calibration.seed)
-        unseen = None if folds is None else weighted.held_out(folds)
+    weighted = None if calibration.weights == "plain" else fit_by_noise(model, start, seed=calibration.seed)
+    problem, x = (weighted.problem, weighted.x) if weighted else fit(model, start, loss=calibration.loss)[:2]
+    folds = assign_folds(problem.model, calibration.seed)
+    unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
     nothing, unknown = np.zeros(len(x), dtype=bool), np.full(len(x), np.nan)
     return replace(
         calibration, model=model, x=x, std=unknown, on_bound=nothing, unseen=unseen, fitted=problem.model, weighted=None
