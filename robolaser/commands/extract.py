@@ -104,9 +104,10 @@ class _Place:
     def write_new(self, files: "Mapping[str, str | Contents | None]") -> None:
         """Write a new data set with its images."""
         from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+        from robolaser.data.atomic_write import written_later
         from robolaser.data.result_folder import write_results
 
-        copies = {name: partial(read_bytes, self.recording / name, IMAGE_BYTES) for name in self.images}
+        copies = {name: written_later(partial(read_bytes, self.recording / name, IMAGE_BYTES)) for name in self.images}
         write_results(self.folder, {**copies, **files})
         for name in self.images:
             taken = (self.recording / name).stat()

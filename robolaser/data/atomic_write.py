@@ -25,15 +25,21 @@ def write_text(path: Path, text: str) -> None:
 
 def write_bytes(path: Path, data: bytes) -> None:
     """As `write_text`, for bytes."""
-    with written_whole(path) as file:
-        file.write(data)
+    write_together(path.parent, {path.name: data})
 
 
-Contents = bytes | Callable[[], bytes] | Path
-"""Of a file: its bytes, what gives them, or a whole file below the same folder that becomes it."""
+Contents = bytes | Callable[[BinaryIO], object] | Path
+"""Of a file: its bytes, what writes them, or a whole file below the same folder that becomes it."""
 
 
-def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence[str] = ()) -> None:
+def written_later(read: Callable[[], bytes]) -> Contents:
+    """The contents of a file that are not read before they are written."""
+    return lambda file: file.write(read())
+
+
+def write_together(
+    folder: Path, files: Mapping[str, Contents], delete: Sequence[str] = (), *, mode: int = 0o644
+) -> None:
     """Write files that belong together: on a full disk none of them, and each of them whole.
 
     All are staged; then what is to be deleted goes, and the files take their names, in their order: the last should be
@@ -44,28 +50,27 @@ def write_together(folder: Path, files: Mapping[str, Contents], delete: Sequence
         files: What they hold, by name; those in folders below as images/p001.png.
         delete: Names of files that go first: where files of an earlier result are among them, old and new ones are
             never there together.
+        mode: Who may read them: everybody, mostly.
 
     Raises:
         OutputError: The disk or the rights say no.
     """
-    staged = {data: name for name, data in files.items() if isinstance(data, Path)}
+    staged = {name: data for name, data in files.items() if isinstance(data, Path)}
     try:
         for name, data in files.items():
             if not isinstance(data, Path):
-                with _beside(folder / name, keep=True) as file:
-                    staged[Path(file.name)] = name
-                    file.write(data() if callable(data) else data)
+                staged[name] = _stage(folder / name, data, mode)
+        for name in delete:
+            with _naming(folder / name):
+                (folder / name).unlink(missing_ok=True)
+        for name in files:
+            with _naming(folder / name):
+                os.replace(staged[name], folder / name)
     except BaseException:
-        for temporary in staged:
+        for temporary in staged.values():
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
         raise
-    names = {name: temporary for temporary, name in staged.items()}
-    with _naming(folder):
-        for name in delete:
-            (folder / name).unlink(missing_ok=True)
-        for name in files:
-            os.replace(names[name], folder / name)
 
 
 @contextmanager
@@ -91,21 +96,6 @@ def clear_staged(folder: Path) -> None:
 
 
 @contextmanager
-def written_whole(path: Path, *, mode: int = 0o644) -> Iterator[BinaryIO]:
-    """Open a file to write to that is there once all is written, and not at all where something goes wrong.
-
-    What was there before stays until then.
-
-    Raises:
-        OutputError: The disk or the rights say no.
-    """
-    with _beside(path) as file:
-        yield file
-        _settle(file, mode)
-        os.replace(file.name, path)
-
-
-@contextmanager
 def _naming(path: Path) -> Iterator[None]:
     try:
         yield
@@ -113,23 +103,17 @@ def _naming(path: Path) -> Iterator[None]:
         raise unwritable(path, error.strerror or str(error)) from None
 
 
-@contextmanager
-def _beside(path: Path, *, keep: bool = False) -> Iterator[BinaryIO]:
-    """A file under a name of its own beside the one that it may become; gone afterwards unless renamed or kept."""
+def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) -> Path:
+    """Write a file under a name of its own beside the one that it is to become."""
     with _naming(path):
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=STAGED, suffix=f".{path.name}")
-        with open(name, "wb", opener=lambda *_: descriptor) as file:
-            try:
-                yield file
-                if keep:
-                    _settle(file)
-            finally:
-                if not keep:
-                    Path(name).unlink(missing_ok=True)
-
-
-def _settle(file: BinaryIO, mode: int = 0o644) -> None:
-    """Flush a file to the disk, and let those read it who may: everybody, mostly."""
-    file.flush()
-    os.fsync(file.fileno())
-    os.chmod(file.name, mode)
+        try:
+            with open(name, "wb", opener=lambda *_: descriptor) as file:
+                file.write(data) if isinstance(data, bytes) else data(file)
+                file.flush()
+                os.fsync(file.fileno())
+                os.chmod(name, mode)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    return Path(name)

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robolaser.data.atomic_write import written_whole
+from robolaser.data.atomic_write import write_together
 
 
 def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]]) -> int:
@@ -24,12 +24,16 @@ def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[ND
     Raises:
         OutputError: The disk or its rights refuse.
     """
-    with written_whole(path) as file:
+    count = 0
+
+    def write(file: BinaryIO) -> None:
+        nonlocal count
         file.write(head(0))
-        count = 0
         for piece in pieces:
             file.write(np.ascontiguousarray(piece).data.cast("B"))
             count += len(piece)
         file.seek(0)
         file.write(head(count))
+
+    write_together(path.parent, {path.name: write})
     return count

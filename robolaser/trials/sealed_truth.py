@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.bounded_reading import read_bytes, read_text
-from robolaser.data.atomic_write import written_whole
+from robolaser.data.atomic_write import write_together
 from robolaser.data.result_folder import make_folder
 from robolaser.data.writing import FOLDER
 from robolaser.errors import DataError, TrialError
@@ -52,8 +52,7 @@ def keep_truth(
     text = json.dumps({"format": FORMAT, "salt": rng.bytes(16).hex(), "worlds": worlds}, sort_keys=True).encode()
     number = hashlib.sha256(text).hexdigest()
     make_folder(folder)
-    with written_whole(folder / f"{number}.json", mode=0o600) as file:
-        file.write(text)
+    write_together(folder, {f"{number}.json": text}, mode=0o600)
     return f"sha256 {number}\n"
 
 

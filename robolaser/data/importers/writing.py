@@ -5,6 +5,7 @@ from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from robolaser.data.atomic_write import written_later
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers.importer import Imported
 from robolaser.data.loading import load
@@ -45,7 +46,8 @@ def write(imported: Imported, folder: Path) -> None:
     Raises:
         OutputError: The disk or the rights say no.
     """
-    write_results(folder, {**imported.images, **texts_of(imported.dataset)})
+    images = {name: written_later(read) for name, read in imported.images.items()}
+    write_results(folder, {**images, **texts_of(imported.dataset)})
 
 
 def preview(imported: Imported, rows: int = ROWS_SHOWN) -> Mapping[str, Mapping[str, Sequence[str]]]:
