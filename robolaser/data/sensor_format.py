@@ -14,7 +14,7 @@ PIXEL = ("u_px", "v_px")
 XYZ = ("x_m", "y_m", "z_m")
 QUATERNION = ("qx", "qy", "qz", "qw")
 SENSORS = "robolaser.model.sensors"
-"""Importing it registers the formats of the sensors that robolaser and installed packages bring."""
+"""Who knows the sensors that robolaser and installed packages bring; it stands above this file."""
 
 
 @final
@@ -99,27 +99,19 @@ def format_of_several(formats: Sequence[SensorFormat]) -> SensorFormat:
     )
 
 
-_registered: dict[str, SensorFormat] = {}
-
-
-def register_format(declared: SensorFormat) -> None:
-    """Let data sets of this kind be read; a kind that is there already is replaced."""
-    _registered[declared.kind] = declared
-
-
 def sensor_kinds() -> tuple[str, ...]:
     """The kinds that can be read."""
-    import_module(SENSORS).sensors()
-    return tuple(_registered)
+    return tuple(import_module(SENSORS).sensors())
 
 
 def sensor_format(kind: str) -> SensorFormat:
     """The format of a kind of sensor.
 
     Raises:
-        DataError: No sensor of that kind is registered.
+        DataError: There is no sensor of that kind.
     """
-    if kind not in _registered:
+    known = import_module(SENSORS).REGISTERED
+    if kind not in known:
         kinds = sensor_kinds()
         if kind not in kinds:
             expected = " or ".join(f'"{known}"' for known in kinds)
@@ -128,4 +120,5 @@ def sensor_format(kind: str) -> SensorFormat:
                 file="dataset.toml",
                 column="[sensor] kind",
             )
-    return _registered[kind]
+    declared: SensorFormat = known[kind].format
+    return declared

@@ -7,9 +7,10 @@ import pytest
 
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.loading import load
-from robolaser.data.sensor_format import PIXEL, SensorFormat, register_format, sensor_format
+from robolaser.data.sensor_format import PIXEL, SensorFormat, sensor_format
 from robolaser.data.writing import save
 from robolaser.errors import DataError
+from robolaser.model.sensors import REGISTERED
 
 CORNERS = SensorFormat(
     kind="corner_camera",
@@ -21,8 +22,10 @@ CORNERS = SensorFormat(
 )
 
 
-def test_a_sensor_of_the_user_is_saved_and_loaded_by_its_declaration(tmp_path: Path) -> None:
-    register_format(CORNERS)
+def test_a_sensor_of_the_user_is_saved_and_loaded_by_its_declaration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(REGISTERED, "corner_camera", type("CornerCamera", (), {"format": CORNERS}))
     points = Points(np.arange(2), ("a", "b"), pixel=np.eye(2), columns={"corner": np.arange(4.0).reshape(2, 2)})
     poses = Poses(("p", "q"), T_base_flange=np.eye(4)[None].repeat(2, 0))
     save(Dataset("board", poses, points, kind="corner_camera"), tmp_path)

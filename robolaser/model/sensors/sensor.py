@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.data.sensor_format import SensorFormat, register_format
+from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
@@ -45,7 +45,6 @@ class Sensor(ABC):
     def __init_subclass__(cls, *, registered: bool = True) -> None:
         super().__init_subclass__()
         if registered and "format" in cls.__dict__:
-            register_format(cls.format)
             REGISTERED[cls.format.kind] = cls
 
     def __init__(self, dataset: Dataset) -> None:
