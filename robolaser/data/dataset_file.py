@@ -15,7 +15,7 @@ from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
 from robolaser.data.stated_noise import Noise
-from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
+from robolaser.data.toml_schema import Positive, lacking, read_toml, refused, typed, wrong
 from robolaser.errors import DataError, UsageError, unreadable
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
@@ -149,12 +149,11 @@ def describe(folder: str | Path) -> Dataset:
 
 def _refuse_motion(sensor: object) -> None:
     if isinstance(sensor, dict) and sensor.get("kind") == "motion":
-        raise DataError(
-            f'{FILE}, [sensor] kind: "motion" is a log of a moving arm. `robolaser check` and `robolaser diagnose` read'
-            " it; this command needs a sensor that measures points or poses.",
-            file=FILE,
-            column="[sensor] kind",
+        why = (
+            '"motion" is a log of a moving arm. `robolaser check` and `robolaser diagnose` read it; this command needs'
+            " a sensor that measures points or poses."
         )
+        raise refused(FILE, "[sensor] kind", why)
 
 
 def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
@@ -207,7 +206,7 @@ def check_format(contents: Mapping[str, Any], expected: str, file: str) -> None:
         DataError: It is of another, or of a later version.
     """
     if "format" not in contents:
-        raise DataError(f'{file} lacks format: expected "{expected}".', file=file, column="format")
+        raise lacking(file, "format", f': expected "{expected}"')
     if contents["format"] != expected:
         raise DataError(
             f"{file} has format {contents['format']!r}, but this program reads '{expected}'.",
@@ -262,21 +261,18 @@ def _check(read: DatasetFile, declared: SensorFormat) -> None:
     if read.board is not None:
         _check_board(read.board)
     if read.target.distances_m and not declared.named_points:
-        raise DataError(
-            f"{FILE}, [target] distances_m: the points of a {declared.title} have no names of their own, so that no"
-            " distance between two of them can be known. Delete it.",
-            file=FILE,
-            column="[target] distances_m",
+        why = (
+            f"the points of a {declared.title} have no names of their own, so that no distance between two of them can"
+            " be known. Delete it."
         )
+        raise refused(FILE, "[target] distances_m", why)
 
 
 def _check_board(board: Board) -> None:
     markers = {"marker_m": board.marker_m, "dictionary": board.dictionary}
     for key, value in markers.items():
         if board.kind == "charuco" and value is None:
-            raise DataError(
-                f"{FILE} lacks [board] {key}, which a ChArUco board needs.", file=FILE, column=f"[board] {key}"
-            )
+            raise lacking(FILE, f"[board] {key}", ", which a ChArUco board needs")
         if board.kind != "charuco" and value is not None:
             raise wrong(FILE, ("board", key), value, f"no {key}: only a ChArUco board has markers")
     if board.marker_m is not None and board.marker_m >= board.square_m:
@@ -314,7 +310,7 @@ def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, P
         lower, upper = (_bound(entry, end, at) for end in ("lower", "upper"))
         reason = _implausible(name, entry, lower, upper, declared)
         if reason:
-            raise DataError(f"{FILE}, [parameters] {name}: {reason}", file=FILE, column=f"[parameters] {name}")
+            raise refused(FILE, f"[parameters] {name}", reason)
         found[name] = Parameter(name, declared.unit_of(name), entry.nominal, lower, upper)
     return found
 
@@ -325,12 +321,12 @@ def _bound(entry: ParameterEntry, end: str, at: tuple[str, str]) -> float:
     key = f"[{at[0]}] {at[1]}.{end}"
     if entry.fixed:
         if value is not None:
-            reason = "the parameter is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper"
-            raise DataError(f"{FILE}, {key}: {reason}.", file=FILE, column=key)
+            reason = "the parameter is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper."
+            raise refused(FILE, key, reason)
         return entry.nominal
     if value is None:
         expected = "a finite number, or fixed = true to hold the parameter at its nominal value"
-        raise DataError(f"{FILE} lacks {key}: expected {expected}.", file=FILE, column=key)
+        raise lacking(FILE, key, f": expected {expected}")
     return value
 
 

@@ -1,7 +1,7 @@
 """A digest of a data set: two that differ in any number have different ones."""
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -20,28 +20,23 @@ def fingerprint(*values: Any) -> str:
     Args:
         values: Data sets, further dataclasses, mappings, sequences, arrays, texts and numbers, one within another.
     """
-    digest = hashlib.sha256()
-    for part in _parts(values):
-        digest.update(len(part).to_bytes(8, "little") + part)
-    return digest.hexdigest()
+    return _digest(repr(_plain(values)).encode())
 
 
-def _parts(value: Any) -> Iterator[bytes]:
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Lists, dictionaries and texts that say the same."""
     if isinstance(value, np.ndarray):
-        yield f"{value.dtype.str} {value.shape}".encode()
-        yield value.tobytes()
-    elif is_dataclass(value) and not isinstance(value, type):
+        return [value.dtype.str, value.shape, _digest(value.tobytes())]
+    if is_dataclass(value) and not isinstance(value, type):
         names = [one.name for one in fields(value) if one.compare]
         uncounted = WORDS if {"poses", "points"} <= set(names) else frozenset()
-        yield type(value).__name__.encode()
-        yield from _parts({name: getattr(value, name) for name in names if name not in uncounted})
-    elif isinstance(value, Mapping):
-        yield f"{len(value)} by name".encode()
-        for name in sorted(value):
-            yield from _parts((name, value[name]))
-    elif isinstance(value, Sequence) and not isinstance(value, str):
-        yield f"{len(value)} in order".encode()
-        for one in value:
-            yield from _parts(one)
-    else:
-        yield repr(value).encode()
+        return [type(value).__name__, _plain({name: getattr(value, name) for name in names if name not in uncounted})]
+    if isinstance(value, Mapping):
+        return {name: _plain(value[name]) for name in sorted(value)}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(one) for one in value]
+    return value

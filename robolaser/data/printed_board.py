@@ -7,7 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Bools
 from robolaser.data.board import Board
-from robolaser.errors import DataError, meant
+from robolaser.data.toml_schema import refused, wrong
+from robolaser.errors import DataError
 
 EXACT = 1e-6
 
@@ -62,21 +63,12 @@ def dictionary(board: Board) -> int:
 
     known = [name for name in dir(cv2.aruco) if name.startswith("DICT_")]
     if board.dictionary not in known:
-        guess = meant(str(board.dictionary), known)
-        raise DataError(
-            f"dataset.toml, [board] dictionary: {board.dictionary!r}, expected one of OpenCV's, such as"
-            f" 'DICT_6X6_250'.{guess}",
-            file="dataset.toml",
-            column="[board] dictionary",
-        )
+        expected = "one of OpenCV's, such as 'DICT_6X6_250'"
+        raise wrong("dataset.toml", ("board", "dictionary"), board.dictionary, expected, known)
     number: int = getattr(cv2.aruco, board.dictionary)
     return number
 
 
 def _not_printed(what: str) -> DataError:
-    return DataError(
-        f"dataset.toml, [board]: {what} cannot be drawn. Use a checkerboard, or ChArUco squares 4/3 as wide as their"
-        " markers of 4 x 4 bits.",
-        file="dataset.toml",
-        column="[board]",
-    )
+    why = "cannot be drawn. Use a checkerboard, or ChArUco squares 4/3 as wide as their markers of 4 x 4 bits."
+    return refused("dataset.toml", "[board]", f"{what} {why}")

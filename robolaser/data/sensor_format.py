@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import final
 
-from robolaser.errors import DataError, meant
+from robolaser.data.toml_schema import wrong
 
 POSE_UNITS = {"x": "m", "y": "m", "z": "m", "w": "rad", "phi": "rad", "psi": "rad"}
 """Units of the six parameters of a rigid motion, by the last part of their names."""
@@ -115,10 +115,6 @@ def sensor_format(kind: str) -> SensorFormat:
         kinds = sensor_kinds()
         if kind not in kinds:
             expected = " or ".join(f'"{known}"' for known in kinds)
-            raise DataError(
-                f"dataset.toml, [sensor] kind: {kind!r}, expected {expected}.{meant(kind, kinds)}",
-                file="dataset.toml",
-                column="[sensor] kind",
-            )
+            raise wrong("dataset.toml", ("sensor", "kind"), kind, expected, kinds)
     declared: SensorFormat = known[kind].format
     return declared

@@ -52,8 +52,7 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
     for key in entries:
         known = _fields(_part(schema, key[:-1])) if isinstance(key[-1], str) else {}
         if known and key[-1] not in known:
-            said = f"this key is not known.{near(str(key[-1]), known)}"
-            raise DataError(f"{file}, {_name(at + key)}: {said}", file=file, column=_name(at + key))
+            raise refused(file, _name(at + key), f"this key is not known.{near(str(key[-1]), known)}")
     for key, value in entries.items():
         is_huge = isinstance(value, int) and abs(value) > LARGEST
         if is_huge or (isinstance(value, float) and not math.isfinite(value)):
@@ -66,9 +65,7 @@ def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:
         key = tuple(name or int(number) for name, number in _STEP.findall(found["at"] or ""))
         if found["missing"]:
             key = (*key, found["missing"])
-            expected = _expected(_part(schema, key), key[-1])
-            name = _name(at + key)
-            raise DataError(f"{file} lacks {name}: expected {expected}.", file=file, column=name) from None
+            raise lacking(file, _name(at + key), f": expected {_expected(_part(schema, key), key[-1])}") from None
         part = _part(schema, key)
         raise wrong(file, at + key, entries[key], _expected(part, key[-1]), _choices(part)) from None
 
@@ -85,7 +82,17 @@ def wrong(file: str, key: Key, value: object, expected: str, choices: Sequence[s
     """
     shown = repr(value) if len(repr(value)) <= MOST_SHOWN else f"{repr(value)[:MOST_SHOWN]}..."
     guess = meant(value, choices) if isinstance(value, str) else ""
-    return DataError(f"{file}, {_name(key)}: {shown}, expected {expected}.{guess}", file=file, column=_name(key))
+    return refused(file, _name(key), f"{shown}, expected {expected}.{guess}")
+
+
+def refused(file: str, name: str, why: str) -> DataError:
+    """The error of a key, as messages name it."""
+    return DataError(f"{file}, {name}: {why}", file=file, column=name)
+
+
+def lacking(file: str, name: str, why: str) -> DataError:
+    """The error of a key or a table that is not there."""
+    return DataError(f"{file} lacks {name}{why}.", file=file, column=name)
 
 
 def _name(key: Key) -> str:
