@@ -44,7 +44,7 @@ def load(folder: str | Path) -> Dataset:
 
 def _points(folder: Path, dataset: Dataset, file: str) -> Points:
     """The points that one sensor saw."""
-    points = read_points(folder, dataset, file)
+    points = read_points(folder / file, dataset)
     names = sorted(set(points.names))
     _check_distances(dataset, names)
     _check_radii(dataset, names, file)

@@ -13,23 +13,21 @@ from robolaser.data.pose_table import check_quaternions, not_too_far
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import DataError, meant
 
-FILE = "points.csv"
 LARGEST_REPEAT = 1e9
 
 
-def read_points(folder: Path, described: Dataset, file: str = FILE) -> Points:
+def read_points(path: Path, described: Dataset) -> Points:
     """Read points.csv.
 
     Args:
-        folder: The data set's.
+        path: The file.
         described: What dataset.toml says, with the poses.
-        file: Its name, where each of several sensors has one.
 
     Raises:
         DataError: With row and column of what is wrong.
     """
     columns = [column for group in described.format.columns.values() for column in group]
-    return points_of(read_table(folder / file, ["repeat", *columns]), described)
+    return points_of(read_table(path, ["repeat", *columns]), described)
 
 
 def points_of(table: CsvTable, described: Dataset) -> Points:

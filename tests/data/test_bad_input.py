@@ -16,6 +16,8 @@ from robolaser.errors import DataError, RobolaserError
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import paper, simulate
 
+Rows = list[list[str]]
+
 
 @pytest.fixture(scope="session")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -38,13 +40,27 @@ def replaced(file: str, old: str, new: str) -> Callable[[Path], None]:
     return change
 
 
-def cell(file: str, line: int, column: str, value: str) -> Callable[[Path], None]:
+def edited(file: str, edit: Callable[[Rows], Rows]) -> Callable[[Path], None]:
+    """Change the rows of a table, the header's among them."""
+
     def change(folder: Path) -> None:
         rows = [row.split(",") for row in (folder / file).read_text().splitlines()]
-        rows[line - 1][rows[0].index(column)] = value
-        (folder / file).write_text("\n".join(map(",".join, rows)) + "\n")
+        (folder / file).write_text("\n".join(map(",".join, edit(rows))) + "\n")
 
     return change
+
+
+def cell(file: str, line: int, column: str, value: str) -> Callable[[Path], None]:
+    def edit(rows: Rows) -> Rows:
+        rows[line - 1][rows[0].index(column)] = value
+        return rows
+
+    return edited(file, edit)
+
+
+def with_column(column: str, first: str, second: str = "", others: str = "") -> Callable[[Path], None]:
+    cells = (column, first, second, others, others, others)
+    return edited("poses.csv", lambda rows: [[*row, added] for row, added in zip(rows, cells, strict=True)])
 
 
 def added(file: str, text: str) -> Callable[[Path], None]:
@@ -59,20 +75,11 @@ def written(file: str, text: str) -> Callable[[Path], None]:
 
 
 def without_column(file: str, column: str) -> Callable[[Path], None]:
-    def change(folder: Path) -> None:
-        rows = [row.split(",") for row in (folder / file).read_text().splitlines()]
+    def edit(rows: Rows) -> Rows:
         gone = rows[0].index(column)
-        (folder / file).write_text("\n".join(",".join(r[:gone] + r[gone + 1 :]) for r in rows) + "\n")
+        return [[*row[:gone], *row[gone + 1 :]] for row in rows]
 
-    return change
-
-
-def twice(file: str, line: int) -> Callable[[Path], None]:
-    def change(folder: Path) -> None:
-        text = (folder / file).read_text()
-        (folder / file).write_text(text + text.splitlines()[line - 1] + "\n")
-
-    return change
+    return edited(file, edit)
 
 
 def as_folder(file: str) -> Callable[[Path], None]:
@@ -81,19 +88,6 @@ def as_folder(file: str) -> Callable[[Path], None]:
         (folder / file).mkdir()
 
     return change
-
-
-def all_rows_as_the_first(file: str) -> Callable[[Path], None]:
-    def change(folder: Path) -> None:
-        header, first, *rest = (folder / file).read_text().splitlines()
-        alike = [row.split(",", 1)[0] + "," + first.split(",", 1)[1] for row in (first, *rest)]
-        (folder / file).write_text("\n".join([header, *alike]) + "\n")
-
-    return change
-
-
-def first_lines(path: Path, count: int) -> None:
-    path.write_text("".join(path.read_text().splitlines(keepends=True)[:count]))
 
 
 MISTAKES = {
@@ -169,8 +163,11 @@ MISTAKES = {
     "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
     "pixel outside": (cell("points.csv", 2, "v_px", "481"), ["points.csv, row 2: pixel", "640 x 480"]),
     "unknown pose": (cell("points.csv", 2, "pose", "77"), ["points.csv, row 2: no pose '77'"]),
-    "pose twice": (twice("poses.csv", 2), ["poses.csv, row 7", "already in row 2"]),
-    "point twice": (twice("points.csv", 3), ["points.csv, row 27", "already in row 3"]),
+    "pose twice": (edited("poses.csv", lambda rows: [*rows, rows[1]]), ["poses.csv, row 7", "already in row 2"]),
+    "point twice": (
+        edited("points.csv", lambda rows: [*rows, rows[2]]),
+        ["points.csv, row 27", "already in row 3"],
+    ),
     "short row": (added("points.csv", "0,9\n"), ["points.csv, row 27: 2 cells"]),
     "column twice": (replaced("poses.csv", "q_joint_2", "q_joint_1"), ["two columns 'q_joint_1'"]),
     "empty points": (written("points.csv", ""), ["points.csv is empty"]),
@@ -178,12 +175,13 @@ MISTAKES = {
     "no points": (lambda f: (f / "points.csv").unlink(), ["robolaser extract"]),
     "open quote": (added("points.csv", '"0,9,1,1,1,1,1\n'), ["points.csv", "line 27"]),
     "broken URDF": (written("robot.urdf", "<robot><link"), ["robot.urdf"]),
-    "one pose": (lambda f: first_lines(f / "points.csv", 6), ["1 pose with points", "at least"]),
-    "poses all alike": (all_rows_as_the_first("poses.csv"), ["5 poses", "only 1 differs", "at least"]),
+    "one pose": (edited("points.csv", lambda rows: rows[:6]), ["1 pose with points", "at least"]),
+    "poses all alike": (
+        edited("poses.csv", lambda rows: [rows[0], *([name, *rows[1][1:]] for name, *_ in rows[1:])]),
+        ["5 poses", "only 1 differs", "at least"],
+    ),
     "target behind the camera": (
-        lambda f: (f / "dataset.toml").write_text(
-            (f / "dataset.toml").read_text().replace("[0.0, 0.0, 0.0, 1.0]", "[1.0, 0.0, 0.0, 0.0]")
-        ),
+        replaced("dataset.toml", "[0.0, 0.0, 0.0, 1.0]", "[1.0, 0.0, 0.0, 0.0]"),
         ["behind the camera", "bracket_quat"],
     ),
 }
@@ -209,9 +207,7 @@ def test_a_reading_a_little_outside_the_limits_is_a_warning(folder: Path) -> Non
 
 
 def test_an_image_path_that_leaves_the_folder_is_refused(folder: Path) -> None:
-    rows = (folder / "poses.csv").read_text().splitlines()
-    rows = [rows[0] + ",image", *(row + ",../secret.png" for row in rows[1:])]
-    (folder / "poses.csv").write_text("\n".join(rows) + "\n")
+    with_column("image", "../secret.png")(folder)
     with pytest.raises(RobolaserError, match=r"row 2, column image.*leaves"):
         load(folder)
 
@@ -246,9 +242,7 @@ def test_a_key_that_is_not_known_is_an_error(folder: Path, old: str, new: str, e
 def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(
     folder: Path, column: str, value: str, shown: str
 ) -> None:
-    rows = (folder / "poses.csv").read_text().splitlines()
-    cells = [column, "2.5", f'"{value}"', *["2.5"] * (len(rows) - 3)]
-    (folder / "poses.csv").write_text("\n".join(f"{row},{cell}" for row, cell in zip(rows, cells, strict=True)))
+    with_column(column, "2.5", f'"{value}"', "2.5")(folder)
     with pytest.raises(
         DataError, match=rf"poses\.csv, row 3, column {column}: {shown}, expected a finite number"
     ) as caught:
@@ -257,9 +251,7 @@ def test_a_bad_cell_of_payload_or_temperature_is_an_error_with_its_place(
 
 
 def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning(folder: Path) -> None:
-    rows = (folder / "poses.csv").read_text().splitlines()
-    added = ["height,operator,empty", *(f"{i},{'Ann' if i else 3}," for i in range(len(rows) - 1))]
-    (folder / "poses.csv").write_text("\n".join(f"{row},{cell}" for row, cell in zip(rows, added, strict=True)))
+    with_column("height,operator,empty", "0,3,", "1,Ann,", "2,Ann,")(folder)
     dataset = load(folder)
     assert list(dataset.poses.coordinates) == ["height"]
     (warning,) = dataset.warnings
@@ -270,20 +262,15 @@ def test_a_further_column_is_a_coordinate_where_it_is_numbers_and_else_a_warning
 def test_a_pose_without_points_is_a_warning_unless_the_arm_only_passed_it(
     folder: Path, image: str, warned: list[str]
 ) -> None:
-    header, *rows = (folder / "poses.csv").read_text().splitlines()
-    images = [image, *("image.png" for _ in rows[1:])]
-    shown = [f"{row},{of_row}" for row, of_row in zip([header, *rows], ["image", *images], strict=True)]
-    (folder / "poses.csv").write_text("\n".join(shown))
-    points = (folder / "points.csv").read_text().splitlines()
-    (folder / "points.csv").write_text("\n".join(row for row in points if not row.startswith("0,")))
+    with_column("image", image, "a.png", "b.png")(folder)
+    edited("points.csv", lambda rows: [row for row in rows if row[0] != "0"])(folder)
     assert list(load(folder).warnings) == warned
 
 
 def test_a_copy_of_a_pose_under_another_name_is_a_warning(folder: Path) -> None:
     for file in ("poses.csv", "points.csv"):
-        header, *rows = (folder / file).read_text().splitlines()
-        again = [f"again{row}" for row in rows if row.startswith(("0,", "2,"))]
-        (folder / file).write_text("\n".join([header, *rows, *again]))
+        again = edited(file, lambda rows: [*rows, *([f"again{row[0]}", *row[1:]] for row in rows if row[0] in "02")])
+        again(folder)
     dataset = load(folder)
     (warning,) = dataset.warnings
     assert warning.startswith(
