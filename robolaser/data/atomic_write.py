@@ -109,7 +109,10 @@ def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) ->
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=STAGED, suffix=f".{path.name}")
         try:
             with open(name, "wb", opener=lambda *_: descriptor) as file:
-                file.write(data) if isinstance(data, bytes) else data(file)
+                if isinstance(data, bytes):
+                    file.write(data)
+                else:
+                    data(file)
                 file.flush()
                 os.fsync(file.fileno())
                 os.chmod(name, mode)

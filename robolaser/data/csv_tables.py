@@ -51,7 +51,7 @@ class CsvTable:
                 out[:, j] = _numbers(self.file, column, self.columns[column], self.lines)
         return out
 
-    def see_that_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
+    def check_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
         """See that no row has the key of one before it.
 
         Raises:

@@ -38,7 +38,7 @@ def points_of(table: CsvTable, described: Dataset) -> Points:
     if "repeat" in table:
         points = replace(points, repeat=_repeats(table))
     if not declared.many_rows:
-        table.see_that_all_differ(_shots(points).tolist(), lambda row: _shown(points, row, in_pose[row]))
+        table.check_all_differ(_shots(points).tolist(), lambda row: _shown(points, row, in_pose[row]))
     for column, why in declared.absent.items():
         if column in table:
             raise wrong("dataset.toml", ("sensor", "kind"), declared.kind, f"{table.file} without {column}: {why}")

@@ -47,7 +47,7 @@ def _readings(robot: Robot | None) -> Sequence[str]:
 def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses, list[str]]:
     """The poses of a table with the columns of poses.csv; see `read_poses`."""
     names = table.texts("pose")
-    table.see_that_all_differ(names, lambda row: f"pose {names[row]}")
+    table.check_all_differ(names, lambda row: f"pose {names[row]}")
     if not names:
         raise bad_cell(table.file, 1 + 1, "pose", "", "at least one pose")
     known = {"pose", "time_s", IMAGES, "payload_kg", "temperature_c", "session", *_readings(robot)}

@@ -253,7 +253,7 @@ def test_who_stops_it_leaves_nothing(kind, boards, tmp_path, monkeypatch, capsys
         raise KeyboardInterrupt
 
     folder = boards if kind == "boards" else scan(tmp_path / "scan", poses=1)
-    monkeypatch.setattr("robolaser.data.atomic_write._settle", stopped)
+    monkeypatch.setattr("os.fsync", stopped)
     assert main(["extract", str(folder), "--output", str(tmp_path / "out")]) == 1
     assert "Nothing was written" in capsys.readouterr().err
     assert not list((tmp_path / "out").iterdir())
