@@ -11,6 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.subsampling import some_of_each
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.noise import reml
+from robolaser.model.noise.condensing import PoseErrors, condensed
 from robolaser.model.noise.covariance import FLOOR, NoiseModel, Origin
 
 MOST_ROWS_A_POSE = 30  # more say nothing new on how large the errors are
@@ -44,9 +45,10 @@ class NoiseLikelihood:
         sigmas, cost = {name: size for name, (size, _) in known.items()}, 0.0
         if unknown := [source for source in self.sources if source.name not in known]:
             low = np.array([(least or {}).get(source.name, source.least) for source in unknown])
-            unit = [self._unit[source.name] for source in unknown]
             high = np.array([source.most for source in unknown])
-            found, cost = reml.estimate(self._covariance(sigmas), unit, *self._rows, low, high)
+            errors, known_covariance = self._errors, self._covariance(sigmas)
+            unit = [errors.unit[source.name] for source in unknown]
+            found, cost = reml.estimate(known_covariance, unit, errors.e, errors.Q, low, high, errors.times)
             sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))
         names = [source.name for source in self.sources]
         origin: dict[str, Origin] = {name: known[name][1] if name in known else "estimated" for name in names}
@@ -77,8 +79,9 @@ class NoiseLikelihood:
     def _restricted(self, noise: NoiseModel) -> tuple[list[str], tuple[float, Array, Array, Array]]:
         """Names of the sources that shake, and `reml.restricted` of their sizes."""
         shaking = {name: size for name, size in noise.sigmas.items() if size > 0.0}
-        unit, log_sigma = [self._unit[name] for name in shaking], np.log(list(shaking.values()))
-        return list(shaking), reml.restricted(log_sigma, self._covariance({}), unit, *self._rows)
+        errors, log_sigma = self._errors, np.log(list(shaking.values()))
+        unit = [errors.unit[name] for name in shaking]
+        return list(shaking), reml.restricted(log_sigma, errors.floor, unit, errors.e, errors.Q, errors.times)
 
     @cached_property
     def _table(self) -> Ints:
@@ -91,22 +94,20 @@ class NoiseLikelihood:
         return np.repeat(self._table >= 0, self.residuals.shape[-1], axis=1)
 
     @cached_property
-    def _unit(self) -> dict[str, Array]:
-        """Covariance that a unit of each source causes within each pose, (n, s, s)."""
-        return {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
-
-    @cached_property
-    def _rows(self) -> tuple[Array, Array]:
-        """The residuals of each pose (n, s), and a basis of what the fitted numbers can do to them (n, s, d)."""
+    def _errors(self) -> PoseErrors:
+        """The residuals of each pose, and what may have caused them."""
         k = self.residuals.shape[-1]
         columns = (k * self._table[:, :, None] + np.arange(k)).reshape(self._is_row.shape)
         e = np.where(self._is_row, self.residuals.reshape(-1)[columns], 0.0)
-        return e, reml.basis(np.where(self._is_row[..., None], self.J[columns], 0.0))
+        Q = reml.basis(np.where(self._is_row[..., None], self.J[columns], 0.0))
+        unit = {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
+        floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
+        return condensed(PoseErrors(unit, floor, e, Q, np.ones(len(e))), self._is_row)
 
     def _covariance(self, sigmas: Mapping[str, float]) -> Array:
         """Of the numbers of each pose by sources of some sizes, regular, (n, s, s)."""
-        floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
-        return np.asarray(sum((size**2 * self._unit[name] for name, size in sigmas.items()), floor))
+        errors = self._errors
+        return np.asarray(sum((size**2 * errors.unit[name] for name, size in sigmas.items()), errors.floor))
 
 
 def _most_of_a_pose(poses: int) -> int:

@@ -24,7 +24,6 @@ CONVERGED = 1e-3  # share of what cannot be noticed, below which a step's gain e
 ENOUGH = 1e-6
 """Of the likelihood's logarithm for each row and axis, and of its slope: what thousands of rows cannot notice."""
 RANK = 1e-9  # singular values of the Jacobian below this share of the largest belong to null directions
-UNMOVED = 1e-12  # variance by a source, over the largest, up to which it does not move a number
 
 
 def blocks(effect: Array, group: Ints, table: Ints) -> Array:
@@ -48,7 +47,7 @@ def blocks(effect: Array, group: Ints, table: Ints) -> Array:
 
 
 def restricted(
-    log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array
+    log_sigma: Array, known: Array, unit: Sequence[Array], e: Array, Q: Array, times: Array | float = 1.0
 ) -> tuple[float, Array, Array, Array]:
     """Negative log of the restricted likelihood, up to a constant, the two halves of its gradient, and its curvature.
 
@@ -58,6 +57,7 @@ def restricted(
         unit: Covariance of each pose from a unit of each open source, k of (n, s, s).
         e: Residuals, (n, s) [m].
         Q: A basis of what the fitted numbers can do to the residuals, (n, s, d).
+        times: How often each pose is there, (n,): more than once only where e and Q are zero.
 
     Returns:
         The value; then for each open source what it would add to the squares (k,) and what is there of it (k,): the
@@ -71,9 +71,9 @@ def restricted(
     H = columns.T @ B.reshape(e.size, d)
     z = np.einsum("nij,nj->ni", S_inv, e)
     z = z - B @ np.linalg.solve(H, columns.T @ z.reshape(-1))
-    value = 0.5 * (np.linalg.slogdet(S)[1].sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
+    value = 0.5 * ((times * np.linalg.slogdet(S)[1]).sum() + np.linalg.slogdet(H)[1] + (z * e).sum())
     P = S_inv - (B.reshape(e.size, d) @ np.linalg.inv(H)).reshape(B.shape) @ np.swapaxes(B, -1, -2)
-    expected = [v * np.vdot(C, P) for v, C in zip(variance, unit, strict=True)]
+    expected = [v * (times * (C * P).sum(axis=(1, 2))).sum() for v, C in zip(variance, unit, strict=True)]
     moved = np.stack([v * (C @ z[..., None])[..., 0] for v, C in zip(variance, unit, strict=True)], axis=-1)
     there = np.einsum("ni,nik->k", z, moved)
     flat, weighed = moved.reshape(e.size, -1), (S_inv @ moved).reshape(e.size, -1)
@@ -93,7 +93,13 @@ def basis(J: Array) -> Array:
 
 
 def estimate(
-    known: Array, unit: Sequence[Array], e: Array, Q: Array, least: Array, most: Array | float = np.inf
+    known: Array,
+    unit: Sequence[Array],
+    e: Array,
+    Q: Array,
+    least: Array,
+    most: Array | float = np.inf,
+    times: Array | float = 1.0,
 ) -> tuple[Array, float]:
     """The standard deviations that make the residuals likeliest.
 
@@ -104,22 +110,21 @@ def estimate(
         Q: A basis of what the fitted numbers can do to them, (n, s, d).
         least: What no source can be below, (k,).
         most: Nor above, (k,).
+        times: How often each pose is there, (n,): more than once only where e and Q are zero.
 
     Returns:
         (k,), each in the unit of its source, its least or next to nothing where the residuals ask for none; and the
         negative log of the restricted likelihood, up to a constant.
     """
-    total = float((e**2).sum())
-    alone = np.array([np.sqrt(total / max(np.einsum("nii->", C), np.finfo(float).tiny)) for C in unit])
+    total, tiny = float((e**2).sum()), np.finfo(float).tiny
+    alone = np.array([np.sqrt(total / max((times * np.einsum("nii->n", C)).sum(), tiny)) for C in unit])
+    count = float((times * np.full(len(e), e.shape[1])).sum())
     if total == 0.0:
         return least, 0.0
-    lacking = 0.0
-    if len(unit) == 1:
-        known, unit, e, Q, lacking = _independent(known, unit[0], e, Q)
 
     def objective(log_sigma: Array) -> tuple[float, Array, Array]:
-        value, expected, there, information = restricted(log_sigma, known, unit, e, Q)
-        return value / e.size, (expected - there) / e.size, information / e.size
+        value, expected, there, information = restricted(log_sigma, known, unit, e, Q, times)
+        return value / count, (expected - there) / count, information / count
 
     lowest = np.log(np.minimum(np.maximum(SPAN[0] * alone, least), most))
     highest = np.maximum(np.log(np.minimum(SPAN[1] * alone, most)), lowest)
@@ -127,36 +132,14 @@ def estimate(
     for share in STARTS:
         log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)
         for _ in range(CALM_STEPS):
-            _, expected, there, _ = restricted(log_sigma, known, unit, e, Q)
-            tiny = np.finfo(float).tiny
+            _, expected, there, _ = restricted(log_sigma, known, unit, e, Q, times)
             log_sigma = log_sigma + 0.25 * np.log(np.maximum(there, tiny) / np.maximum(expected, tiny))
             log_sigma = np.clip(log_sigma, lowest, highest)
         if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
             begun.append(log_sigma)
     found = [_descended(objective, start, lowest, highest) for start in begun]
     best, value = min(found, key=lambda end: end[1])
-    return np.exp(best), value * e.size + lacking
-
-
-def _independent(known: Array, unit: Array, e: Array, Q: Array) -> tuple[Array, list[Array], Array, Array, float]:
-    """The likelihood of one source in coordinates in which all errors are independent: as if each were a pose.
-
-    With known = L Lᵀ and L⁻¹ C L⁻ᵀ = V λ Vᵀ these are Vᵀ L⁻¹ e. Of those that the source does not move, λ = 0, an
-    orthogonal transformation leaves as many as there are fitted numbers.
-
-    Returns:
-        The arguments of `restricted`, and what its value lacks.
-    """
-    L_inv = np.linalg.inv(np.linalg.cholesky(known))
-    moved, V = np.linalg.eigh(L_inv @ unit @ np.swapaxes(L_inv, 1, 2))
-    rows = np.swapaxes(V, 1, 2) @ (L_inv @ np.concatenate([Q, e[..., None]], axis=2))
-    rows, moved = rows.reshape(e.size, -1), moved.reshape(-1)
-    shaken = moved > UNMOVED * moved.max()
-    rows = np.concatenate([rows[shaken], np.linalg.qr(rows[~shaken], mode="r")])
-    variance = np.zeros((len(rows), 1, 1))
-    variance[: np.count_nonzero(shaken), 0, 0] = moved[shaken]
-    lacking = -float(np.linalg.slogdet(L_inv)[1].sum())
-    return np.ones_like(variance), [variance], rows[:, -1:], rows[:, None, :-1], lacking
+    return np.exp(best), value * count
 
 
 def _descended(
