@@ -184,6 +184,12 @@ def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Arra
     values = dict(zip(model.parameters.names, calibration.x.tolist(), strict=True))
     of_arm = {item.name for one in model.effects if one not in sensor for item in one.parameters.items}
     held = {name: value for name, value in values.items() if name not in anew | of_arm}
-    seen = AveragedData.of(replace(part, robot=None, poses=poses))
+    known = {
+        item.name: replace(item, nominal=value, lower=value, upper=value, given=True)
+        for item in model.sensor_parameters.items
+        if (value := held.get(item.name)) is not None
+    }  # no closed form need find it
+    given = {**part.parameters, **known}
+    seen = AveragedData.of(replace(part, robot=None, poses=poses, parameters=given))
     fit = Transfer.of(seen, RunSummary.of(model.dataset), sensor, held).fit()
     return np.asarray(fit.in_metres(fit.at.plain))
