@@ -20,13 +20,14 @@ import numpy as np
 from peer import centre_of_mass, curve_fitted
 
 from robolaser.arrays import Array
+from robolaser.data.stripe_file import Stripes
 from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.scene import Projector, Scene
 from robolaser.emulator.world.solids import Block, Floor, Sphere
 from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.scanner import ScannerOptics
 from robolaser.vision.board import Image
-from robolaser.vision.line_centres import PEAK_DETECTORS
+from robolaser.vision.images import laser_alone
 from robolaser.vision.stripe_trace import trace
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
@@ -60,21 +61,21 @@ def speed(rounds: int) -> None:
         "sphere and step, speckle": (np.ascontiguousarray(rendered(600.0)[0].T), None),
         "ordinary, laser on and off": (drawn(20 + stripe(2, 150), NOISE, 1), dark),
     }
-    print(
-        "| image, 640 × 480 | " + " | ".join(f"{way} [frames/s]" for way in PEAK_DETECTORS) + " | NumPy [frames/s] ",
-        end="",
-    )
+    print("| image, 640 × 480 | gauss [frames/s] | NumPy [frames/s] ", end="")
     print("| SciPy, line by line [frames/s] | gauss times NumPy | gauss times SciPy |")
-    print("|---" * (5 + len(PEAK_DETECTORS)) + "|")
+    print("|---" * 6 + "|")
     for name, (image, off) in images.items():
-        ways = [partial(trace, image, "v", off, way) for way in PEAK_DETECTORS]
-        ways += [partial(centre_of_mass, image), partial(curve_fitted, image)]
+        ways = [partial(traced, image, off), partial(centre_of_mass, image), partial(curve_fitted, image)]
         for way in ways:
             way()
         seconds = np.array([[sample(way) for way in ways] for _ in range(rounds)])
         cells = [spread(1 / column) for column in seconds.T]
-        gauss = seconds[:, list(PEAK_DETECTORS).index("gauss")]
-        print(f"| {name} | {' | '.join(cells)} | {spread(seconds[:, -2] / gauss)} | {spread(seconds[:, -1] / gauss)} |")
+        gauss, numpy, scipy = seconds.T
+        print(f"| {name} | {' | '.join(cells)} | {spread(numpy / gauss)} | {spread(scipy / gauss)} |")
+
+
+def traced(image: Image, off: Image | None) -> Stripes:
+    return trace(image if off is None else laser_alone(image, off), "v")
 
 
 def exactness() -> None:
@@ -113,34 +114,32 @@ def saturation() -> None:
 
 
 def things() -> None:
-    print("\n| scene | way | middles found | lines with a stripe | false | mean [px] | RMS [px] | over own deviation |")
-    print("|---" * 8 + "|")
+    print("\n| scene | middles found | lines with a stripe | false | mean [px] | RMS [px] | over own deviation |")
+    print("|---" * 7 + "|")
     for name, power in (("ordinary", 260.0), ("bright", 900.0)):
         image, stripe = rendered(power)
         there = stripe.at
-        for way in PEAK_DETECTORS:
-            found = trace(image, "u", detector=way)
-            off = found["v"][:, None] - there[np.rint(found["u"]).astype(int)]
-            error = off[np.arange(len(off)), np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)]
-            true = np.abs(error) < FALSE_PX
-            error = error[true]
-            relative = 1.4826 * np.median(np.abs(error / found["std"][true]))
-            print(
-                f"| {name} | {way} | {len(found)} | {np.isfinite(there).any(axis=1).sum()} | {(~true).sum()} "
-                f"| {error.mean():+.3f} | {np.sqrt(np.mean(error**2)):.3f} | {relative:.2f} |",
-                flush=True,
-            )
+        found = trace(image, "u")
+        off = found["v"][:, None] - there[np.rint(found["u"]).astype(int)]
+        error = off[np.arange(len(off)), np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)]
+        true = np.abs(error) < FALSE_PX
+        error = error[true]
+        relative = 1.4826 * np.median(np.abs(error / found["std"][true]))
+        print(
+            f"| {name} | {len(found)} | {np.isfinite(there).any(axis=1).sum()} | {(~true).sum()} "
+            f"| {error.mean():+.3f} | {np.sqrt(np.mean(error**2)):.3f} | {relative:.2f} |",
+            flush=True,
+        )
 
 
 def named() -> dict[str, Callable[[Image], Array]]:
     """Every contestant as a function from an image to one middle a row, NaN where it finds none."""
-    ours = {way: lambda image, way=way: in_rows(image, way) for way in PEAK_DETECTORS}
-    return {**ours, "NumPy": centre_of_mass, "SciPy": curve_fitted}
+    return {"gauss": in_rows, "NumPy": centre_of_mass, "SciPy": curve_fitted}
 
 
-def in_rows(image: Image, way: str) -> Array:
+def in_rows(image: Image) -> Array:
     rows = np.full(HEIGHT, np.nan)
-    found = trace(image, "v", detector=way)
+    found = trace(image, "v")
     rows[np.rint(found["v"]).astype(int)] = found["u"]
     return rows
 

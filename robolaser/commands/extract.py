@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from robolaser.vision.recordings import StripeOptions
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
-Centre = Literal["gauss", "steger"]
 Channel = Literal["auto", "grey", "red", "green", "blue", "red-excess", "green-excess", "blue-excess"]
 
 
@@ -29,7 +28,6 @@ def extract(
     *,
     output: Annotated[Path | None, Parameter(metavar="DATASET", group=RESULT)] = None,
     step: Annotated[Count | None, Parameter(metavar="LINES")] = None,
-    centre: Centre = "gauss",
     channel: Channel = "auto",
     exposures: bool = False,
     force: Force = False,
@@ -51,7 +49,6 @@ def extract(
         recording: Folder with dataset.toml, poses.csv and images.
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
         step: Distance between points along the stripe, in lines of pixels.
-        centre: Detector of the stripe's centre: Gaussian fit, or Steger's ridge.
         channel: Colour in which the laser is detected; red-excess is 2R-G-B. Default: where the stripe is longest.
         exposures: The images of a pose are an exposure series, not repeats.
         force: Overwrite earlier points.
@@ -75,7 +72,7 @@ def extract(
         if not has_stripe:
             _corners(dataset, place, terminal)
             return
-        seen: StripeOptions = {"step": step, "detector": centre, "channel": channel, "exposures": exposures}
+        seen: StripeOptions = {"step": step, "channel": channel, "exposures": exposures}
         (_stripes if to_scan else _points)(dataset, place, seen, terminal)
 
 
@@ -135,8 +132,6 @@ def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal
     place.save(dataset)
     file = place.folder / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
-    known = found.pixel_noise_px > 0
-    noise = f"{found.pixel_noise_px:.2f} px" if known else "not known: neighbouring lines share it"
     images, corners = len(found.frames) - len(skipped), len(dataset.points) - len(found)
     terminal.show(
         {
@@ -144,12 +139,12 @@ def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal
             "corners": corners,
             "images": images,
             "skipped": skipped,
-            "pixel_noise_px": float(found.pixel_noise_px) if known else None,
+            "pixel_noise_px": float(found.pixel_noise_px),
             "file": str(file),
         },
         lambda: say(
             f"{len(found)} points and {corners} corners from {images} images, {len(skipped)} skipped; stripe noise"
-            f" {noise}. Wrote {file} and corners.csv"
+            f" {found.pixel_noise_px:.2f} px. Wrote {file} and corners.csv"
         ),
     )
 

@@ -13,7 +13,6 @@ from robolaser.vision.board import BoardCorners, find_board
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
-from robolaser.vision.line_centres import SMOOTHING
 from robolaser.vision.stripe_detection import Axis, LineCentres, every, find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
 
@@ -54,9 +53,7 @@ class Extraction:
     place: Array  # x, y and z in the board's frame, (m, 3) [m]
     frames: tuple[Frame, ...]  # what became of each pose, in the order given
     lens: Lens  # the lens that was taken off before planes were laid
-    # scatter of the stripe's centre about its smooth course [px]; NaN without points, and where centres share their
-    # noise
-    pixel_noise_px: float
+    pixel_noise_px: float  # scatter of the stripe's centre about its smooth course [px]; NaN without points
     corners: Mapping[str, Array]  # those of the board by pose, (rows, columns, 2) [px]; NaN where one is hidden
     channel: str = "grey"  # name of the channel in which the light was looked for
 
@@ -143,7 +140,6 @@ def extract_points(
     ]
     stripes = [(shots.pose, one) for shots, ones in zip(images, found, strict=True) for one in ones]
     scatter = np.concatenate([np.zeros(0), *(jumps(one.off) for _, one in stripes)])
-    is_noise = len(scatter) > 0 and search.detector not in SMOOTHING
     return Extraction(
         pose=tuple(pose for pose, one in stripes for _ in one.line),
         point=tuple(f"{search.axis}{line:04d}" for _, one in stripes for line in one.line),
@@ -157,7 +153,7 @@ def extract_points(
             for i, (shots, one) in enumerate(zip(images, seen, strict=True))
         ),
         lens=lens,
-        pixel_noise_px=float(np.sqrt(np.mean(scatter**2))) if is_noise else float("nan"),
+        pixel_noise_px=float(np.sqrt(np.mean(scatter**2))) if len(scatter) else float("nan"),
         corners={images[i].pose: grid for i, grid in grids.items()},
         channel=search.channel,
     )
@@ -170,7 +166,7 @@ def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
     for image, light in search.lights(shots):
         if seen is None and not found:
             seen = find_board(image, columns=board.columns, rows=board.rows)
-        centres = find_line_centres(light, search.axis, search.detector)
+        centres = find_line_centres(light, search.axis)
         if seen is not None and without is None and search.channel == "grey" and not search.exposures:
             centres = centres.at(centres.peak > BRIGHTER * seen.white_level)
         found.append(centres)

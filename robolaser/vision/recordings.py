@@ -15,7 +15,6 @@ from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
 from robolaser.vision.extract import Extraction, extract_points
 from robolaser.vision.light_channel import AUTO
-from robolaser.vision.line_centres import DEFAULT
 from robolaser.vision.stripe_detection import every
 from robolaser.vision.stripe_trace import StripeSearch
 from robolaser.vision.target_corners import corner_points
@@ -25,7 +24,6 @@ class StripeOptions(TypedDict, total=False):
     """How the stripe is looked for in images."""
 
     step: int | None  # lines of pixels from one point or centre to the next; None: as many as tell more, or every line
-    detector: str  # name of the way to the stripe's centre
     channel: str  # name of the channel in which the light stands out, or "auto", which is the default
     exposures: bool  # whether the images of a pose are an exposure series, and no repeats
 
@@ -148,11 +146,5 @@ def _images(recording: Dataset, options: StripeOptions) -> tuple[list[PoseImages
     if not shots:
         board = "" if recording.board is not None else ", and dataset.toml no [board]"
         raise _no_points(f"poses.csv has no column 'image' with images{board}")
-    search = StripeSearch.of(
-        recording,
-        shots,
-        detector=options.get("detector", DEFAULT),
-        channel=options.get("channel", AUTO),
-        exposures=options.get("exposures", False),
-    )
-    return shots, search
+    channel, exposures = options.get("channel", AUTO), options.get("exposures", False)
+    return shots, StripeSearch.of(recording, shots, channel=channel, exposures=exposures)

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.vision.board import Image
-from robolaser.vision.line_centres import DEFAULT, PEAK_DETECTORS
+from robolaser.vision.gaussian_fit import gaussian_fit
 from robolaser.vision.profiles import measure
 from robolaser.vision.runs import find_runs
 
@@ -50,7 +50,7 @@ def every(line: Ints, step: int) -> Ints:
     return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]
 
 
-def find_line_centres(image: Image, axis: Axis, detector: str = DEFAULT) -> LineCentres:
+def find_line_centres(image: Image, axis: Axis) -> LineCentres:
     """Find every bright run that may be the stripe and the middle of each, to a fraction of a pixel.
 
     Runs cut by the image's border have no centre and are left out.
@@ -58,7 +58,6 @@ def find_line_centres(image: Image, axis: Axis, detector: str = DEFAULT) -> Line
     Args:
         image: Grey image, (height, width).
         axis: Image axis that the stripe runs along: one centre per row for "v", per column for "u".
-        detector: Name of the way to the centre, one of PEAK_DETECTORS.
 
     Returns:
         The candidates, by line and then by place in the line.
@@ -66,7 +65,7 @@ def find_line_centres(image: Image, axis: Axis, detector: str = DEFAULT) -> Line
     across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=image.dtype)
     runs = find_runs(across)
     profiles = measure(runs)
-    centre, std = PEAK_DETECTORS[detector](runs, profiles)
+    centre, std = gaussian_fit(runs, profiles)
     found = LineCentres(
         line=runs.line,
         pixel=np.stack([centre, runs.line] if axis == "v" else [runs.line, centre], axis=-1),

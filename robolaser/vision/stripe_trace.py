@@ -12,12 +12,11 @@ from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages, lights
 from robolaser.vision.light_channel import AUTO, CHANNELS, find_channel
-from robolaser.vision.line_centres import DEFAULT
 from robolaser.vision.line_tracking import track_stripe
 from robolaser.vision.stripe_detection import Axis, find_line_centres
 
 
-def trace(image: Image, axis: Axis, detector: str = DEFAULT) -> Stripes:
+def trace(image: Image, axis: Axis) -> Stripes:
     """Find the stripe in an image, one centre at most in each line of pixels.
 
     A centre's standard deviation is what the image's noise makes of it, or what the scatter along the stripe shows
@@ -26,12 +25,11 @@ def trace(image: Image, axis: Axis, detector: str = DEFAULT) -> Stripes:
     Args:
         image: Grey image of the laser's light, (height, width).
         axis: Image axis that the stripe runs along.
-        detector: Name of the way to the centre, one of PEAK_DETECTORS.
 
     Returns:
         The centres, (n,) of STRIPE, along the stripe; their pose is 0.
     """
-    centres = find_line_centres(image, axis, detector)
+    centres = find_line_centres(image, axis)
     chosen, excess = track_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
     found = centres.at(chosen)
     stripes = np.zeros(len(found), STRIPE)
@@ -50,17 +48,10 @@ class StripeSearch:
     axis: Axis  # image axis that the stripe runs along
     channel: str = "grey"  # name of the channel in which the light stands out, one of CHANNELS
     exposures: bool = False  # whether the images of a pose are an exposure series, and no repeats
-    detector: str = DEFAULT  # name of the way to the stripe's centre, one of PEAK_DETECTORS
 
     @classmethod
     def of(
-        cls,
-        recording: Dataset,
-        shots: Sequence[PoseImages],
-        *,
-        detector: str = DEFAULT,
-        channel: str = AUTO,
-        exposures: bool = False,
+        cls, recording: Dataset, shots: Sequence[PoseImages], *, channel: str = AUTO, exposures: bool = False
     ) -> "StripeSearch":
         """How to look in the images of a stripe scanner's recording; AUTO is the channel in which the light stands out.
 
@@ -71,7 +62,7 @@ class StripeSearch:
         camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
         axis: Axis = "u" if recording.stripe_axis == "u" else "v"
         channel = find_channel(shots, camera, axis) if channel == AUTO else channel
-        return cls(camera, axis, channel, exposures, detector)
+        return cls(camera, axis, channel, exposures)
 
     def lights(self, shots: PoseImages) -> Iterator[tuple[Image, Image]]:
         """Give each image of a pose with the laser on, and in it the laser's light.
@@ -88,6 +79,6 @@ class StripeSearch:
             ImageError: An image is missing, broken or of another size.
         """
         for _, light in self.lights(shots):
-            stripes = trace(light, self.axis, self.detector)
+            stripes = trace(light, self.axis)
             stripes["pose"] = shots.row
             yield stripes

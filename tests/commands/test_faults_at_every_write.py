@@ -64,7 +64,7 @@ def typed(inputs, command, out):
         "calibrate": (f"{stripe} --output {out}", "--weights noise"),
         "plan": (f"{stripe} --output {out}", "--points 3"),
         "diagnose": (f"{stripe} --output {out}", "--without backlash"),
-        "extract": (f"{recording} --output {out}", "--centre steger"),
+        "extract": (f"{recording} --output {out}", "--step 4"),
         "scan": (f"{calibration} {stripe} --output {out}/c.ply --report", "--nominal"),
         "scan las": (f"{calibration} {stripe} --output {out}/c.las", "--nominal"),
         "compare": (

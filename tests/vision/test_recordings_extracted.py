@@ -3,8 +3,6 @@
 import subprocess
 import sys
 from dataclasses import replace
-from inspect import signature
-from typing import get_args
 
 import cv2
 import numpy as np
@@ -14,12 +12,10 @@ from drawn import STRAIGHT, WIDTH, exposed, profile
 from painted import HEIGHT, SQUARE, session
 
 from robolaser.cli import main
-from robolaser.commands.extract import Centre, extract
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import open_stripes
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import find_board
-from robolaser.vision.line_centres import DEFAULT, PEAK_DETECTORS
 from robolaser.vision.recordings import points_from_images, stripes_from_images
 from robolaser.vision.stripe_trace import trace
 
@@ -104,7 +100,7 @@ def test_stripes_are_not_overwritten_unasked(tmp_path, capsys):
     assert main(["extract", str(folder)]) == 0
     assert main(["extract", str(folder)]) == 1
     assert "stripes.npy" in capsys.readouterr().err
-    assert main(["extract", str(folder), "--centre", "steger", "--step", "4", "--force"]) == 0
+    assert main(["extract", str(folder), "--step", "4", "--force"]) == 0
     assert len(open_stripes(folder / "stripes.npy")) < LINES
 
 
@@ -190,18 +186,6 @@ def test_a_recording_without_repeats_has_none(boards, tmp_path):
     assert dataset.points.repeat is None
 
 
-def test_smoothed_middles_state_no_noise(boards, tmp_path, capsys):
-    for way, stated in (("steger", False), ("gauss", True)):
-        assert main(["extract", str(boards), "--centre", way, "--output", str(tmp_path / way)]) == 0
-        assert ("share it" in capsys.readouterr().out) is not stated
-        assert (load(tmp_path / way).noise.pixel_px is not None) is stated
-
-
-def test_every_way_that_the_command_offers_is_one_there_is():
-    assert set(get_args(Centre)) == set(PEAK_DETECTORS)
-    assert DEFAULT in get_args(Centre)
-
-
 @pytest.mark.parametrize("column", ["image_2", "image_off"])
 def test_nothing_is_copied_out_of_the_folder_or_the_output(column, tmp_path, capsys):
     folder, out = scan(tmp_path / "scan", poses=1, off=False), tmp_path / "deep" / "out"
@@ -257,10 +241,6 @@ def test_who_stops_it_leaves_nothing(kind, boards, tmp_path, monkeypatch, capsys
     assert main(["extract", str(folder), "--output", str(tmp_path / "out")]) == 1
     assert "Nothing was written" in capsys.readouterr().err
     assert not list((tmp_path / "out").iterdir())
-
-
-def test_the_way_that_the_command_takes_is_the_librarys():
-    assert signature(extract).parameters["centre"].default == DEFAULT
 
 
 @pytest.mark.parametrize("key", ["columns", "rows"])

@@ -6,7 +6,6 @@ from drawn import HEIGHT, ROW, STRAIGHT, WAVY, WIDTH, exposed, profile, speckled
 
 from robolaser.data.stripe_file import STRIPE
 from robolaser.vision.images import laser_alone
-from robolaser.vision.line_centres import PEAK_DETECTORS
 from robolaser.vision.stripe_trace import trace
 
 
@@ -15,13 +14,8 @@ def missed(stripes, course):
     return stripes["u"] - course[np.rint(stripes["v"]).astype(int)]
 
 
-@pytest.fixture(params=PEAK_DETECTORS)
-def way(request):
-    return request.param
-
-
-def test_a_stripe_is_traced_in_every_line(way):
-    stripes = trace(exposed(20 + profile(WAVY, 2, 150), 2, 1), "v", detector=way)
+def test_a_stripe_is_traced_in_every_line():
+    stripes = trace(exposed(20 + profile(WAVY, 2, 150), 2, 1), "v")
     assert stripes.dtype == STRIPE
     assert len(stripes) >= 0.95 * HEIGHT
     assert np.all(np.diff(stripes["v"]) > 0)
@@ -44,9 +38,9 @@ def test_images_without_a_stripe_have_none():
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 @pytest.mark.parametrize("apart", [25, 60])
-def test_a_mirror_image_beside_the_stripe_is_not_taken(way, share, apart):
+def test_a_mirror_image_beside_the_stripe_is_not_taken(share, apart):
     light = profile(STRAIGHT, 2, 150) + profile(STRAIGHT + apart, 2, 150 * share)
-    stripes = trace(exposed(20 + light, 2, 2), "v", detector=way)
+    stripes = trace(exposed(20 + light, 2, 2), "v")
     assert len(stripes) >= 0.95 * HEIGHT
     assert np.abs(missed(stripes, STRAIGHT)).max() < 0.3
 
