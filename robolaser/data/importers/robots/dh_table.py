@@ -1,17 +1,20 @@
-"""A file with Denavit-Hartenberg numbers, CSV or TOML, read as rows of a table; its units and convention are stated."""
+"""A file with Denavit-Hartenberg numbers, CSV or TOML, written as a URDF; its units and convention are stated."""
 
 import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import Any, Final, final
 
 from robolaser.bounded_reading import ROBOT_BYTES, parse_toml, read_text
-from robolaser.data.importers.robots.denavit_hartenberg import CONVENTIONS, JOINT_KINDS, Convention, DHRow, dh_urdf
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
+from robolaser.robot.by_name.description import Convention, rows_urdf
 
+CONVENTIONS: Final[tuple[Convention, ...]] = ("standard", "modified")
+JOINT_KINDS = ("revolute", "prismatic", "fixed")
+FLANGE = "flange"
 QUANTITIES = {"a": LENGTH, "alpha": ANGLE, "d": LENGTH, "theta": ANGLE}
 LIMITS = ("lower", "upper")
 CENTRE = ("com_x", "com_y", "com_z")
@@ -32,14 +35,16 @@ class DHStatement:
 
 
 def read_dh_table(path: Path, stated: DHStatement) -> str:
-    """A table's file as a URDF.
+    """A table's file as a URDF with the links `base`, `link_1` and so on, and `flange`.
 
+    A row, from the base to the flange, is "standard" (Denavit, Hartenberg 1955) or "modified" (Craig), see `rows_urdf`.
     A CSV file has a row for each joint with the columns `a`, `alpha`, `d` and `theta`, and perhaps `name`, `kind`,
     `lower`, `upper`, `mass_kg`, `com_x`, `com_y`, `com_z`, `convention`; a TOML file has `[[joint]]` tables with these
     keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`.
 
     Raises:
-        RobotError: With row and column of what is wrong or missing.
+        RobotError: With row and column of what is wrong or missing; there is no moving joint, two share a name, a
+            prismatic one has no limits, lower is above upper, or a fixed row has a mass.
         UsageError: The convention or a unit is stated nowhere.
         DataError: The file cannot be read.
     """
@@ -53,15 +58,21 @@ def read_dh_table(path: Path, stated: DHStatement) -> str:
             f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Say it with --dh, or in the file"
             " under convention."
         )
-    if convention not in CONVENTIONS:
+    known = next((one for one in CONVENTIONS if one == convention), None)
+    if known is None:
         raise RobotError(f"{path.name}: the convention is {convention!r}, expected standard or modified.")
     units = settings.get("units", stated.units)
     factors = _factors(units.split(",") if isinstance(units, str) else units, path.name)
     if len(rows) > MOST_ROWS:
         raise RobotError(f"{path.name} has {len(rows)} rows: too many for a robot. Is it the right file?")
-    table = [_row(cells, number, factors, path.name) for number, cells in enumerate(rows, 1)]
-    known: Convention = "standard" if convention == "standard" else "modified"
-    return dh_urdf(table, known, path.stem)
+    table = [_row(cells, number, factors, path) for number, cells in enumerate(rows, 1)]
+    joints = [row["joint"] for row in table if "joint" in row]
+    if not joints:
+        raise RobotError(f"{path.stem}: the table has no joint that moves.")
+    for joint in joints:
+        if joints.count(joint) > 1:
+            raise RobotError(f"{path.stem}: two joints are named '{joint}'. Rename one.")
+    return rows_urdf(table, known, path.stem, "base", FLANGE, first=1)
 
 
 def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
@@ -104,8 +115,9 @@ def _factors(units: object, file: str) -> dict[str, float]:
     return found
 
 
-def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float], file: str) -> DHRow:
-    where = f"{file}, row {number}"
+def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float], path: Path) -> dict[str, Any]:
+    """A row as `rows_urdf` has it: a fixed one, as of a tool or a base, has no joint."""
+    where, table = f"{path.name}, row {number}", path.stem
     kind = str(cells.get("kind") or "revolute")
     if kind not in JOINT_KINDS:
         raise RobotError(f"{where}: kind is {kind!r}.{near(kind, JOINT_KINDS)}")
@@ -132,14 +144,23 @@ def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float],
     if missing:
         there = [_split(column)[0] for column in cells]
         raise RobotError(f"{where} lacks {', '.join(missing)}.{near(missing[0], there)}")
-    mass = cells.get("mass_kg")
-    return DHRow(
-        name=str(cells.get("name") or f"joint_{number}"),
-        kind=kind,
-        mass=0.0 if mass in (None, "") else _number(mass, f"{where}, column mass_kg"),
-        com=(found.pop("com_x", 0.0), found.pop("com_y", 0.0), found.pop("com_z", 0.0)),
-        **found,
-    )
+    row: dict[str, Any] = {f"{name}_{'m' if of == LENGTH else 'rad'}": found[name] for name, of in QUANTITIES.items()}
+    joint, stated = str(cells.get("name") or f"joint_{number}"), cells.get("mass_kg")
+    mass = 0.0 if stated in (None, "") else _number(stated, f"{where}, column mass_kg")
+    lower, upper = found.get("lower", -math.inf), found.get("upper", math.inf)
+    if lower > upper:
+        raise RobotError(f"{table}: joint '{joint}' has its lower limit {lower:g} above its upper {upper:g}.")
+    if kind == "fixed":
+        if mass > 0:
+            raise RobotError(f"{table}: row '{joint}' is fixed and has a mass. Add it to the link of the joint before.")
+        return row
+    slides = kind == "prismatic"
+    if slides and not (math.isfinite(lower) and math.isfinite(upper)):
+        raise RobotError(f"{table}: joint '{joint}' slides without limits. State its lower and upper limit.")
+    unit, com = "m" if slides else "rad", [found.get(axis, 0.0) for axis in CENTRE]
+    return row | {
+        "joint": joint, "slides": slides, "mass_kg": mass, "com_m": com, f"lower_{unit}": lower, f"upper_{unit}": upper
+    }  # fmt: skip
 
 
 def _split(column: str) -> tuple[str, str]:
