@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.bounded_reading import TABLE_BYTES, opened
 from robolaser.errors import DataError, near, unreadable
 
@@ -50,6 +50,13 @@ class CsvTable:
             else:
                 out[:, j] = _numbers(self.file, column, self.columns[column], self.lines)
         return out
+
+    def take(self, rows: Ints) -> "CsvTable":
+        """Some of the rows, by their numbers."""
+        kept = rows.tolist()
+        columns = {name: tuple(cells[i] for i in kept) for name, cells in self.columns.items()}
+        known = {name: values[rows] for name, values in self.known.items()}
+        return replace(self, columns=columns, lines=[self.lines[i] for i in kept], known=known)
 
     def check_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
         """See that no row has the key of one before it.

@@ -48,7 +48,9 @@ def joined_by_time(
     poses = _readings(arm, match(arm.time_s, times, tolerance), times)
     names = tuple(poses.names[i] for i in number.tolist())
     dataset = replace(log, poses=poses)
-    return replace(dataset, points=points_of(_rows(measured, kept, names), dataset)), words, warnings, left_out
+    seen = measured.take(kept)
+    seen = replace(seen, header=[*seen.header, "pose"], columns={**seen.columns, "pose": names})
+    return replace(dataset, points=points_of(seen, dataset)), words, warnings, left_out
 
 
 def _in_order(poses: Poses) -> Poses:
@@ -99,11 +101,3 @@ def _readings(arm: Poses, at: Match, times: Array) -> Poses:
         following={joint: at.values(values) for joint, values in arm.following.items()},
         extra={name: tuple(cells[i] for i in at.before.tolist()) for name, cells in arm.extra.items()},
     )
-
-
-def _rows(table: CsvTable, kept: Ints, poses: tuple[str, ...]) -> CsvTable:
-    """Some rows of a table, with the poses that they were measured in."""
-    columns = {name: tuple(cells[i] for i in kept.tolist()) for name, cells in table.columns.items()}
-    lines = [table.lines[i] for i in kept.tolist()]
-    known = {name: values[kept] for name, values in table.known.items()}
-    return CsvTable(table.file, [*table.header, "pose"], {**columns, "pose": poses}, lines, known)

@@ -138,17 +138,18 @@ def _read(
     left_out = tuple(filter(None, [repeated]))
     points = _points_in_a_row(table, options, declared)
     if points:
-        known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
-        table = a_row_for_each(table, points, known)
+        table = a_row_for_each(table, points)
     return table, table, left_out
 
 
-def _points_in_a_row(table: CsvTable, options: ImportOptions, declared: SensorFormat) -> tuple[str, ...]:
+def _points_in_a_row(
+    table: CsvTable, options: ImportOptions, declared: SensorFormat
+) -> dict[str, tuple[str, str, str]]:
     """Points side by side, where the sensor's rows are places and nothing says which columns these are."""
     stated = {name.removeprefix(f"{POINTS}.") for name in options.columns if not name.startswith(f"{POSES}.")}
     places = {column for group in declared.columns.values() for column in group} == set(XYZ)
     if not places or options.point is not None or stated & {"point", *XYZ} or "point" in table:
-        return ()
+        return {}
     known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
     return points_side_by_side(table, known)
 
@@ -181,11 +182,4 @@ def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:
                 row=here,
                 column=source,
             )
-    rows = np.array(list(first.values()))
-    return CsvTable(
-        table.file,
-        table.header,
-        {name: tuple(cells[i] for i in rows) for name, cells in table.columns.items()},
-        [table.lines[i] for i in rows],
-        {name: values[rows] for name, values in table.known.items()},
-    )
+    return table.take(np.array(list(first.values())))

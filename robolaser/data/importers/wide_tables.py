@@ -1,14 +1,12 @@
 """Tables whose rows are poses: several files side by side, several points in a row, points that were not measured."""
 
 import re
-from collections.abc import Collection, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
 from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
 
-from robolaser.arrays import Ints
 from robolaser.data.csv_tables import CsvTable
 from robolaser.data.sensor_format import XYZ
 from robolaser.errors import DataError
@@ -55,20 +53,23 @@ def with_axes(table: CsvTable) -> CsvTable:
     return CsvTable(table.file, names, columns, table.lines, {})
 
 
-def points_side_by_side(table: CsvTable, taken: Collection[str]) -> tuple[str, ...]:
-    """The points whose x, y and z are columns of a table, in their order.
+def points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
+    """The points whose x, y and z are columns of a table, in their order, with these three columns.
 
     Args:
         table: Has a row for each pose.
         taken: Columns that are known to be something else.
     """
-    return tuple(_axes(table, taken))
+    found: dict[str, dict[str, str]] = {}
+    for name in table.header:
+        if name not in taken and (match := AXIS.match(name)):
+            found.setdefault(match["point"], {})[match["axis"].lower()] = name
+    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
 
 
-def a_row_for_each(table: CsvTable, points: Sequence[str], taken: Collection[str]) -> CsvTable:
+def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) -> CsvTable:
     """The same with a row for each of some points: columns point, x_m, y_m and z_m in the place of theirs."""
-    axes = _axes(table, taken)
-    used = {name for point in points for name in axes[point]}
+    used = set(chain.from_iterable(points.values()))
     rows, n = len(table), len(points)
     columns = {
         name: tuple(chain.from_iterable((cell,) * n for cell in cells))
@@ -77,7 +78,9 @@ def a_row_for_each(table: CsvTable, points: Sequence[str], taken: Collection[str
     }
     columns["point"] = tuple(points) * rows
     for i, column in enumerate(XYZ):
-        columns[column] = tuple(chain.from_iterable(zip(*(table.columns[axes[p][i]] for p in points), strict=True)))
+        columns[column] = tuple(
+            chain.from_iterable(zip(*(table.columns[own[i]] for own in points.values()), strict=True))
+        )
     return CsvTable(table.file, list(columns), columns, np.repeat(np.array(table.lines), n).tolist(), {})
 
 
@@ -88,9 +91,8 @@ def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, str
         lost |= np.fromiter((cell.lower() in LOST for cell in table.columns[column]), bool, len(table))
     if not lost.any() or lost.all():
         return table, ""
-    return _rows(
-        table, np.flatnonzero(~lost)
-    ), f"{table.file}: {lost.sum()} of {len(table)} points, which were not measured (empty cells)"
+    what = f"{table.file}: {lost.sum()} of {len(table)} points, which were not measured (empty cells)"
+    return table.take(np.flatnonzero(~lost)), what
 
 
 def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, str]:
@@ -102,7 +104,7 @@ def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, str]
     alike = [own for name, own in table.columns.items() if name != column]
     if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
         return table, ""  # rows of one pose
-    return _rows(table, np.flatnonzero(~again)), f"{table.file}: {again.sum()} rows, whose times repeat the row before"
+    return table.take(np.flatnonzero(~again)), f"{table.file}: {again.sum()} rows, whose times repeat the row before"
 
 
 def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
@@ -120,17 +122,3 @@ def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
         if set(found) == set(range(start, start + len(joints))):
             return {reading: found[start + i] for i, reading in enumerate(readings)}
     return {}
-
-
-def _rows(table: CsvTable, kept: Ints) -> CsvTable:
-    cells = {name: tuple(values[i] for i in kept) for name, values in table.columns.items()}
-    return replace(table, columns=cells, lines=[table.lines[i] for i in kept])
-
-
-def _axes(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
-    """The three columns of each point."""
-    found: dict[str, dict[str, str]] = {}
-    for name in table.header:
-        if name not in taken and (match := AXIS.match(name)):
-            found.setdefault(match["point"], {})[match["axis"].lower()] = name
-    return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}

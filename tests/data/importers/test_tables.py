@@ -1,6 +1,5 @@
 """Tables are read as they are said to be: separators, signs, units, turns; what is left open is asked for."""
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions
-from robolaser.data.importers.orientation import euler_rotations
 from robolaser.data.importers.tables import Tables
 from robolaser.data.importers.units import FACTORS
 from robolaser.data.importers.writing import checked
@@ -23,8 +21,6 @@ from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, to_quaternio
 from robolaser.model.sensors.placements import motion
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations
-
-SEQUENCES = ["".join(axes) for axes in itertools.product("xyz", repeat=3) if axes[0] != axes[1] and axes[1] != axes[2]]
 
 
 @pytest.fixture(scope="module")
@@ -101,19 +97,6 @@ def test_a_further_column_is_kept_where_it_is_asked_for(said: ImportOptions, dat
     np.testing.assert_array_equal(kept.poses.coordinates["humidity"], 40.5)
 
 
-@pytest.mark.parametrize("sequence", [*SEQUENCES, *map(str.upper, SEQUENCES)])
-def test_euler_angles_turn_as_scipy_says(sequence: str) -> None:
-    angles = np.random.default_rng(3).uniform(-3, 3, (20, 3))
-    expected = Rotation.from_euler(sequence, angles).as_matrix()
-    np.testing.assert_allclose(euler_rotations(angles, sequence), expected, atol=1e-14)
-
-
-@pytest.mark.parametrize("sequence", ["", "Zyx", "xxy", "xyzx", "rpy"])
-def test_a_sequence_that_is_none_is_wrong_usage(sequence: str) -> None:
-    with pytest.raises(UsageError, match="expected three axes"):
-        euler_rotations(np.zeros((1, 3)), sequence)
-
-
 @pytest.mark.parametrize("turned", ["quaternion", "euler", "rotation vector"])
 def test_flange_poses_are_read_with_any_statement_of_their_turn(turned: str, dataset: Dataset, tmp_path: Path) -> None:
     T = dataset.flange()
@@ -133,6 +116,9 @@ def test_flange_poses_are_read_with_any_statement_of_their_turn(turned: str, dat
     assert found.robot is None
     np.testing.assert_allclose(found.poses.T_base_flange, T, atol=1e-9)
     np.testing.assert_allclose(found.points.xyz, xyz, rtol=1e-12)
+    for sequence in ["Zyx", "xxy", "zy", "xyzx", "rpy"] if turned == "euler" else []:
+        with pytest.raises(UsageError, match="expected three axes"):
+            read(file, ImportOptions(columns=columns, units=("mm", "deg"), point="ball", euler=sequence))
 
 
 OPEN = {
