@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, read_text
 from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.importers.ros_bag import JOINT_TOPIC
+from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
 from robolaser.data.importers.ros_messages import STAMPS
 from robolaser.data.importers.units import Units
 from robolaser.data.lerobot import TURN, Servo, read_servos
@@ -18,7 +18,7 @@ from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 from robolaser.motion.log import QUANTITIES, MotionLog
 from robolaser.motion.recorders import RecordedRun, runs_of
-from robolaser.motion.ros_log import COMMAND_TOPIC, bag_runs, is_bag
+from robolaser.motion.ros_log import COMMAND_TOPIC, bag_runs
 from robolaser.robot.kinematics import Robot
 
 OTHER_NAMES: Final = {
@@ -111,7 +111,8 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     for source in sources:
         if not source.exists():
             raise DataError(f"{source} is not there.")
-        runs += bag_runs(source, robot, options) if is_bag(source) else runs_of(source, options)
+        is_bag = RosBag().recognises(source)
+        runs += bag_runs(source, robot, options) if is_bag else runs_of(source, options)
     read_from: dict[str, str] = {}
     parts: list[dict[str, Array]] = []
     for run in runs:

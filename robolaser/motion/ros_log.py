@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.importers.ros_bag import JOINT_TOPIC, SUFFIXES
+from robolaser.data.importers.ros_bag import JOINT_TOPIC
 from robolaser.data.importers.ros_messages import ARRAY, CONTROLLER, JOINTS, STAMPS, Bag, JointTrack
 from robolaser.motion.recorders import RecordedRun
 from robolaser.robot.kinematics import Robot
@@ -16,13 +16,6 @@ from robolaser.robot.kinematics import Robot
 COMMAND_TOPIC: Final = "commands"
 PAUSE_S = 1.0
 """Without readings for so long, another series begins."""
-
-
-def is_bag(source: Path) -> bool:
-    """Whether a file or a folder is a bag of ROS 1 or ROS 2."""
-    if source.is_dir():
-        return any(file.suffix in SUFFIXES for file in source.iterdir())
-    return source.suffix in SUFFIXES
 
 
 def bag_runs(source: Path, robot: Robot, options: ImportOptions) -> list[RecordedRun]:

@@ -65,23 +65,21 @@ class Choice:
     left_out: tuple[str, ...]  # columns of the files that are not read
 
 
-def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: Quantities) -> Choice:
+def choose(files: Mapping[str, CsvTable], known: Mapping[str, Quantities], options: ImportOptions) -> Choice:
     """Choose by `--column`, and where a file's column has the name of the data set's already, or numbers its joints.
 
     `poses.` or `points.` before a name says which table is meant, where both have such a column.
 
     Args:
-        poses: The file with the poses.
-        points: The file with the points, which may be the same.
+        files: The file with the poses and, where points are read, that with the points, which may be the same.
+        known: The columns of each table that can be read, and the quantity of each.
         options: Whose `columns` count.
-        declared: The columns of the points that can be read, and the quantity of each.
 
     Raises:
         UsageError: A column is not known, belongs to both tables, or is missing.
         DataError: A file has no column of that name.
     """
-    files = {POSES: poses, POINTS: points}
-    known = {POSES: pose_quantities(options), POINTS: declared}
+    poses, points = files[POSES], files.get(POINTS)
     chosen: dict[str, dict[str, str]] = {POSES: {}, POINTS: {}}
     for name, source in options.columns.items():
         if name.startswith("q_") and options.robot is None:
@@ -91,50 +89,26 @@ def choose(poses: CsvTable, points: CsvTable, options: ImportOptions, declared: 
             if source not in files[owner]:
                 raise _no_column(files[owner], name, source)
             chosen[owner][column] = source
-    for owner, other in ((POSES, POINTS), (POINTS, POSES)):
+    shared = known[POSES].keys() & known[POINTS].keys() - {"pose"} if poses is points else set()
+    for owner, file in files.items():
         for column in known[owner]:
-            shared = poses is points and column in known[other] and column != "pose"
-            if column in files[owner] and not shared:
+            if column in file and column not in shared:
                 chosen[owner].setdefault(column, column)
     if options.robot is not None:
         joints = options.robot.joints
         if not chosen[POSES].keys() & {f"q_{joint}" for joint in joints}:
             chosen[POSES] |= joint_columns(poses, joints)
-        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the arm's joints say where its flange is
-        if places.keys() <= known[POINTS].keys() - chosen[POINTS].keys() and all(axis in points for axis in "xyz"):
-            chosen[POINTS] |= places
     _check_poses(poses, chosen[POSES], options)
-    _check_points(points, poses, chosen[POINTS], known[POINTS], options)
+    if points is not None:
+        places = {f"{axis}_m": axis for axis in "xyz"}  # of points: the arm's joints say where its flange is
+        left = known[POINTS].keys() - chosen[POINTS].keys()
+        if options.robot is not None and places.keys() <= left and all(axis in points for axis in "xyz"):
+            chosen[POINTS] |= places
+        _check_points(points, poses, chosen[POINTS], known[POINTS], options)
     used = {(files[owner].file, source) for owner, sources in chosen.items() for source in sources.values()}
-    tables = [poses] if poses is points else [poses, points]
+    tables = [poses] if points is None or poses is points else [poses, points]
     left_out = [f"{table.file}: {name}" for table in tables for name in table.header if (table.file, name) not in used]
     return Choice(chosen[POSES], chosen[POINTS], tuple(left_out))
-
-
-def choose_poses(file: CsvTable, options: ImportOptions, further: Quantities) -> Choice:
-    """Choose the columns of poses alone, as `choose` does.
-
-    Args:
-        file: The file with the poses.
-        options: Whose `columns` count.
-        further: Columns beyond those of readings, and the quantity of each.
-
-    Raises:
-        UsageError: A column is not known, or missing.
-        DataError: The file has no column of that name.
-    """
-    known = {**pose_quantities(options), **further}
-    chosen = {column: column for column in known if column in file}
-    for name, source in options.columns.items():
-        column = name.removeprefix(f"{POSES}.")
-        if column == name and name not in known:
-            raise UsageError(f"--column {name}: no such column.{near(name, known)} A further column is poses.NAME.")
-        if source not in file:
-            raise _no_column(file, name, source)
-        chosen[column] = source
-    _check_poses(file, chosen, options)
-    used = set(chosen.values())
-    return Choice(chosen, {}, tuple(f"{file.file}: {name}" for name in file.header if name not in used))
 
 
 def _no_column(file: CsvTable, name: str, source: str) -> DataError:
@@ -150,7 +124,7 @@ def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]
     table, _, column = name.partition(".")
     if table == POSES and column:
         return [POSES], column  # any further column is kept
-    if table == POINTS and column in known[POINTS]:
+    if table == POINTS and column in known.get(POINTS, ()):
         return [POINTS], column
     owners = [owner for owner, quantities in known.items() if name in quantities]
     if not owners:

@@ -1,5 +1,6 @@
 """A folder of images of a board and a table with the arm's pose at each of them."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -9,7 +10,7 @@ from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import Poses
 from robolaser.data.importers.board_option import BOARD, board_of
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
-from robolaser.data.importers.column_choice import POSES, TEXT, choose_poses, pose_quantities
+from robolaser.data.importers.column_choice import POSES, TEXT, choose, pose_quantities
 from robolaser.data.importers.column_reader import ColumnReader
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of
@@ -52,11 +53,12 @@ class ImageFolder(Importer):
         folder, file = paths[0], paths[1] if len(paths) == 2 else _tables(paths[0])[0]
         table = read_delimited(file, options)
         mount, board = mount_of(options, file.name), board_of(options.further)
-        further = {IMAGE: TEXT}
-        choice = choose_poses(table, options, further)
-        reader = ColumnReader(POSES, table, choice.poses, {**pose_quantities(options), **further}, options)
+        known = {**pose_quantities(options), IMAGE: TEXT}
+        choice = choose({POSES: table}, {POSES: known}, options)
+        of_poses = {column: source for column, source in choice.poses.items() if column != IMAGE}
+        reader = ColumnReader(POSES, table, of_poses, known, options)
         read, warnings = poses_of(
-            _without(with_quaternions(reader.table(number_poses=True), options.euler), IMAGE), Path(), options.robot
+            with_quaternions(reader.table(number_poses=True), options.euler), Path(), options.robot
         )
         files, words = _files(table, choice.poses.get(IMAGE), folder, options)
         found = image_files(files)
@@ -68,21 +70,12 @@ class ImageFolder(Importer):
         dataset = camera_recording(
             poses, found, board, mount, options, source=file.name, parameters=parameters, robot=options.robot
         )
-        readings = [one for one in reader.readings(number_poses=True) if one.column != IMAGE]
-        readings.append(Reading("poses.csv", IMAGE, file.name, words))
+        readings = [*reader.readings(number_poses=True), Reading("poses.csv", IMAGE, file.name, words)]
         if stated is not None:
             readings.append(Reading("dataset.toml", " ".join(parameters), Path(stated).name, "intrinsics", "px"))
         spare = sorted({image.name for image in _images(folder)} - {one.name for one in files if one is not None})
         left_out = (*choice.left_out, *(f"{name}: no row names it" for name in spare))
         return Imported(replace(dataset, warnings=tuple(warnings)), tuple(readings), left_out, found.contents)
-
-
-def _without(table: CsvTable, column: str) -> CsvTable:
-    return replace(
-        table,
-        header=[name for name in table.header if name != column],
-        columns={name: cells for name, cells in table.columns.items() if name != column},
-    )
 
 
 def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOptions) -> tuple[list[Path | None], str]:
@@ -132,21 +125,12 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
 def _images(folder: Path) -> list[Path]:
     """The images of a folder and of those in it, those with numbers in their names by the numbers."""
     found = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if path.suffix.lower() in SUFFIXES]
-    return sorted(
-        found,
-        key=lambda path: [(not part.isdigit(), part.zfill(20)) for part in _parts(f"{path.parent.name}/{path.stem}")],
-    )
 
+    def numbered(path: Path) -> list[tuple[bool, str]]:
+        parts = re.findall(r"\d+|\D+", f"{path.parent.name}/{path.stem}")
+        return [(not part.isdigit(), part.zfill(20)) for part in parts]
 
-def _parts(stem: str) -> list[str]:
-    """Digits and other letters of a name, apart."""
-    parts: list[str] = []
-    for letter in stem:
-        if parts and parts[-1][-1].isdigit() == letter.isdigit():
-            parts[-1] += letter
-        else:
-            parts.append(letter)
-    return parts
+    return sorted(found, key=numbered)
 
 
 def _tables(folder: Path) -> list[Path]:

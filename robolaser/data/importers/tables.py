@@ -66,8 +66,9 @@ class Tables(Importer):
         timed = _is_timed(paths, options)
         poses_file, points_file, left_out = _read(paths, options, declared, timed=timed)
         of_points = point_quantities(declared, timed=timed)
-        choice = choose(poses_file, points_file, options, of_points)
-        poses = ColumnReader(POSES, poses_file, choice.poses, pose_quantities(options), options)
+        known = {POSES: pose_quantities(options), POINTS: of_points}
+        choice = choose({POSES: poses_file, POINTS: points_file}, known, options)
+        poses = ColumnReader(POSES, poses_file, choice.poses, known[POSES], options)
         one_file = poses_file is points_file
         measured, lost = without_lost(points_file, [choice.points[name] for name in XYZ if name in choice.points])
         points = ColumnReader(POINTS, measured, choice.points, of_points, options)

@@ -78,9 +78,8 @@ def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) 
     }
     columns["point"] = tuple(points) * rows
     for i, column in enumerate(XYZ):
-        columns[column] = tuple(
-            chain.from_iterable(zip(*(table.columns[own[i]] for own in points.values()), strict=True))
-        )
+        cells = (table.columns[own[i]] for own in points.values())
+        columns[column] = tuple(chain.from_iterable(zip(*cells, strict=True)))
     return CsvTable(table.file, list(columns), columns, np.repeat(np.array(table.lines), n).tolist(), {})
 
 
