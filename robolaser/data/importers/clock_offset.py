@@ -31,7 +31,6 @@ class Trajectory:
     file: str
     time_s: Array
     T: Array
-    repeated: int = 0  # rows that were left out, since their time is that of the row before
 
 
 @final

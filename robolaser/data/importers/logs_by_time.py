@@ -17,7 +17,7 @@ from robolaser.geometry.rigid_motion import from_quaternion, pose
 
 
 def joined_by_time(
-    log: Dataset, measured: CsvTable, further: Mapping[str, str]
+    log: Dataset, measured: CsvTable, further: Mapping[str, str], *, arm: str = "the arm's log", what: str = "row"
 ) -> tuple[Dataset, str, tuple[str, ...], tuple[str, ...]]:
     """What was measured, each with the arm's readings at its time, between the two around it.
 
@@ -25,6 +25,8 @@ def joined_by_time(
         log: The arm's log: a data set of its poses, with times.
         measured: The columns of points.csv, with `time_s` in the place of `pose`.
         further: Options: `tolerance_s`, and `clocks` where two clocks timed the logs.
+        arm: The arm's log, in words.
+        what: What is measured, in the singular.
 
     Returns:
         The data set; what was added to the times that were measured; warnings; and what is left out.
@@ -38,25 +40,19 @@ def joined_by_time(
         raise DataError(
             "The arm's log has no times: name their column with --column poses.time_s=NAME.", file="poses.csv"
         )
-    arm = _in_order(log.poses)
-    log = replace(log, poses=arm)
-    assert arm.time_s is not None
-    at_s, words, warnings = _times(log, measured, tolerance, further)
-    found = match(arm.time_s, at_s, tolerance)
-    kept, left_out = with_readings(found.near, found.away_s, tolerance, file=measured.file, what="row")
+    log = replace(log, poses=log.poses.take(_increasing(log.poses.time_s)))
+    readings_s = log.poses.time_s
+    assert readings_s is not None
+    at_s, words, warnings = _times(log, measured, tolerance, further, arm)
+    found = match(readings_s, at_s, tolerance)
+    kept, left_out = with_readings(found.near, found.away_s, tolerance, file=measured.file, what=what)
     times, number = np.unique(at_s[kept], return_inverse=True)
-    poses = _readings(arm, match(arm.time_s, times, tolerance), times)
+    poses = _readings(log.poses, match(readings_s, times, tolerance), times)
     names = tuple(poses.names[i] for i in number.tolist())
     dataset = replace(log, poses=poses)
     seen = measured.take(kept)
     seen = replace(seen, header=[*seen.header, "pose"], columns={**seen.columns, "pose": names})
     return replace(dataset, points=points_of(seen, dataset)), words, warnings, left_out
-
-
-def _in_order(poses: Poses) -> Poses:
-    """In the order of their times, those left out that repeat the time of the one before."""
-    assert poses.time_s is not None
-    return poses.take(_increasing(poses.time_s))
 
 
 def _increasing(time_s: Array) -> Ints:
@@ -66,7 +62,7 @@ def _increasing(time_s: Array) -> Ints:
 
 
 def _times(
-    log: Dataset, measured: CsvTable, tolerance_s: float, further: Mapping[str, str]
+    log: Dataset, measured: CsvTable, tolerance_s: float, further: Mapping[str, str], arm: str
 ) -> tuple[Array, str, tuple[str, ...]]:
     """When rows were measured, by the arm's clock, (m,) [s]; what was added; and warnings."""
     at_s = measured.numbers(["time_s"])[:, 0]
@@ -80,7 +76,7 @@ def _times(
     order = _increasing(at_s)
     turns = from_quaternion(measured.numbers(QUATERNION)[order])
     assert log.poses.time_s is not None
-    flange = Trajectory("the arm's log", log.poses.time_s, log.flange())
+    flange = Trajectory(arm, log.poses.time_s, log.flange())
     body = Trajectory(measured.file, at_s[order], pose(turns, measured.numbers(XYZ)[order]))
     moved, words, warnings = by_one_clock(flange, body, tolerance_s, further)
     return at_s + (moved.time_s[0] - body.time_s[0]), words, warnings
