@@ -6,8 +6,7 @@ from typing import final
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stripe_file import FILE
-from robolaser.scan.calibrated import Calibrated
-from robolaser.scan.calibration_file import read_calibration
+from robolaser.scan.calibrated import Calibrated, read_calibration
 from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, Part, arm_scatter
 from robolaser.scan.sources import newer_images, sample_points, source_of
