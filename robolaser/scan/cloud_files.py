@@ -1,15 +1,14 @@
 """Point clouds in the formats that other programs read: PLY, PCD, LAS and E57."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from robolaser.data.atomic_write import STAGED
+from robolaser.data.atomic_write import write_together
 from robolaser.data.record_stream import write_streamed
 from robolaser.errors import DependencyMissing, ScanError, unwritable
 from robolaser.scan.ply import Vertices, positions_of, write_ply
@@ -43,14 +42,10 @@ def write_cloud(path: Path, pieces: Iterable[Vertices], comments: Sequence[str])
         raise ScanError(
             "No point of the cloud is in --region, so there is nothing to write. Check its sides, in metres."
         )
-    return FORMATS[path.suffix.lower()](path, chain([first], waiting), first.dtype, comments)
+    return FORMATS[path.suffix.lower()](path, chain([first], waiting), comments, first.dtype)
 
 
-def _ply(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments: Sequence[str]) -> int:
-    return write_ply(path, pieces, comments, dtype=dtype)
-
-
-def _pcd(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments: Sequence[str]) -> int:
+def _pcd(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any]) -> int:
     kinds = [dtype[name] for name in dtype.names or ()]
 
     def head(count: int) -> bytes:
@@ -72,7 +67,7 @@ def _pcd(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments:
     return write_streamed(path, head, pieces)
 
 
-def _las(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments: Sequence[str]) -> int:
+def _las(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any]) -> int:
     try:
         import laspy  # noqa: PLC0415 - an extra
     except ImportError:
@@ -90,10 +85,11 @@ def _las(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments:
         las[name] = cloud[name]
     for name in {"red", "green", "blue"} & set(names):
         las[name] = cloud[name].astype(np.uint16) * LAS_INTENSITY
-    return _whole(path, lambda file: las.write(str(file)), len(cloud))
+    write_together(path.parent, {path.name: las.write})
+    return len(cloud)
 
 
-def _e57(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments: Sequence[str]) -> int:
+def _e57(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any]) -> int:
     try:
         import pye57  # noqa: PLC0415 - an extra
     except ImportError:
@@ -105,33 +101,23 @@ def _e57(path: Path, pieces: Iterator[Vertices], dtype: np.dtype[Any], comments:
         if name in (dtype.names or ()):
             columns[f"color{name.title()}"] = cloud[name]
 
-    def write(file: Path) -> None:
-        e57 = pye57.E57(str(file), mode="w")
-        e57.write_scan_raw(columns, name=comments[0] if comments else "robolaser")
-        e57.close()
+    def write(file: BinaryIO) -> None:
+        try:
+            e57 = pye57.E57(file.name, mode="w")
+            e57.write_scan_raw(columns, name=comments[0] if comments else "robolaser")
+            e57.close()
+        except RuntimeError as error:
+            raise unwritable(path, str(error)) from None
 
-    return _whole(path, write, len(cloud))
-
-
-def _whole(path: Path, write: Callable[[Path], None], count: int) -> int:
-    """Let a library write a file beside the one that it becomes."""
-    part = path.with_name(f"{STAGED}part.{path.name}")
-    try:
-        write(part)
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        raise unwritable(path, getattr(error, "strerror", None) or str(error)) from None
-    finally:
-        with suppress(OSError):
-            part.unlink()
-    return count
+    write_together(path.parent, {path.name: write})
+    return len(cloud)
 
 
 def _missing(library: str, what: str) -> DependencyMissing:
     return DependencyMissing(f"{library} is not installed, which writes {what}: pip install 'robolaser[clouds]'.")
 
 
-FORMATS: Mapping[str, Callable[[Path, Iterator[Vertices], np.dtype[Any], Sequence[str]], int]] = MappingProxyType(
-    {".ply": _ply, ".pcd": _pcd, ".las": _las, ".e57": _e57}
+FORMATS: Mapping[str, Callable[[Path, Iterable[Vertices], Sequence[str], np.dtype[Any]], int]] = MappingProxyType(
+    {".ply": write_ply, ".pcd": _pcd, ".las": _las, ".e57": _e57}
 )
 """How a cloud is written, by the end of its file's name."""

@@ -26,7 +26,7 @@ LONGEST = 200  # of a comment
 MOST_HEADER = 1 << 16  # bytes in which the header of a cloud of ours ends
 
 
-def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], *, dtype: np.dtype[Any] = VERTEX) -> int:
+def write_ply(path: Path, pieces: Iterable[Vertices], comments: Sequence[str], dtype: np.dtype[Any] = VERTEX) -> int:
     """Write a cloud as it comes.
 
     Args:

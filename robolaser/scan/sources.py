@@ -1,6 +1,5 @@
 """Where the stripes of a recording come from: stripes.npy, points.csv or the images themselves, piece by piece."""
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -141,23 +140,21 @@ def _spread(count: int) -> Ints:
 def _from_file(path: Path) -> Source:
     """Pieces of a file, each read when it is its turn: mapped memory would seem to grow with the scan."""
     stripes = open_stripes(path)
-    start = stripes.offset if isinstance(stripes, np.memmap) else 0
-    firsts = range(0, len(stripes), AT_ONCE)
-    count = len(stripes)
-    if count == 0:
+    if not isinstance(stripes, np.memmap):
         raise no_line_centres(str(path))
-    return Source(FILE, [partial(_read, path, start, first, min(AT_ONCE, count - first)) for first in firsts])
+    start, count = stripes.offset, len(stripes)
+    return Source(FILE, [partial(_read, path, start, first, count) for first in range(0, count, AT_ONCE)])
 
 
 def _read(path: Path, start: int, first: int, count: int) -> Stripes:
+    most = min(AT_ONCE, count - first)
     try:
-        with path.open("rb", buffering=0) as file:
-            piece = os.pread(file.fileno(), count * STRIPE.itemsize, start + first * STRIPE.itemsize)
+        piece = np.fromfile(path, STRIPE, most, offset=start + first * STRIPE.itemsize)
     except OSError as error:
         raise unreadable(path, error.strerror or str(error)) from None
-    if len(piece) < count * STRIPE.itemsize:
+    if len(piece) < most:
         raise unreadable(path, "it became shorter while it was read")
-    return np.frombuffer(piece, STRIPE)
+    return piece
 
 
 def _from_points(points: Points, pixel_px: float) -> Stripes:
