@@ -33,7 +33,7 @@ def oriented(orientations: Sequence[Orientations], R_base_flange: Array | None, 
     """
     if R_base_flange is None or not lens.known or all(len(ways) == 1 for ways in orientations):
         return orient_by_continuity(orientations)
-    return orient_by_robot(orientations, R_base_flange, lens)
+    return orient_by_robot(orientations, R_base_flange, lens)[0]
 
 
 def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
@@ -55,10 +55,11 @@ def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:
     return settled
 
 
-def orient_by_robot(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> list[Array]:
+def orient_by_robot(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> tuple[list[Array], bool]:
     """Let the board turn before the camera from image to image by as much as the flange turned.
 
-    The angle of a turn is the same seen from camera and flange, whatever the hand-eye is.
+    The angle of a turn is the same seen from camera and flange, whatever the hand-eye is. Image by image is laid
+    against those before, and then each against all others, until none is laid anew.
 
     Args:
         orientations: The ways for each of n images.
@@ -66,48 +67,30 @@ def orient_by_robot(orientations: Sequence[Orientations], R_base_flange: Array, 
         lens: A known lens; the side of a square does not matter here.
 
     Returns:
-        One grid for each image.
-    """
-    chosen, _ = _chosen_by_turns(orientations, R_base_flange, lens)
-    return [ways[best] for ways, best in zip(orientations, chosen, strict=True)]
-
-
-def certainly_oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> list[Array] | None:
-    """The same where the flange's turns leave one way for each image; None where they do not."""
-    if not lens.known:
-        return None
-    chosen, misfits = _chosen_by_turns(orientations, R_base_flange, lens)
-    for best, misfit in zip(chosen, misfits, strict=True):
-        others = np.delete(misfit, best)
-        if misfit[best] > LARGEST_MISFIT or (len(others) and others.min() < LEAST_MARGIN * misfit[best] + LEAST_TOLD):
-            return None
-    return [ways[best] for ways, best in zip(orientations, chosen, strict=True)]
-
-
-def _chosen_by_turns(
-    orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens
-) -> tuple[list[int], list[Array]]:
-    """The way for each image, and how far each of its ways turns otherwise than the flange did, on average [rad].
-
-    Image by image against those before, and then each against all others, until none is laid anew.
+        One grid for each image, and whether the flange's turns leave no other way for any of them.
     """
     seen = [np.stack([view_board(way, 1.0, lens).R_camera_board for way in ways]) for ways in orientations]
     turned = np.array([[_angle(one.T @ other) for other in R_base_flange] for one in R_base_flange])
     chosen: list[int] = []
 
-    def misfit(i: int, others: Sequence[int]) -> Array:
+    def misfit(i: int, others: Sequence[int]) -> Array:  # of each way, on average [rad]
         apart = [[abs(_angle(S @ seen[j][chosen[j]].T) - turned[i, j]) for j in others] for S in seen[i]]
         return np.mean(apart, axis=1) if others else np.zeros(len(seen[i]))
 
     for i in range(len(seen)):
         chosen.append(int(misfit(i, range(i)).argmin()))
+    others = [[j for j in range(len(seen)) if j != i] for i in range(len(seen))]
     for _ in range(ROUNDS):
         before = list(chosen)
         for i in range(len(seen)):
-            chosen[i] = int(misfit(i, [j for j in range(len(seen)) if j != i]).argmin())
+            chosen[i] = int(misfit(i, others[i]).argmin())
         if chosen == before:
             break
-    return chosen, [misfit(i, [j for j in range(len(seen)) if j != i]) for i in range(len(seen))]
+    is_certain = True
+    for i, best in enumerate(chosen):
+        own, *more = np.roll(misfit(i, others[i]), -best)
+        is_certain &= bool(own <= LARGEST_MISFIT and min(more, default=np.inf) >= LEAST_MARGIN * own + LEAST_TOLD)
+    return [ways[best] for ways, best in zip(orientations, chosen, strict=True)], is_certain
 
 
 def _angle(R: Array) -> float:

@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
 from robolaser.vision.board import Image, find_board
-from robolaser.vision.board_orientation import certainly_oriented, oriented
+from robolaser.vision.board_orientation import orient_by_robot, oriented
 from robolaser.vision.charuco import find_charuco
 from robolaser.vision.circle_grid import find_circles, lattice
 from robolaser.vision.images import CameraImages
@@ -137,17 +137,19 @@ def _as_points(
     assert recording.image_px is not None  # was asked for before any image
     whole = [] if staggered else [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
     lens = find_lens(whole, board.square_m, *recording.image_px)
-    turns = None if staggered else recording.flange()[[one.row for one in seen], :3, :3]
+    turns = recording.flange()[[one.row for one in seen], :3, :3]
     ways = [one.ways for one in seen]
     by_robot = max(map(len, ways)) > MOST_TURNS
-    certain = certainly_oriented(ways, turns, lens) if by_robot and turns is not None else None
-    if by_robot and certain is None:
+    if by_robot and lens.known:
+        grids, is_certain = orient_by_robot(ways, turns, lens)
+    else:
+        grids, is_certain = oriented(ways, None if staggered else turns, lens), not by_robot
+    if not is_certain:
         raise ImageError(
             f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, and the poses of"
             " the flange do not show which point is which from image to image. Use a ChArUco board, or one with"
             " different numbers of columns and rows; or tilt and turn the flange more."
         )
-    grids = certain or oriented(ways, turns, lens)
     points = corner_points(board, [one.row for one in seen], grids, staggered=staggered)
     counts = [int(_there(grid).sum()) for grid in grids]
     if repeat_columns(recording.poses):

@@ -92,7 +92,7 @@ def test_the_robots_turns_keep_the_frame_however_far_the_camera_rolls():
     flange = np.stack([(base * Rotation.from_matrix(one.R).inv() * hand_eye).as_matrix() for one in scenes])
     orientations = [layings_of(one.corners()) for one in scenes]
     mixed = [ways[k % 4 :] + ways[: k % 4] if k else ways for k, ways in enumerate(orientations)]
-    for grid, one in zip(orient_by_robot(mixed, flange, lens), scenes, strict=True):
+    for grid, one in zip(orient_by_robot(mixed, flange, lens)[0], scenes, strict=True):
         np.testing.assert_allclose(grid, one.corners())
 
 
