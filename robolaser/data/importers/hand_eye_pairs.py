@@ -8,8 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses, SensorData
-from robolaser.data.importers.importer import Imported, ImportOptions, Reading
-from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.importers.importer import Imported, ImportOptions, Reading, motion_readings
 from robolaser.data.several_sensors import with_points_of
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_angles, to_quaternion
@@ -126,7 +125,7 @@ def pose_readings(dataset: Dataset, file: str, origin: str, named: str) -> list[
     if poses.time_s is not None:
         found.append(Reading("poses.csv", "time_s", file, "time", "s"))
     if dataset.robot is None:
-        return found + [Reading("poses.csv", column, file, origin, _unit(column)) for column in FLANGE_COLUMNS]
+        return found + motion_readings("poses.csv", file, [origin] * 7)
     units = ["m" if slides else "rad" for slides in dataset.robot.prismatic]
     for prefix, values, per in (("q", poses.q, ""), ("qd", poses.qd, "/s")):
         if values is not None:
@@ -137,15 +136,11 @@ def pose_readings(dataset: Dataset, file: str, origin: str, named: str) -> list[
     return found
 
 
-def _unit(column: str) -> str:
-    return "m" if column.endswith("_m") else ""
-
-
 def _readings(pairs: Pairs, mount: Mount, dataset: Dataset) -> list[Reading]:
     seen = f"{pairs.target_from}, inverted: the camera seen from the target" if mount == "flange" else pairs.target_from
     return [
         *pose_readings(dataset, pairs.file, pairs.flange_from, "number of the sample"),
         Reading("points.csv", "pose", pairs.file, "(number of the sample)"),
         Reading("points.csv", "point", pairs.file, f"({MOUNT}={mount})"),
-        *(Reading("points.csv", column, pairs.file, seen, _unit(column)) for column in FLANGE_COLUMNS),
+        *motion_readings("points.csv", pairs.file, [seen] * 7),
     ]

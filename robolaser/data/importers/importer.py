@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import ClassVar, Final, final
 
 from robolaser.data.dataset import Dataset
+from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.errors import UsageError, near
 from robolaser.robot.kinematics import Robot
 
@@ -82,6 +83,14 @@ class Reading:
     file: str  # where it is read from
     read_from: str  # which column or field there, or in words what is done instead
     unit: str = ""  # the unit that it has there; "" for texts and pure numbers
+
+
+def motion_readings(table: str, file: str, read_from: Sequence[str]) -> list[Reading]:
+    """How the seven columns of a rigid motion in metres come about, each from a field of its own."""
+    return [
+        Reading(table, column, file, field_, "m" if column.endswith("_m") else "")
+        for column, field_ in zip(FLANGE_COLUMNS, read_from, strict=True)
+    ]
 
 
 @final

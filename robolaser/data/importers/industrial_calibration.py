@@ -10,10 +10,9 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Poses
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, mount_of, placed_camera
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading, motion_readings
 from robolaser.data.importers.intrinsics import HOLD, INTRINSICS, intrinsic_parameters, intrinsics_of_file, pinhole
-from robolaser.data.importers.yaml_file import motion, numbers, peek, read_yaml, under
-from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.importers.yaml_file import MOTION, motion, numbers, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
@@ -80,7 +79,12 @@ class IndustrialCalibration(Importer):
         if renamed:
             more = f" and so on, {len(renamed)} in all" if len(renamed) > 1 else ""
             left_out.append(f"{file}: names of images that are there with another suffix ({renamed[0]}{more})")
-        return Imported(dataset, (*_readings(file), *settings), tuple(left_out), found.contents)
+        readings = (
+            Reading("poses.csv", "pose", file, "(name of the image)"),
+            *motion_readings("poses.csv", file, [f"pose, {key}" for key in MOTION]),
+            Reading("poses.csv", "image", file, "image"),
+        )
+        return Imported(dataset, (*readings, *settings), tuple(left_out), found.contents)
 
 
 def _parameters(
@@ -149,12 +153,3 @@ def _image(stated: Path, file: str) -> Path:
         why = "is not there" if not others else f"is there as {' and '.join(one.name for one in others)}"
         raise DataError(f"{file}: {stated.parent.name}/{stated.name} {why}.", file=stated)
     return others[0]
-
-
-def _readings(file: str) -> tuple[Reading, ...]:
-    parts = zip(FLANGE_COLUMNS, ("x", "y", "z", "qx", "qy", "qz", "qw"), strict=True)
-    return (
-        Reading("poses.csv", "pose", file, "(name of the image)"),
-        *(Reading("poses.csv", column, file, f"pose, {key}", "" if "q" in key else "m") for column, key in parts),
-        Reading("poses.csv", "image", file, "image"),
-    )

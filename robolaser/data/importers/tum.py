@@ -12,7 +12,7 @@ from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import CsvTable, finite
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.importers.clock_offset import CLOCKS
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading, motion_readings
 from robolaser.data.importers.logs_by_time import joined_by_time
 from robolaser.data.importers.time_matching import TOLERANCE
 from robolaser.data.importers.yaml_file import peek
@@ -74,7 +74,7 @@ class Tum(Importer):
             *_pose_readings(flange.file, body.file, f", at the times of {body.file}", clock),
             Reading("points.csv", "pose", body.file, "(number of the pose)"),
             Reading("points.csv", "point", body.file, "(--point)" if options.point else "(a name)"),
-            *(Reading("points.csv", *pair) for pair in _columns(body.file, "")),
+            *motion_readings("points.csv", body.file, COLUMNS[1:]),
         ]
         return Imported(replace(dataset, warnings=warnings), tuple(readings), (*repeated, *left_out))
 
@@ -125,12 +125,5 @@ def _pose_readings(file: str, timed: str, at: str, clock: str = "") -> list[Read
     return [
         Reading("poses.csv", "pose", timed, "(number of the pose)"),
         Reading("poses.csv", "time_s", timed, f"{COLUMNS[0]}{clock}", "s"),
-        *(Reading("poses.csv", *pair) for pair in _columns(file, at)),
-    ]
-
-
-def _columns(file: str, at: str) -> list[tuple[str, str, str, str]]:
-    return [
-        (column, file, f"{source}{at}", "m" if column.endswith("_m") else "")
-        for column, source in zip(FLANGE_COLUMNS, COLUMNS[1:], strict=True)
+        *motion_readings("poses.csv", file, [f"{column}{at}" for column in COLUMNS[1:]]),
     ]
