@@ -8,6 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
+from robolaser.data.dataset import Points
 from robolaser.data.image_list import PoseImages
 from robolaser.vision.board import BoardCorners, find_board
 from robolaser.vision.board_orientation import oriented
@@ -44,21 +45,19 @@ class Frame:
 @final
 @dataclass(frozen=True)
 class Extraction:
-    """Pixels of the stripe and the places on the board they show, one entry a point (m)."""
+    """Pixels of the stripe and the places on the board they show."""
 
-    pose: tuple[str, ...]  # pose of each
-    point: tuple[str, ...]  # name of each, unique within its image: the line of pixels it was found in
-    repeat: Ints  # number of the image at its pose, from 1, (m,)
-    pixel: Array  # u and v as seen, lens distortion included, (m, 2) [px]
-    place: Array  # x, y and z in the board's frame, (m, 3) [m]
+    # pixels with the lens's distortion and places in the board's frame; a point's name is the line of pixels it was
+    # found in, `repeat` the number of the image at its pose, from 1
+    points: Points
     frames: tuple[Frame, ...]  # what became of each pose, in the order given
     lens: Lens  # the lens that was taken off before planes were laid
     pixel_noise_px: float  # scatter of the stripe's centre about its smooth course [px]; NaN without points
-    corners: Mapping[str, Array]  # those of the board by pose, (rows, columns, 2) [px]; NaN where one is hidden
+    corners: Mapping[int, Array]  # the board's by row of poses.csv, (rows, columns, 2) [px]; NaN where one is hidden
     channel: str = "grey"  # name of the channel in which the light was looked for
 
     def __len__(self) -> int:
-        return len(self.pose)
+        return len(self.points)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -138,23 +137,24 @@ def extract_points(
         [] if i not in views else _on_board(one.centres, views[i], lens, board, search.axis, apart)
         for i, one in enumerate(seen)
     ]
-    stripes = [(shots.pose, one) for shots, ones in zip(images, found, strict=True) for one in ones]
-    scatter = np.concatenate([np.zeros(0), *(jumps(one.off) for _, one in stripes)])
+    stripes = [one for ones in found for one in ones]
+    rows = [shots.row for shots, ones in zip(images, found, strict=True) for one in ones for _ in one.line]
+    scatter = np.concatenate([np.zeros(0), *(jumps(one.off) for one in stripes)])
     return Extraction(
-        pose=tuple(pose for pose, one in stripes for _ in one.line),
-        point=tuple(f"{search.axis}{line:04d}" for _, one in stripes for line in one.line),
-        repeat=np.concatenate(
-            [np.zeros(0, dtype=np.int64), *(np.full(len(one.line), one.repeat) for _, one in stripes)]
+        points=Points(
+            np.array(rows, dtype=np.int64),
+            tuple(f"{search.axis}{line:04d}" for one in stripes for line in one.line),
+            repeat=np.array([one.repeat for one in stripes for _ in one.line], dtype=np.int64),
+            pixel=np.concatenate([np.zeros((0, 2)), *(one.pixel for one in stripes)]),
+            xyz=np.concatenate([np.zeros((0, 3)), *(one.place for one in stripes)]),
         ),
-        pixel=np.concatenate([np.zeros((0, 2)), *(one.pixel for _, one in stripes)]),
-        place=np.concatenate([np.zeros((0, 3)), *(one.place for _, one in stripes)]),
         frames=tuple(
             _frame(shots.pose, one.centres, views.get(i), found[i])
             for i, (shots, one) in enumerate(zip(images, seen, strict=True))
         ),
         lens=lens,
         pixel_noise_px=float(np.sqrt(np.mean(scatter**2))) if len(scatter) else float("nan"),
-        corners={images[i].pose: grid for i, grid in grids.items()},
+        corners={images[i].row: grid for i, grid in grids.items()},
         channel=search.channel,
     )
 

@@ -7,7 +7,7 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 
 from robolaser.arrays import Progress
-from robolaser.data.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset
 from robolaser.data.image_list import PoseImages, images_of_poses, repeat_columns
 from robolaser.data.several_sensors import scanner_with_corners, with_points_of
 from robolaser.data.stripe_file import Stripes
@@ -71,15 +71,9 @@ def points_from_images(
             f"None of {len(found.frames)} images gave a point ({reasons}). Check [board] columns and rows (inner"
             " corners, not squares), stripe_axis, and that board and stripe are both in view."
         )
-    number = {name: i for i, name in enumerate(recording.poses.names)}
-    points = Points(
-        pose=np.array([number[pose] for pose in found.pose], dtype=np.int64),
-        names=found.point,
-        repeat=found.repeat if repeat_columns(recording.poses) and not options.get("exposures") else None,
-        pixel=found.pixel,
-        xyz=found.place,
-    )
-    corners = corner_points(recording.board, [number[pose] for pose in found.corners], list(found.corners.values()))
+    repeats = repeat_columns(recording.poses) and not options.get("exposures")
+    points = found.points if repeats else replace(found.points, repeat=None)
+    corners = corner_points(recording.board, list(found.corners), list(found.corners.values()))
     if len(recording.sensors) > 1:
         kinds = [sensor.data.kind for sensor in recording.sensors]
         both = with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])

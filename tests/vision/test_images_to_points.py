@@ -26,16 +26,12 @@ def extracted(images, size=(WIDTH, HEIGHT), axis="v", board=BOARD, **changes) ->
     return extract_points(shots, StripeSearch(CameraImages(size), axis), board, **changes)
 
 
-def of_pose(found: Extraction, pose: str):
-    return np.array([name == pose for name in found.pose])
-
-
 def misplaced(found: Extraction, scenes: list[Scene]) -> list[np.ndarray]:
     """Error of the places of each scene's points along the board [m]."""
     errors = []
     for k, one in enumerate(scenes):
-        here = of_pose(found, f"pose{k}")
-        errors.append(np.linalg.norm(one.place(found.pixel[here]) - found.place[here, :2], axis=-1))
+        here = found.points.take(found.points.pose == k)
+        errors.append(np.linalg.norm(one.place(here.pixel) - here.xyz[:, :2], axis=-1))
     return errors
 
 
@@ -58,18 +54,18 @@ def test_every_point_shows_its_place_on_the_board(found, scenes):
     for error, one in zip(misplaced(found, scenes), scenes, strict=True):
         assert len(error) > 60
         assert error.max() < 1.2e-4, one
-    np.testing.assert_array_equal(found.place[:, 2], 0.0)
+    np.testing.assert_array_equal(found.points.xyz[:, 2], 0.0)
 
 
 def test_every_point_lies_in_the_light_sheet(found, scenes):
     for k, one in enumerate(scenes):
-        off_m = one.above_sheet(found.pixel[of_pose(found, f"pose{k}")])
+        off_m = one.above_sheet(found.points.pixel[found.points.pose == k])
         assert abs(off_m.mean()) < 5e-6
         assert np.abs(off_m).max() < 6e-5
 
 
 def test_points_are_named_once_and_frames_reported(found, images):
-    assert len(set(zip(found.pose, found.point, strict=True))) == len(found)
+    assert len(set(zip(found.points.pose, found.points.names, strict=True))) == len(found)
     assert [frame.pose for frame in found.frames] == [pose for pose, _ in images]
     assert sum(frame.points for frame in found.frames) == len(found)
     for frame in found.frames:
@@ -90,7 +86,8 @@ def test_a_camera_mounted_turned_sees_the_same_places(quarters, images, scenes, 
     found = extracted(turned, (HEIGHT, WIDTH) if lying else (WIDTH, HEIGHT), "u" if lying else "v")
     for _ in range(quarters):
         width = WIDTH if lying else HEIGHT
-        found.pixel[:] = np.stack([width - 1 - found.pixel[:, 1], found.pixel[:, 0]], axis=-1)
+        pixel = found.points.pixel
+        pixel[:] = np.stack([width - 1 - pixel[:, 1], pixel[:, 0]], axis=-1)
         lying = not lying
     for error in misplaced(found, scenes[:3]):
         assert len(error) > 60
@@ -101,8 +98,8 @@ def test_where_the_plate_ends_the_stripe_is_no_longer_on_the_board(scenes, tmp_p
     on_edge = [Scene(one.R, one.t, plate=0.060) for one in scenes[:4]]
     found = extracted(written(on_edge, tmp_path))
     assert {frame.skipped for frame in found.frames} == {""}
-    assert found.place[:, 1].max() < 0.0605
-    assert found.place[:, 1].max() > 0.055
+    assert found.points.xyz[:, 1].max() < 0.0605
+    assert found.points.xyz[:, 1].max() > 0.055
     for error in misplaced(found, on_edge):
         assert error.max() < 2e-4
 
@@ -111,9 +108,9 @@ def test_a_mirror_image_of_the_stripe_is_not_followed(scenes, tmp_path):
     glossy = [Scene(one.R, one.t, light=200, mirror=0.5) for one in scenes[:3]]
     found = extracted(written(glossy, tmp_path))
     for k, one in enumerate(glossy):
-        here = of_pose(found, f"pose{k}")
+        here = found.points.pose == k
         assert here.sum() > 60
-        assert np.abs(one.above_sheet(found.pixel[here])).max() < 1e-4
+        assert np.abs(one.above_sheet(found.points.pixel[here])).max() < 1e-4
 
 
 def test_a_board_that_the_stripe_runs_across_is_found(tmp_path):
@@ -131,9 +128,9 @@ def test_squares_under_the_stripe_bias_no_point(tmp_path):
     crossing = [scene(tilt, (0.03, 0, 0.165), light=150) for tilt in tilts]
     found = extracted(written(crossing, tmp_path))
     for k, one in enumerate(crossing):
-        here = of_pose(found, f"pose{k}")
+        here = found.points.pose == k
         assert here.sum() > 20
-        assert np.sqrt(np.mean(one.above_sheet(found.pixel[here]) ** 2)) < 6e-5
+        assert np.sqrt(np.mean(one.above_sheet(found.points.pixel[here]) ** 2)) < 6e-5
 
 
 def test_frames_without_board_or_stripe_say_so(images, scenes, tmp_path):
@@ -145,21 +142,20 @@ def test_frames_without_board_or_stripe_say_so(images, scenes, tmp_path):
     reasons = {frame.pose: frame.skipped for frame in found.frames}
     assert reasons["bare"] == "no board"
     assert reasons["dark"] in {"no stripe", "no stripe on the board"}
-    assert not {"bare", "dark"} & set(found.pose)
-    assert {"pose1", "pose2", "pose3"} == set(found.pose)
+    assert set(found.points.pose) == {0, 1, 2}
 
 
 def test_no_images_give_no_points():
     found = extracted([])
     assert len(found) == 0
-    assert found.pixel.shape == (0, 2)
+    assert found.points.pixel.shape == (0, 2)
     assert np.isnan(found.pixel_noise_px)
 
 
 def test_two_views_give_points_without_a_lens(images):
     found = extracted(images[1:3])
     assert not found.lens.known
-    assert set(found.pose) == {"pose1", "pose2"}
+    assert set(found.points.pose) == {0, 1}
 
 
 def test_every_image_is_told_to_whoever_waits(images):
@@ -200,13 +196,13 @@ def test_a_real_recording_keeps_board_robot_and_sheet_together():
     bent = np.array([-0.062, 0, 0, 0, 0])
     pattern = SQUARE * np.stack([*np.meshgrid(np.arange(7), np.arange(6)), np.zeros((6, 7))], axis=-1)
     points, turns, flanges = [], [], []
-    for row in rows:
+    for k, row in enumerate(rows):
         (grid,) = find_board(cv2.imread(str(REAL / row["image"]), 0), columns=7, rows=6).orientations
         there = np.isfinite(grid).all(axis=-1)
         _, turn, shift = cv2.solvePnP(pattern[there], grid[there], camera, bent)
         turns.append(Rotation.from_rotvec(np.ravel(turn)))
         flanges.append(Rotation.from_quat([float(row[name]) for name in ("qx", "qy", "qz", "qw")]))
-        points.append(turns[-1].apply(found.place[of_pose(found, row["pose"])]) + np.ravel(shift))
+        points.append(turns[-1].apply(found.points.xyz[found.points.pose == k]) + np.ravel(shift))
     together = np.concatenate(points) - np.mean(np.concatenate(points), axis=0)
     off_sheet = together @ np.linalg.svd(together, full_matrices=False)[2][2]
     assert np.sqrt(np.mean(off_sheet**2)) < 3e-4
@@ -233,8 +229,8 @@ def test_the_stripe_on_the_table_beside_a_thick_board_is_no_point_of_it_and_that
     thick = [scene(tilt, (-0.045, 0, 0.31), light=150, border=0.002, floor=thickness, width=6e-4) for tilt in tilts]
     found = extracted(written(thick, tmp_path))
     low, high = -SQUARE - 0.002, SQUARE * np.array([7, 6]) + 0.002
-    assert set(found.pose) == {"pose0", "pose1", "pose2"}
-    assert np.all((found.place[:, :2] > low) & (found.place[:, :2] < high))
+    assert set(found.points.pose) == {0, 1, 2}
+    assert np.all((found.points.xyz[:, :2] > low) & (found.points.xyz[:, :2] < high))
     for error in misplaced(found, thick):
         assert error.max() < 1e-4
     assert all(frame.left_out > 0.5 for frame in found.frames)
