@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, Pairs, flange_poses, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError
@@ -64,8 +64,7 @@ class EasyHandeye(Importer):
         robot, tracking, fields = _pairs(contents, file)
         pairs = Pairs(
             file,
-            tuple(str(i + 1) for i in range(len(robot))),
-            robot if mount == "flange" else inverse(robot),
+            flange_poses(robot if mount == "flange" else inverse(robot)),
             tracking,
             fields[0] if mount == "flange" else f"{fields[0]}, inverted",
             fields[1],

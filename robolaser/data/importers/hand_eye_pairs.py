@@ -29,15 +29,16 @@ class Pairs:
     """What was read, one entry a pose (n)."""
 
     file: str  # where from
-    names: tuple[str, ...]  # of the poses
-    T_base_flange: Array | None  # (n, 4, 4), or None: `q` is there
+    poses: Poses  # of the flange, or joint readings in the order of the robot's
     T_camera_target: Array  # the target as the camera saw it, (n, 4, 4)
     flange_from: str  # the field that the flange's pose or the joint readings are from
     target_from: str  # the field that the target's pose is from
-    q: Array | None = None  # joint readings in the order of the robot's, (n, j)
-    qd: Array | None = None  # joint velocities, (n, j)
-    time_s: Array | None = None  # (n,) [s]
     guess: Array | None = None  # T_flange_camera or T_base_camera as another tool found it, (4, 4)
+
+
+def flange_poses(T_base_flange: Array) -> Poses:
+    """Poses of the flange (n, 4, 4), numbered from 1."""
+    return Poses(tuple(str(i) for i in range(1, len(T_base_flange) + 1)), T_base_flange=T_base_flange)
 
 
 def mount_of(options: ImportOptions, file: str, known: Mount | None = None) -> Mount:
@@ -68,19 +69,18 @@ def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: 
     Raises:
         DataError: There are no pairs.
     """
-    if not pairs.names:
+    if not len(pairs.poses):
         raise DataError(f"{pairs.file} has no samples.", file=pairs.file)
     body = BODIES[mount]
     T = inverse(pairs.T_camera_target) if mount == "flange" else pairs.T_camera_target
-    n = len(pairs.names)
+    n = len(pairs.poses)
     points = Points(np.arange(n), (body,) * n, xyz=T[:, :3, 3], columns={"quaternion": to_quaternion(T[:, :3, :3])})
-    poses = Poses(pairs.names, pairs.time_s, q=pairs.q, qd=pairs.qd, T_base_flange=pairs.T_base_flange)
     dataset = Dataset(
         options.name,
-        poses,
+        pairs.poses,
         points,
         kind="pose",
-        robot=options.robot if pairs.q is not None else None,
+        robot=options.robot if pairs.poses.q is not None else None,
         path_known=options.path_known,
         source=pairs.file,
     )

@@ -1,13 +1,14 @@
 """Samples of MoveIt's hand-eye calibration, and the joint states saved with them."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion_of_matrix, numbers, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError, near
@@ -54,11 +55,10 @@ class MoveIt(Importer):
             for key in (EFFECTOR, OBJECT)
         )
         q = _readings(joints, options, len(rows))
-        names = tuple(str(i) for i in range(1, len(rows) + 1))
-        flange = None if q is not None else effector
+        poses = flange_poses(effector) if q is None else replace(flange_poses(effector), q=q, T_base_flange=None)
         flange_from = EFFECTOR if joints is None else f"{joints[0]}, joint_values"
         left_out = () if q is None else (f"{file}: {EFFECTOR} (the joint readings replace it)",)
-        return pairs_dataset(Pairs(file, names, flange, seen, flange_from, OBJECT, q=q), mount, options, left_out)
+        return pairs_dataset(Pairs(file, poses, seen, flange_from, OBJECT), mount, options, left_out)
 
 
 def _matrix(row: Any, key: str, file: str, number: int) -> Array:

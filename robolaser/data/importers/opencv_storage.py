@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import YAML_BYTES, read_text
-from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, mount_of, pairs_dataset
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.units import LENGTH, Units
 from robolaser.data.importers.yaml_file import motion_of_matrix, peek
@@ -58,8 +58,8 @@ class OpenCVStorage(Importer):
         mount = mount_of(options, file)
         used = {key for text in (gripper_from, target_from) for key in re.split(r"[ ,]+", text)}
         left_out = tuple(f"{file}: {key}" for key in nodes if key not in used)
-        names = tuple(str(i) for i in range(1, len(gripper) + 1))
-        return pairs_dataset(Pairs(file, names, gripper, target, gripper_from, target_from), mount, options, left_out)
+        pairs = Pairs(file, flange_poses(gripper), target, gripper_from, target_from)
+        return pairs_dataset(pairs, mount, options, left_out)
 
 
 def read_storage(path: Path) -> dict[str, list[Array]]:

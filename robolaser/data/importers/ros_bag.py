@@ -103,18 +103,7 @@ def _pairs(bag: Bag, options: ImportOptions) -> Imported:
         origin = f"tf, {camera} to {marker}"
     picked = np.flatnonzero(seen)[_thinned(times[seen], options)]
     readings = _readings(bag, options, times[picked], tolerance, "pose")
-    of_arm = readings.poses
-    pairs = Pairs(
-        bag.file,
-        of_arm.names,
-        of_arm.T_base_flange,
-        T[picked][readings.kept],
-        readings.origin,
-        origin,
-        q=of_arm.q,
-        qd=of_arm.qd,
-        time_s=of_arm.time_s,
-    )
+    pairs = Pairs(bag.file, readings.poses, T[picked][readings.kept], readings.origin, origin)
     return pairs_dataset(pairs, mount, options, readings.left_out)
 
 
