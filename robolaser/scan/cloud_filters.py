@@ -104,30 +104,20 @@ class Subsample:
     """
 
     def __init__(self, most: int = SAMPLED) -> None:
-        self._most, self._every, self._ahead = most, 1, 0
+        self._most, self._every, self._seen = most, 1, 0
         self._kept: list[Vertices] = []
-        self._count = 0
 
     def watch(self, pieces: Iterable[Vertices]) -> Iterator[Vertices]:
         """Hand on pieces, (n,) of VERTEX each, and remember some of their points."""
         for piece in pieces:
-            taken = piece[self._ahead :: self._every].copy()
-            self._ahead = (self._ahead - len(piece)) % self._every
-            self._kept.append(taken)
-            self._count += len(taken)
-            while self._count > self._most:
-                self._thin()
+            self._kept.append(piece[-self._seen % self._every :: self._every].copy())
+            self._seen += len(piece)
+            while sum(map(len, self._kept)) > self._most:
+                self._kept = [self.vertices[::2].copy()]
+                self._every *= 2
             yield piece
 
     @property
     def vertices(self) -> Vertices:
         """What was remembered, in the order in which it came, (m,) of VERTEX."""
         return np.concatenate([np.empty(0, VERTEX), *self._kept])
-
-    def _thin(self) -> None:
-        """Forget every other point."""
-        whole = self.vertices
-        self._ahead += self._every * (len(whole) % 2)
-        self._kept = [whole[::2].copy()]
-        self._count = len(self._kept[0])
-        self._every *= 2

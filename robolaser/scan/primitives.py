@@ -38,11 +38,6 @@ class FittedPlane:
     on: Bools
     distance: Array
 
-    @property
-    def rms_m(self) -> float:
-        """Scatter of its points about it."""
-        return float(np.sqrt(np.mean(self.distance[self.on] ** 2)))
-
 
 @final
 @dataclass(frozen=True)
@@ -63,10 +58,10 @@ class FittedSphere:
     on: Bools
     distance: Array
 
-    @property
-    def rms_m(self) -> float:
-        """Scatter of its points about it."""
-        return float(np.sqrt(np.mean(self.distance[self.on] ** 2)))
+
+def rms_m(found: FittedPlane | FittedSphere) -> float:
+    """Scatter of its points about it."""
+    return float(np.sqrt(np.mean(found.distance[found.on] ** 2)))
 
 
 def find_plane(xyz: Array, std: Array, rng: np.random.Generator, normal: Array | None = None) -> FittedPlane | None:

@@ -6,10 +6,10 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 from robolaser.errors import ScanError
 from robolaser.scan.ply import Vertices, positions_of
-from robolaser.scan.primitives import FittedPlane, find_plane, find_sphere, stands_out
+from robolaser.scan.primitives import FittedPlane, FittedSphere, find_plane, find_sphere, rms_m, stands_out
 
 STEP_SLACK = 0.5  # by which a step of known height may be off and still be taken for it
 FAR_OFF = 3.0  # times that scatter and prediction may differ without a warning: few points alone make two
@@ -102,9 +102,7 @@ def measure(
     primitives: list[Measured] = []
     missing: list[ScanError] = []
     if plane is not None and ("plane" in wanted or "step" in wanted):
-        primitives.append(
-            Measured("plane", None, None, None, plane.rms_m, _predicted(std, plane.on), int(plane.on.sum()))
-        )
+        primitives.append(_measured("plane", plane, std, None, None, None))
     elif "plane" in wanted:
         missing.append(_not_found("plane", "too few points lie on one"))
     if "step" in wanted:
@@ -115,17 +113,14 @@ def measure(
         else:
             left &= ~other.on
             height, doubt = abs(other.offset - plane.offset), float(np.hypot(other.offset_std, plane.offset_std))
-            predicted = _predicted(std, other.on)
-            primitives.append(Measured("step", height, doubt, step_m, other.rms_m, predicted, int(other.on.sum())))
+            primitives.append(_measured("step", other, std, height, doubt, step_m))
     if "sphere" in wanted:
         sphere = find_sphere(xyz[left], std[left], sphere_m, rng)
         if sphere is None or not stands_out(sphere.distance, sphere.on):
             beside = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
             missing.append(_not_found("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
         else:
-            predicted = _predicted(std[left], sphere.on)
-            size, doubt = sphere.radius, sphere.radius_std
-            primitives.append(Measured("sphere", size, doubt, sphere_m, sphere.rms_m, predicted, int(sphere.on.sum())))
+            primitives.append(_measured("sphere", sphere, std[left], sphere.radius, sphere.radius_std, sphere_m))
     return Quality(vertices, scatter, most, tuple(primitives), tuple(missing), plane)
 
 
@@ -150,8 +145,12 @@ def _step(xyz: Array, std: Array, plane: FittedPlane, height: float, rng: np.ran
     return FittedPlane(found.normal, found.offset, found.offset_std, on, off)
 
 
-def _predicted(std: Array, on: Bools) -> float:
-    return float(np.sqrt(np.mean(std[on] ** 2)))
+def _measured(
+    what: str, found: FittedPlane | FittedSphere, std: Array, size: float | None, size_std: float | None,
+    known: float | None,
+) -> Measured:  # fmt: skip
+    predicted = float(np.sqrt(np.mean(std[found.on] ** 2)))
+    return Measured(what, size, size_std, known, rms_m(found), predicted, int(found.on.sum()))
 
 
 def _differs(body: Measured) -> bool:

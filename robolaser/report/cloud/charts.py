@@ -6,6 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer, quantity, records
+from robolaser.scan.primitives import rms_m
 from robolaser.scan.quality import Quality
 
 CELLS = 110, 90, 60, 45  # along the longer side of a map; the finest that leaves no gaps between stripes
@@ -71,7 +72,7 @@ def off_plane(quality: Quality) -> Chart | None:
         "Distances of the points that lie on the largest plane. Wider than predicted: the stripes do not agree with"
         " each other, and the calibration contributes; narrower: the surface is nearly parallel to the error, or the"
         " calibration took for noise what its model did not explain.",
-        f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * plane.rms_m:.3g} mm.",
+        f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * rms_m(plane):.3g} mm.",
         layers,
     )
 
