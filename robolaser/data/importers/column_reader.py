@@ -1,18 +1,20 @@
 """The columns of one table of a data set, read from a file of another form."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.column_choice import EULER, POINTS, ROTATION_VECTOR, TEXT, Chosen, Quantities
 from robolaser.data.importers.importer import ImportOptions, Reading
-from robolaser.data.importers.orientation import turned_by
 from robolaser.data.importers.units import ANGLE, Units
 from robolaser.data.sensor_format import QUATERNION
+from robolaser.errors import UsageError
+from robolaser.geometry.rigid_motion import exp_so3, to_quaternion
 
 
 @final
@@ -55,7 +57,7 @@ class ColumnReader:
             unit = "" if quantity is TEXT else units.unit(quantity, source)
             if column not in (*EULER, *ROTATION_VECTOR):
                 found.append(Reading(table, column, file, source, f"{unit}/s" if column.startswith("qd_") else unit))
-        words, first = turned_by(self.chosen, self.options.euler)
+        words, first = _turned_by(self.chosen, self.options.euler)
         if words:
             found += [Reading(table, column, file, words, units.unit(ANGLE, first)) for column in QUATERNION]
         if number_poses and "pose" not in self.chosen:
@@ -85,3 +87,33 @@ class ColumnReader:
         """A cell with a decimal point; one that had a point beside another sign is no number."""
         sign = self.options.decimal
         return cell if sign == "." else f"'{cell}'" if "." in cell else cell.replace(sign, ".")
+
+
+def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
+    """The table with quaternions, if it has Euler angles or rotation vectors [rad] instead.
+
+    Raises:
+        UsageError: There are Euler angles, and the sequence is none.
+    """
+    if EULER[0] in table:
+        try:
+            R = Rotation.from_euler(sequence or "", table.numbers(EULER)).as_matrix()
+        except ValueError:  # SciPy names the sequence, but not the option
+            raise UsageError(
+                f"--euler {sequence!r}: expected three axes, such as ZYX as they turn or zyx as they stay."
+            ) from None
+    elif ROTATION_VECTOR[0] in table:
+        R = exp_so3(table.numbers(ROTATION_VECTOR))
+    else:
+        return table
+    kept = {name: values for name, values in table.known.items() if name not in (*EULER, *ROTATION_VECTOR)}
+    known = kept | dict(zip(QUATERNION, to_quaternion(R).T, strict=True))
+    return replace(table, header=[*table.columns, *known], known=known)
+
+
+def _turned_by(chosen: Chosen, sequence: str | None) -> tuple[str, str]:
+    """What says how the flange is turned, in words, and the first of its columns; empty texts for quaternions."""
+    for columns, words in ((EULER, f"Euler angles {sequence}"), (ROTATION_VECTOR, "rotation vector")):
+        if columns[0] in chosen:
+            return f"{words} of {', '.join(chosen[column] for column in columns)}", chosen[columns[0]]
+    return "", ""

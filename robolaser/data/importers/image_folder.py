@@ -11,13 +11,12 @@ from robolaser.data.dataset import Poses
 from robolaser.data.importers.board_option import BOARD, board_of
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.column_choice import POSES, TEXT, choose, pose_quantities
-from robolaser.data.importers.column_reader import ColumnReader
+from robolaser.data.importers.column_reader import ColumnReader, with_quaternions
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
 from robolaser.data.importers.industrial_calibration import FILE as CAL_DATA
 from robolaser.data.importers.intrinsics import HOLD, INTRINSICS, intrinsic_parameters, intrinsics_of_file
-from robolaser.data.importers.orientation import with_quaternions
 from robolaser.data.importers.tables import SUFFIXES as TABLES
 from robolaser.data.pose_table import poses_of
 from robolaser.errors import DataError, UsageError, near

@@ -12,7 +12,6 @@ from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, 
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.yaml_file import motion_of_matrix, numbers, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError, near
-from robolaser.robot.kinematics import Robot
 
 SUFFIXES = (".yaml", ".yml", ".json")
 KEYS = ("effector_wrt_world", "joint_names")
@@ -79,10 +78,6 @@ def _readings(joints: tuple[str, Mapping[str, Any]] | None, options: ImportOptio
             "--robot: the samples hold flange poses. Give the file of «Save joint states» too, or leave it out."
         )
     file, contents = joints
-    return _ordered(contents, robot, file, samples)
-
-
-def _ordered(contents: Mapping[str, Any], robot: Robot, file: str, samples: int) -> Array:
     names = [str(name) for name in contents["joint_names"] or ()]
     rows = under(contents, "joint_values", file)
     if not isinstance(rows, list) or len(rows) != samples:

@@ -22,7 +22,6 @@ from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
 SUFFIXES = (".bag", ".db3", ".mcap")
-METADATA = "metadata.yaml"
 JOINT_TOPIC: Final = "joints"
 IMAGE_TOPIC: Final = "images"
 POSE_TOPIC: Final = "poses"
