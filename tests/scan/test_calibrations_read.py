@@ -50,38 +50,21 @@ def test_what_was_calibrated_is_read(folder, data):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
+        (("format",), "robolaser-calibration/9", "Invalid enum value"),
         (("parameters", "theta"), ..., "no parameters.theta"),
-        (("parameters", "theta", "value"), None, "Expected `float`, got `null` - at `$.parameters[...].value`"),
-        (("parameters", "theta", "value"), True, "Expected `float`, got `bool`"),
-        (("parameters", "theta", "nominal"), "0.4", "Expected `float | null`, got `str`"),
+        (("parameters", "theta", "value"), None, "at `$.parameters[...].value`"),
         (("parameters", "theta", "value"), float("nan"), "not JSON"),
-        (("parameters",), [], "Expected `object`, got `array` - at `$.parameters`"),
-        (("model", "sensor"), "point", "'point' - at `$.model.sensor`"),
-        (("model", "stripe_axis"), "w", "'w' - at `$.model.stripe_axis`"),
-        (("model", "bracket_quat"), [0, 1], "Expected `array` of length 4 - at `$.model.bracket_quat`"),
-        (("model", "joints"), "joint_1", "got `str` - at `$.model.joints`"),
-        (("effects",), {}, "got `object` - at `$.effects`"),
-        (("effects", 0, "where"), "elbow", "'elbow'"),
-        (("effects", 0, "parameters"), {}, "backlash at joint_2 has no parameter lost_motion"),
-        (("dataset",), 3, "Expected `str`, got `int` - at `$.dataset`"),
-        (("run", "poses"), ..., "missing required field `poses` - at `$.run`"),
-        (("run", "poses"), 2.5, "Expected `int`, got `float` - at `$.run.poses`"),
-        (("run", "poses"), 0, "Expected `int` >= 1 - at `$.run.poses`"),
-        (("effects", 0, "where"), "laser", "at 'laser', where it cannot be: it can be at joint_1"),
-        (("effects", 0, "where"), "", "''"),
-        (("model", "bracket_quat"), [0, 0, 0, 0], "length 0"),
-        (("model", "bracket_quat"), [0, 0, 0, 2], "length 2"),
-        (("model", "image"), [640.5, 480], "Expected `int`, got `float` - at `$.model.image[0]`"),
-        (("model", "image"), [640, 0], "Expected `int` >= 1 - at `$.model.image[1]`"),
-        (("model", "image"), [10**400, 480], "Expected `int` <= 100000 - at `$.model.image[0]`"),
-        (("noise", "joint"), -1e-5, "Expected `float` >= 0.0 - at `$.noise[...]`"),
-        (("noise", "joint"), 10**400, "Number out of range"),
+        (("parameters", "b", "value"), -(10**400), "out of range"),
         (("parameters", "s_u", "value"), 0, "parameters.s_u.value is 0, not above 0"),
-        (("parameters", "f", "value"), -0.008, "parameters.f.value is -0.008"),
-        (("parameters", "b", "value"), -(10**400), "Number out of range"),
-        (("rms_m",), -1, "Expected `float` >= 0.0 - at `$.rms_m`"),
+        (("model", "bracket_quat"), [0, 0, 0, 2], "length 2"),
+        (("model", "image"), [640, 0], "at `$.model.image[1]`"),
+        (("run", "poses"), 0, "at `$.run.poses`"),
+        (("noise", "joint"), -1e-5, "at `$.noise[...]`"),
+        (("rms_m",), -1, "at `$.rms_m`"),
+        (("effects", 0, "where"), "elbow", "'elbow'"),
+        (("effects", 0, "where"), "laser", "at 'laser', where it cannot be: it can be at joint_1"),
+        (("effects", 0, "parameters"), {}, "backlash at joint_2 has no parameter lost_motion"),
         (("dataset",), "\ud800", "not JSON"),
-        (("model", "joints"), ["\ud800"], "not JSON"),
     ],
 )
 def test_what_is_wrong_is_named(folder, path, value, said):
@@ -132,12 +115,6 @@ def test_a_file_that_goes_too_deep_is_named(text, folder):
 def test_an_effect_from_elsewhere_is_named(folder):
     change(folder, ("effects", 0, "effect"), "backlashh")
     with pytest.raises(EffectError, match="Did you mean 'backlash'"):
-        read_calibration(folder)
-
-
-def test_another_format_is_named(folder):
-    change(folder, ("format",), "robolaser-calibration/9")
-    with pytest.raises(DataError):
         read_calibration(folder)
 
 

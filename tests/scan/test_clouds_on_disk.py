@@ -1,11 +1,9 @@
-"""Clouds as files: what other programs read, and what is never lost."""
-
-import errno
+"""Clouds as files: what other programs read, and what is refused."""
 
 import numpy as np
 import pytest
 
-from robolaser.errors import DataError, OutputError
+from robolaser.errors import DataError
 from robolaser.scan.ply import VERTEX, map_ply, positions_of, write_ply
 
 
@@ -51,29 +49,6 @@ def test_the_head_is_plain_lines_of_ascii(tmp_path):
     assert max(map(len, lines)) < 256
     assert "element vertex 5" in lines
     assert not any(line.startswith("element face") for line in lines)
-
-
-def test_what_breaks_half_way_leaves_what_was_there_and_nothing_else(tmp_path):
-    write_ply(tmp_path / "c.ply", [some(3)], [])
-
-    def broken():
-        yield some(5)
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_ply(tmp_path / "c.ply", broken(), [])
-    assert len(map_ply(tmp_path / "c.ply")) == 3
-    assert [path.name for path in tmp_path.iterdir()] == ["c.ply"]
-
-
-def test_a_full_disk_is_told(tmp_path, monkeypatch):
-    def full(descriptor):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(OutputError, match="No space left"):
-        write_ply(tmp_path / "c.ply", [some(3)], [])
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

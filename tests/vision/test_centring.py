@@ -96,18 +96,6 @@ def test_lines_without_light_have_no_middle():
     assert len(found) >= 0.98 * (HEIGHT - 50)
 
 
-def test_a_turned_image_shows_the_same_stripe():
-    image = exposed(20 + profile(WAVY, 3, 200), 1.0, 12)
-    upright, lying = find_line_centres(image, "v"), find_line_centres(np.ascontiguousarray(image.T), "u")
-    np.testing.assert_array_equal(upright.line, lying.line)
-    np.testing.assert_allclose(upright.pixel, lying.pixel[:, ::-1], atol=1e-9)
-    np.testing.assert_allclose(upright.std, lying.std, atol=1e-9)
-
-
-def test_a_black_image_has_no_middle():
-    assert len(find_line_centres(np.zeros((HEIGHT, WIDTH), np.uint8), "v")) == 0
-
-
 def test_every_middle_is_a_number_with_a_deviation():
     chaos = np.random.default_rng(13).integers(0, 256, (120, 500)).astype(np.uint8)
     chaos[:, 200:230] = 255

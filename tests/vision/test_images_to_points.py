@@ -168,19 +168,6 @@ def test_a_smaller_step_gives_more_points(images, found):
     assert len(extracted(images[1:4], step=1)) > 2.5 * sum(frame.points for frame in found.frames[1:4])
 
 
-def test_a_file_that_is_missing_or_no_image_is_named(images, tmp_path):
-    with pytest.raises(ImageError, match=r"nowhere\.png"):
-        extracted([*images[:1], ("x", tmp_path / "nowhere.png")])
-    text = tmp_path / "text.png"
-    text.write_text("no image")
-    with pytest.raises(ImageError, match=r"text\.png"):
-        extracted([("x", text)])
-    empty = tmp_path / "empty.png"
-    empty.touch()
-    with pytest.raises(ImageError, match=r"empty\.png"):
-        extracted([("x", empty)])
-
-
 def test_an_image_of_another_size_is_named(images):
     with pytest.raises(ImageError, match=r"image0\.png is 640 x 480 .* 640 x 512"):
         extracted(images[:1], (WIDTH, 512))

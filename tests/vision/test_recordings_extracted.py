@@ -231,18 +231,6 @@ def test_no_image_is_copied_over_the_users_own(tmp_path, capsys):
     assert [(file.name, file.read_text()) for file in out.iterdir()] == [("a0.png", "mine")]
 
 
-@pytest.mark.parametrize("kind", ["boards", "scan"])
-def test_who_stops_it_leaves_nothing(kind, boards, tmp_path, monkeypatch, capsys):
-    def stopped(*_):
-        raise KeyboardInterrupt
-
-    folder = boards if kind == "boards" else scan(tmp_path / "scan", poses=1)
-    monkeypatch.setattr("os.fsync", stopped)
-    assert main(["extract", str(folder), "--output", str(tmp_path / "out")]) == 1
-    assert "Nothing was written" in capsys.readouterr().err
-    assert not list((tmp_path / "out").iterdir())
-
-
 @pytest.mark.parametrize("key", ["columns", "rows"])
 def test_a_board_too_small_to_be_found_is_refused(key, tmp_path, capsys):
     described(tmp_path, HEIGHT, BOARD.replace(f"{key} = {'7' if key == 'columns' else '6'}", f"{key} = 2"))

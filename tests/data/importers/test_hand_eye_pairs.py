@@ -14,10 +14,9 @@ import robolaser
 from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
 from robolaser.data.importers import ImportOptions, importer_for
-from robolaser.data.importers.tum import Tum
 from robolaser.data.importers.writing import checked
 from robolaser.errors import DataError, UsageError
-from robolaser.geometry.rigid_motion import exp_so3, from_angles, inverse, pose, to_quaternion
+from robolaser.geometry.rigid_motion import from_angles, inverse, pose
 
 Writer = Callable[[Path, HandEyeCell], list[Path]]
 WRITERS: list[tuple[Writer, dict[str, str], tuple[str, ...]]] = [
@@ -164,36 +163,6 @@ def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_pa
         read(paths, ImportOptions(further={"tolerance_s": "0.005"}))
     with pytest.raises(UsageError, match="expected seconds"):
         read(paths, ImportOptions(further={"tolerance_s": "soon"}))
-
-
-def trajectories(folder: Path, late_s: float) -> list[Path]:
-    """A flange in motion, and a body on it whose clock is late and whose orientation is noisy."""
-    rng = np.random.default_rng(2)
-    X = pose(from_angles(*np.array([0.3, 0.2, 1.0])), np.array([0.05, 0.02, 0.1]))
-    for name, times, noise in (("flange.tum", np.arange(0, 20, 0.01), 0.0), ("body.tum", np.arange(1, 19, 0.04), 2e-3)):
-        s = times[:, None] * [0.5, 0.9, 0.4] + [0.0, 1.0, 2.0]
-        T = pose(exp_so3(np.sin(s)), 0.2 * np.cos(s))
-        if noise:
-            T = T @ X @ pose(exp_so3(rng.normal(0, noise, (len(s), 3))), np.zeros(3))
-        rows = np.column_stack([times - (late_s if noise else 0.0), T[:, :3, 3], to_quaternion(T[:, :3, :3])])
-        (folder / name).write_text("\n".join(" ".join(map(repr, row)) for row in rows.tolist()), "utf-8")
-    return [folder / "flange.tum", folder / "body.tum"]
-
-
-@pytest.mark.parametrize("late_s", [0.137, -3.2, 5000.0])
-def test_two_clocks_are_brought_together_by_the_turns_of_both(late_s: float, tmp_path: Path) -> None:
-    paths = trajectories(tmp_path, late_s)
-    dataset = read(paths, ImportOptions(further={"tolerance_s": "0.02", "clocks": "differ"}))
-    assert dataset.poses.time_s is not None
-    assert dataset.poses.time_s[0] == pytest.approx(1.0, abs=3e-3)
-    if late_s < 1.0:
-        (said_of_it,) = Tum().read(paths, ImportOptions(further={"tolerance_s": "0.02"})).dataset.warnings
-        assert "--set clocks=differ" in said_of_it
-
-
-def test_one_clock_is_not_doubted(tmp_path: Path) -> None:
-    found = Tum().read(trajectories(tmp_path, 0.0), ImportOptions(further={"tolerance_s": "0.02"}))
-    assert found.dataset.warnings == ()
 
 
 def test_rows_of_a_trajectory_that_repeat_a_time_are_left_out(tmp_path: Path) -> None:

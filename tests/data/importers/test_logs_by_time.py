@@ -51,7 +51,7 @@ def test_each_measurement_has_the_readings_at_its_time(tmp_path: Path) -> None:
     assert found.dataset.warnings == ()
 
 
-@pytest.mark.parametrize("late_s", [0.0, 0.37, -2.5])
+@pytest.mark.parametrize("late_s", [0.0, 0.37, -2.5, 5000.0])
 def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s: float, tmp_path: Path) -> None:
     paths = logs(tmp_path, late_s=late_s)
     found = Tables().read(paths, options(clocks="differ"))

@@ -1,6 +1,5 @@
 """A bag recorded in a cell becomes a data set: readings at the times of what was measured, and nothing guessed."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -111,18 +110,6 @@ def test_what_was_dropped_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "1 messages of /joint_states that lack a joint of the robot" in shown
     assert "velocities of /joint_states (not all messages have them)" in shown
     assert "qd_" not in (tmp_path / "set" / "poses.csv").read_text("utf-8").splitlines()[0]
-
-
-def test_a_bag_without_matching_times_is_said_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with recorder(tmp_path, "mcap") as (path, record):
-        motion_capture(record, late_s=100.0)
-    stated = [word for key, value in BODY.items() for word in ("--set", f"{key}={value}")]
-    assert main(["import", str(path), "--robot", ARM, *stated, "--output", str(tmp_path / "set")]) == 1
-    shown = capsys.readouterr().err
-    assert re.search(r"cell: no pose has readings of the arm .* within 0\.02 s .*; the nearest is 88\.5 s away", shown)
-    assert not (tmp_path / "set").exists()
 
 
 def test_fewer_measurements_may_be_taken(tmp_path: Path) -> None:

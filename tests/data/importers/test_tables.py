@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from examples import JOINTS, MAPPED, log_rows, tracked, written
+from examples import MAPPED, log_rows, tracked, written
 from robolaser import find_robot, load
 from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
@@ -226,10 +226,6 @@ def test_a_column_that_is_not_there_is_named_with_the_likeliest(
     file = written(tmp_path / "log.txt", log_rows(dataset))
     with pytest.raises(DataError, match=r"log\.txt has no column 'Prism', .* Did you mean 'Prisma'\?"):
         read(file, replace(said, columns=MAPPED | {"point": "Prism"}))
-
-
-def test_joints_of_the_example_are_those_of_the_arm(arm: Robot) -> None:
-    assert list(arm.joints) == JOINTS
 
 
 def test_a_robot_described_by_a_table_of_dh_numbers_is_a_urdf_in_the_data_set(tmp_path: Path) -> None:
