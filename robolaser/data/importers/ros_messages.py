@@ -124,7 +124,7 @@ class Bag:
         Raises:
             DataError: No message has all of them.
         """
-        rows: dict[float, tuple[Array, Array | None, Array | None]] = {}
+        rows: dict[float, Array] = {}  # positions, velocities and efforts, (3, j), NaN where a message lacks them
         seen: dict[str, None] = {}
         partial = 0
         for _, received, message in self.messages([topic]):
@@ -133,25 +133,20 @@ class Bag:
             if not set(names) <= set(there):
                 partial += 1
                 continue
-            picked = [there.index(name) for name in names]
-            q, qd, effort = (
-                np.asarray(values, dtype=np.float64)[picked] if len(values) == len(there) else None
-                for values in numbers
-            )
-            if q is not None and np.isfinite(q).all():
-                rows[self.time_of(getattr(message, "header", None), received, topic)] = q, qd, effort
+            picked, lacks = [there.index(name) for name in names], [np.nan] * len(there)
+            row = np.array([values if len(values) == len(there) else lacks for values in numbers], np.float64)[
+                :, picked
+            ]
+            if np.isfinite(row[0]).all():
+                rows[self.time_of(getattr(message, "header", None), received, topic)] = row
         if not rows:
             missing = [name for name in names if name not in seen]
             what = f"lacks the joint {missing[0]}" if missing else "has no message with all joints of the robot"
             raise DataError(f"{self.file}, topic {topic} {what}.{near((missing or [''])[0], seen)}", file=self.file)
         times = sorted(rows)
-
-        def whole(part: int) -> Array | None:
-            values = [rows[time][part] for time in times]
-            known = [one for one in values if one is not None and np.isfinite(one).all()]
-            return np.array(known) if len(known) == len(times) else None
-
-        return JointTrack(np.array(times), np.array([rows[time][0] for time in times]), whole(1), whole(2), partial)
+        q, *others = np.stack([rows[time] for time in times], axis=1)
+        qd, effort = (values if np.isfinite(values).all() else None for values in others)
+        return JointTrack(np.array(times), q, qd, effort, partial)
 
     def transforms(self) -> Transforms:
         """All frames of the topics of tf."""
