@@ -251,8 +251,10 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
         ...     print(type(error).__name__)
         UsageError
     """
-    paths = [Path(source) for source in sources]
-    return checked(importer_for(paths, kind).read(paths, options or ImportOptions()))
+    paths, stated = [Path(source) for source in sources], options or ImportOptions()
+    importer = importer_for(paths, kind)
+    importer.check(stated)
+    return checked(importer.read(paths, stated))
 
 
 def _is_motion(data: object) -> bool:

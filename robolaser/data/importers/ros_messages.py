@@ -133,10 +133,9 @@ class Bag:
             if not set(names) <= set(there):
                 partial += 1
                 continue
-            picked, lacks = [there.index(name) for name in names], [np.nan] * len(there)
-            row = np.array([values if len(values) == len(there) else lacks for values in numbers], np.float64)[
-                :, picked
-            ]
+            lacking = [np.nan] * len(there)
+            row = np.array([values if len(values) == len(there) else lacking for values in numbers], dtype=np.float64)
+            row = row[:, [there.index(name) for name in names]]
             if np.isfinite(row[0]).all():
                 rows[self.time_of(getattr(message, "header", None), received, topic)] = row
         if not rows:

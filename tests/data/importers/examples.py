@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hand_eye import HandEyeCell, cell
 
+import robolaser
 from robolaser import find_robot
 from robolaser.data.dataset import Dataset
+from robolaser.data.importers import ImportOptions
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.simulation import simulate
 
@@ -20,6 +22,10 @@ JOINTS = [f"joint_{i}" for i in range(1, 6)]
 MAPPED = {"pose": "Nr", "time_s": "t", "point": "Prisma", "x_m": "X", "y_m": "Y", "z_m": "Z"} | {
     f"q_{joint}": f"A{i}" for i, joint in enumerate(JOINTS, 1)
 }
+
+
+def read(paths: Sequence[Path], options: ImportOptions, kind: str | None = None) -> Dataset:
+    return robolaser.import_files(*paths, options=options, kind=kind)
 
 
 def tracked() -> Dataset:

@@ -8,25 +8,17 @@ import cv2
 import numpy as np
 import pytest
 
-import robolaser
-from examples import CAL_DATA, images, industrial_calibration
+from examples import CAL_DATA, images, industrial_calibration, read
 from robolaser.data.board import Board
-from robolaser.data.importers import ImportOptions, importer_for
+from robolaser.data.importers import ImportOptions
 from robolaser.data.importers.board_option import board_of
 from robolaser.data.importers.image_folder import ImageFolder
 from robolaser.data.importers.intrinsics import intrinsics_of_file
-from robolaser.data.importers.writing import checked
 from robolaser.errors import DataError, UsageError
 
 CHARUCO = "charuco,4x6,36mm,18mm,DICT_6X6_250"
 STATED = {"mount": "base", "board": CHARUCO}
 COLUMNS = {f"poses.{axis}_m": axis for axis in "xyz"}
-
-
-def read(paths: Sequence[Path], options: ImportOptions, kind: str | None = None) -> robolaser.Dataset:
-    importer = importer_for(paths, kind)
-    importer.check(options)
-    return checked(importer.read(paths, options))
 
 
 def folder(tmp_path: Path) -> Path:

@@ -1,7 +1,7 @@
 """Files of hand-eye tools become data sets whose calibration finds where the camera is."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -11,10 +11,10 @@ import pytest
 from hand_eye import HandEyeCell, cell
 
 import robolaser
+from examples import read
 from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
-from robolaser.data.importers import ImportOptions, importer_for
-from robolaser.data.importers.writing import checked
+from robolaser.data.importers import ImportOptions
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_angles, inverse, pose
 
@@ -25,12 +25,6 @@ WRITERS: list[tuple[Writer, dict[str, str], tuple[str, ...]]] = [
     (hand_eye.moveit, {"mount": "?"}, ()),
     (hand_eye.opencv, {"mount": "?"}, ("mm",)),
 ]
-
-
-def read(paths: Sequence[Path], options: ImportOptions, kind: str | None = None) -> robolaser.Dataset:
-    importer = importer_for(paths, kind)
-    importer.check(options)
-    return checked(importer.read(paths, options))
 
 
 def said(mount: str, further: dict[str, str], units: tuple[str, ...] = ()) -> ImportOptions:

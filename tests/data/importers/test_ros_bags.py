@@ -11,9 +11,10 @@ from hand_eye import HandEyeCell, cell
 from test_hand_eye_pairs import assert_near, calibrated, motion
 
 import robolaser
+from examples import read
 from robolaser.cli import main
 from robolaser.data.importers import ImportOptions, importer_for
-from robolaser.data.importers.writing import checked, write
+from robolaser.data.importers.writing import write
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 
@@ -27,12 +28,6 @@ MARKER = {
     "flange": "tool0",
 }
 STEP_S = 0.02
-
-
-def read(path: Path, options: ImportOptions) -> robolaser.Dataset:
-    importer = importer_for([path])
-    importer.check(options)
-    return checked(importer.read([path], options))
 
 
 def frames(record: Recorder, made: HandEyeCell) -> None:
@@ -50,7 +45,7 @@ def test_a_tag_and_a_flange_in_tf_are_calibrated(kind: str, mount: str, tmp_path
     made = cell(mount)
     with recorder(tmp_path, kind) as (path, record):
         frames(record, made)
-    dataset = read(path, ImportOptions(further={**MARKER, "mount": mount}))
+    dataset = read([path], ImportOptions(further={**MARKER, "mount": mount}))
     assert len(dataset.poses) == 20
     body = "camera" if mount == "flange" else "target"
     values = calibrated(dataset)
@@ -91,7 +86,7 @@ def test_a_body_seen_in_motion_gets_the_joint_readings_and_velocities_of_its_tim
     with recorder(tmp_path, kind) as (path, record):
         times, T_flange_body = motion_capture(record)
     robot = robolaser.find_robot(ARM)
-    dataset = read(path, ImportOptions(robot=robot, further=BODY))
+    dataset = read([path], ImportOptions(robot=robot, further=BODY))
     np.testing.assert_allclose(dataset.poses.time_s, times, atol=1e-6)
     q, qd = moving(times - START_S)
     np.testing.assert_allclose(dataset.poses.q, q, atol=1e-4)
@@ -115,7 +110,7 @@ def test_what_was_dropped_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_fewer_measurements_may_be_taken(tmp_path: Path) -> None:
     with recorder(tmp_path, "mcap") as (path, record):
         motion_capture(record)
-    dataset = read(path, ImportOptions(robot=robolaser.find_robot(ARM), further={**BODY, "every_s": "1"}))
+    dataset = read([path], ImportOptions(robot=robolaser.find_robot(ARM), further={**BODY, "every_s": "1"}))
     assert np.diff(dataset.poses.time_s).min() >= 1
     assert len(dataset.poses) == 11
 
@@ -144,7 +139,7 @@ def test_what_a_bag_leaves_open_is_asked_for(
         motion_capture(record)
     stated = {key: value for key, value in {**BODY, **more}.items() if key not in left_out}
     with pytest.raises((UsageError, DataError), match=expected):
-        read(path, ImportOptions(robot=robolaser.find_robot(ARM), further=stated))
+        read([path], ImportOptions(robot=robolaser.find_robot(ARM), further=stated))
 
 
 def test_frames_of_tf_are_asked_for_and_sought(tmp_path: Path) -> None:
@@ -157,11 +152,11 @@ def test_frames_of_tf_are_asked_for_and_sought(tmp_path: Path) -> None:
         ("camera", "--set camera=FRAME"),
     ):
         with pytest.raises(UsageError, match=expected):
-            read(path, ImportOptions(further={one: value for one, value in MARKER.items() if one != key}))
+            read([path], ImportOptions(further={one: value for one, value in MARKER.items() if one != key}))
     with pytest.raises(DataError, match=r"has no frame tool1 in tf\. Did you mean 'tool0'"):
-        read(path, ImportOptions(further={**MARKER, "flange": "tool1"}))
+        read([path], ImportOptions(further={**MARKER, "flange": "tool1"}))
     with pytest.raises(DataError, match="camera and island are in separate trees"):
-        read(path, ImportOptions(further={**MARKER, "marker": "island"}))
+        read([path], ImportOptions(further={**MARKER, "marker": "island"}))
 
 
 def test_messages_without_stamps_take_the_recorders_times_where_that_is_said(tmp_path: Path) -> None:
@@ -170,8 +165,8 @@ def test_messages_without_stamps_take_the_recorders_times_where_that_is_said(tmp
         record.header = lambda time_s, frame="": type(record).header(record, 0.0, frame)
         frames(record, made)
     with pytest.raises(DataError, match=r"have no time stamps.*--set stamps=received"):
-        read(path, ImportOptions(further=MARKER))
-    dataset = read(path, ImportOptions(further={**MARKER, "stamps": "received"}))
+        read([path], ImportOptions(further=MARKER))
+    dataset = read([path], ImportOptions(further={**MARKER, "stamps": "received"}))
     assert len(dataset.poses) == 20
 
 
@@ -182,7 +177,7 @@ def test_a_motion_that_is_none_is_named(tmp_path: Path) -> None:
         broken[0, 3] = np.nan
         record.pose("/mocap/body", START_S + 5.0, broken)
     with pytest.raises(DataError, match=r"topic /mocap/body: its numbers are not all finite"):
-        read(path, ImportOptions(robot=robolaser.find_robot(ARM), further=BODY))
+        read([path], ImportOptions(robot=robolaser.find_robot(ARM), further=BODY))
 
 
 PICTURE = np.random.default_rng(5).integers(0, 256, (6, 8, 3)).astype(np.uint8)
@@ -247,4 +242,4 @@ def test_a_damaged_bag_ends_with_its_name(file: str, data: bytes, tmp_path: Path
     pytest.importorskip("rosbags")
     (tmp_path / file).write_bytes(data)
     with pytest.raises(DataError, match=file):
-        read(tmp_path / file, ImportOptions(further=MARKER))
+        read([tmp_path / file], ImportOptions(further=MARKER))
