@@ -192,7 +192,7 @@ def _thinned(times: Array, options: ImportOptions) -> Ints:
 
 def _intrinsics(bag: Bag, topic: str, options: ImportOptions) -> tuple[dict[str, Parameter], str, tuple[str, ...]]:
     """What the camera_info beside a topic of images says, and that topic; or what is left out and why."""
-    beside = [info for info in bag.topics(CAMERA_INFO) if info.rpartition("/")[0] in topic]
+    beside = [info for info in bag.topics(CAMERA_INFO) if topic.startswith(f"{info.rpartition('/')[0]}/")]
     if len(beside) != 1 or "rect" in topic:
         why = "the images are rectified" if "rect" in topic else "not beside the images"
         left_out = tuple(f"{bag.file}: {info} ({why})" for info in bag.topics(CAMERA_INFO))

@@ -204,6 +204,7 @@ def test_images_become_files_with_the_readings_of_their_times(kind: str, encodin
         for time in (1.0, 2.0, 3.004, 9.0):
             record.image("/camera/image_raw", START_S + time, pixels, encoding)
         record.camera_info("/camera/camera_info", START_S, K, np.array([0.1, -0.2, 0.01, 0.02, 0.3]), (8, 6))
+        record.camera_info("/cam/camera_info", START_S, 2 * K, np.zeros(5), (8, 6))  # named alike
     importer = importer_for([path])
     options = ImportOptions(robot=robot, further=CAMERA)
     importer.check(options)
