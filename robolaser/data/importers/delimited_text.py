@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.csv_tables import CsvTable
+from robolaser.data.csv_tables import CsvTable, bad_row
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.errors import DataError, UsageError, unreadable
 
@@ -24,8 +24,7 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
     lines = read_text(path).splitlines()
     first = max(options.header_row, 1)
     if len(lines) < first or not lines[first - 1].strip():
-        raise DataError(f"{path.name}, row {first}: no header is there. Say which row it is with --header-row.",
-                        file=path.name, row=first)  # fmt: skip
+        raise bad_row(path.name, first, "no header is there. Say which row it is with --header-row.")
     separator = _separator(path, lines[first - 1], options)
     rows, starts = _rows(path, lines[first - 1 :], separator, first)
     header = [str(i + 1) for i in range(len(rows[0]))]
@@ -39,12 +38,9 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
             )
     for row, line in zip(rows, starts, strict=True):
         if len(row) != len(header):
-            raise DataError(
-                f"{path.name}, row {line}: {len(row)} cells, but there are {len(header)} columns. Cells are separated"
-                f" by {shown(separator)}; say another with --separator.",
-                file=path.name,
-                row=line,
-            )
+            counts = f"{len(row)} cells, but there are {len(header)} columns"
+            how = f"Cells are separated by {shown(separator)}; say another with --separator."
+            raise bad_row(path.name, line, f"{counts}. {how}")
     columns = {name: tuple(row[i] for row in rows) for i, name in enumerate(header)}
     return CsvTable(path.name, header, columns, tuple(starts), {})
 

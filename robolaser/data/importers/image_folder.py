@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import ClassVar, Final, final
 
-from robolaser.data.csv_tables import CsvTable
+from robolaser.data.csv_tables import CsvTable, bad_row
 from robolaser.data.dataset import Poses
 from robolaser.data.importers.board_option import BOARD, board_of
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
@@ -100,23 +100,13 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
     for line, cell in zip(table.lines, table.columns[column], strict=True):
         name = Path(cell).name
         if cell and name not in known:
-            raise DataError(
-                f"{table.file}, row {line}, column {column}: no image {name} in {folder.name}.{near(name, known, 5)}",
-                file=table.file,
-                row=line,
-                column=column,
-            )
+            raise bad_row(table.file, line, f"no image {name} in {folder.name}.{near(name, known, 5)}", column)
         there = [image for image in known.get(name, ()) if image.as_posix().endswith(f"/{PurePosixPath(cell)}")]
         there = there or known.get(name, [])
         if cell and len(there) > 1:
             folders = ", ".join(sorted(image.parent.name for image in there))
-            raise DataError(
-                f"{table.file}, row {line}, column {column}: {cell} is in several folders ({folders}). Write"
-                f" FOLDER/{name}.",
-                file=table.file,
-                row=line,
-                column=column,
-            )
+            where = f"{cell} is in several folders ({folders}). Write FOLDER/{name}."
+            raise bad_row(table.file, line, where, column)
         files.append(there[0] if cell else None)
     return files, column
 

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.data.csv_tables import CsvTable
+from robolaser.data.csv_tables import CsvTable, bad_row
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.array_files import ARRAY_FILES, array_table
 from robolaser.data.importers.clock_offset import CLOCKS
@@ -30,7 +30,7 @@ from robolaser.data.importers.wide_tables import (
 from robolaser.data.point_table import points_of
 from robolaser.data.pose_table import poses_of
 from robolaser.data.sensor_format import XYZ, SensorFormat, sensor_format, sensor_kinds
-from robolaser.errors import DataError, UsageError, near
+from robolaser.errors import UsageError, near
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".dat", *ARRAY_FILES)
 TAGGED = "pose"
@@ -174,12 +174,7 @@ def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:
     for column in table.header:
         cells = table.known[column] if column in table.known else np.array(table.columns[column], dtype=np.str_)
         for row in np.flatnonzero(cells != cells[of_row])[:1]:
-            source, here, there = chosen.get(column, column), table.lines[row], table.lines[of_row[row]]
-            raise DataError(
-                f"{table.file}, row {here}, column {source}: pose {names[row]} has another value than in row {there}."
-                " Rows of one pose repeat its readings; if the arm moved between them, they are different poses.",
-                file=table.file,
-                row=here,
-                column=source,
-            )
+            what = f"pose {names[row]} has another value than in row {table.lines[of_row[row]]}."
+            why = "Rows of one pose repeat its readings; if the arm moved between them, they are different poses."
+            raise bad_row(table.file, table.lines[row], f"{what} {why}", chosen.get(column, column))
     return table.take(np.array(list(first.values())))

@@ -9,7 +9,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.csv_tables import CsvTable, finite
+from robolaser.data.csv_tables import CsvTable, bad_row, finite
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.importers.clock_offset import CLOCKS
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading, motion_readings
@@ -91,9 +91,7 @@ def read_tum(path: Path) -> tuple[CsvTable, int]:
         if not cells:
             continue
         if len(cells) != len(COLUMNS) or not np.isfinite(cells).all():
-            raise DataError(
-                f"{path.name}, row {number}: expected eight numbers: {' '.join(COLUMNS)}.", file=path.name, row=number
-            )
+            raise bad_row(path.name, number, f"expected eight numbers: {' '.join(COLUMNS)}.")
         rows.append(cells)
         lines.append(number)
     if not rows:
