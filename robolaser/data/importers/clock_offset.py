@@ -1,7 +1,6 @@
 """How far two clocks differ that timed one motion: by the angles by which both streams turn."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, final
 
 import numpy as np
@@ -10,7 +9,6 @@ from scipy.signal import correlate
 
 from robolaser.arrays import Array
 from robolaser.data.importers.time_matching import match
-from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import log_so3
 
 SPAN_S: Final = 0.3  # over which a turn is measured: long against the noise of one reading, short against a move
@@ -19,18 +17,6 @@ MOST_STEPS: Final = 200_000  # of that grid
 ALIKE: Final = 0.8  # agreement of turning speeds, of at most 1, from which both are of one motion: a judgement
 PARTS: Final = 20  # of the streams, whose scatter gives the standard error: neighbouring rows share readings
 FEWEST: Final = 2 * PARTS  # rows
-CLOCKS: Final = "clocks"  # option that says that two files were timed by different clocks
-SURE: Final = 5.0  # standard errors from which on an offset is said
-
-
-@final
-@dataclass(frozen=True)
-class Trajectory:
-    """How a body moved: times (n,) [s], in order, and motions (n, 4, 4)."""
-
-    file: str
-    time_s: Array
-    T: Array
 
 
 @final
@@ -93,38 +79,3 @@ def _turns(times_s: Array, T: Array, at_s: Array, span_s: float) -> Array:
     """By how much a body turns from each time (k,) within a span [s], (k,) [rad]."""
     R, later = (match(times_s, at, np.inf).motions(T)[:, :3, :3] for at in (at_s, at_s + span_s))
     return np.asarray(np.linalg.norm(log_so3(np.swapaxes(R, -1, -2) @ later), axis=-1))
-
-
-def by_one_clock(
-    flange: Trajectory, body: Trajectory, tolerance_s: float, further: Mapping[str, str]
-) -> tuple[Trajectory, str, tuple[str, ...]]:
-    """A body by the flange's clock if it had another, what was added to its times, and what to warn of.
-
-    Args:
-        flange: By the clock that counts.
-        body: Rigidly connected with it.
-        tolerance_s: How far in time readings may be from measurements.
-        further: Options of the importer, of which `clocks` counts.
-
-    Raises:
-        DataError: The clocks are said to differ, but both do not turn alike at any offset.
-        UsageError: The option has another value than "differ".
-    """
-    stated = further.get(CLOCKS)
-    if stated not in (None, "differ"):
-        raise UsageError(f"--set {CLOCKS}={stated}: expected differ, or nothing where both files have one clock.")
-    found = clock_offset(flange.time_s, flange.T, body.time_s, body.T)
-    if stated is None:
-        if found is None or abs(found.offset_s) < max(SURE * found.std_s, tolerance_s / 10):
-            return body, "", ()
-        return body, "", (
-            f"The clocks of {flange.file} and {body.file} seem to differ: both turn alike if {found} is added to the"
-            f" times of {body.file}. --set {CLOCKS}=differ does so.",
-        )  # fmt: skip
-    if found is None:
-        raise DataError(
-            f"{body.file} and {flange.file} do not turn alike at any offset of their clocks: at least {FEWEST} rows of"
-            " both must be of one motion that turns the flange.",
-            file=body.file,
-        )
-    return replace(body, time_s=body.time_s + found.offset_s), f" + {found} (by the turns of both)", ()

@@ -2,18 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import Dataset, Poses
-from robolaser.data.importers.clock_offset import CLOCKS, Trajectory, by_one_clock
+from robolaser.data.importers.clock_offset import FEWEST, clock_offset
 from robolaser.data.importers.time_matching import Match, match, tolerance_of, with_readings
 from robolaser.data.point_table import points_of
 from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_quaternion, pose
+
+CLOCKS: Final = "clocks"  # option that says that two files were timed by different clocks
+SURE: Final = 5.0  # standard errors from which on an offset is said
 
 
 def joined_by_time(
@@ -43,7 +47,9 @@ def joined_by_time(
     log = replace(log, poses=log.poses.take(_increasing(log.poses.time_s)))
     readings_s = log.poses.time_s
     assert readings_s is not None
-    at_s, words, warnings = _times(log, measured, tolerance, further, arm)
+    at_s = measured.numbers(["time_s"])[:, 0]
+    later_s, words, warnings = _clock(log, measured, at_s, tolerance, further, arm)
+    at_s = at_s + later_s
     found = match(readings_s, at_s, tolerance)
     kept, left_out = with_readings(found.near, found.away_s, tolerance, file=measured.file, what=what)
     times, number = np.unique(at_s[kept], return_inverse=True)
@@ -61,25 +67,38 @@ def _increasing(time_s: Array) -> Ints:
     return order[np.diff(time_s[order], prepend=-np.inf) > 0]
 
 
-def _times(
-    log: Dataset, measured: CsvTable, tolerance_s: float, further: Mapping[str, str], arm: str
-) -> tuple[Array, str, tuple[str, ...]]:
-    """When rows were measured, by the arm's clock, (m,) [s]; what was added; and warnings."""
-    at_s = measured.numbers(["time_s"])[:, 0]
+def _clock(
+    log: Dataset, measured: CsvTable, at_s: Array, tolerance_s: float, further: Mapping[str, str], arm: str
+) -> tuple[float, str, tuple[str, ...]]:
+    """What to add to the times (m,) of rows to have them by the arm's clock [s], in words too; and warnings."""
+    stated = further.get(CLOCKS)
     if QUATERNION[0] not in measured:
-        if CLOCKS in further:
+        if stated is not None:
             raise UsageError(
-                f"--set {CLOCKS}={further[CLOCKS]}: points by themselves do not turn, so they do not show by how much"
+                f"--set {CLOCKS}={stated}: points by themselves do not turn, so they do not show by how much"
                 " clocks differ. Import bodies (--sensor pose), or correct the times."
             )
-        return at_s, "", ()
+        return 0.0, "", ()
+    if stated not in (None, "differ"):
+        raise UsageError(f"--set {CLOCKS}={stated}: expected differ, or nothing where both files have one clock.")
     order = _increasing(at_s)
-    turns = from_quaternion(measured.numbers(QUATERNION)[order])
+    T = pose(from_quaternion(measured.numbers(QUATERNION)[order]), measured.numbers(XYZ)[order])
     assert log.poses.time_s is not None
-    flange = Trajectory(arm, log.poses.time_s, log.flange())
-    body = Trajectory(measured.file, at_s[order], pose(turns, measured.numbers(XYZ)[order]))
-    moved, words, warnings = by_one_clock(flange, body, tolerance_s, further)
-    return at_s + (moved.time_s[0] - body.time_s[0]), words, warnings
+    found = clock_offset(log.poses.time_s, log.flange(), at_s[order], T)
+    if stated is None:
+        if found is None or abs(found.offset_s) < max(SURE * found.std_s, tolerance_s / 10):
+            return 0.0, "", ()
+        return 0.0, "", (
+            f"The clocks of {arm} and {measured.file} seem to differ: both turn alike if {found} is added to the"
+            f" times of {measured.file}. --set {CLOCKS}=differ does so.",
+        )  # fmt: skip
+    if found is None:
+        raise DataError(
+            f"{measured.file} and {arm} do not turn alike at any offset of their clocks: at least {FEWEST} rows of"
+            " both must be of one motion that turns the flange.",
+            file=measured.file,
+        )
+    return found.offset_s, f" + {found} (by the turns of both)", ()
 
 
 def _readings(arm: Poses, at: Match, times: Array) -> Poses:

@@ -11,13 +11,12 @@ import numpy as np
 from robolaser.data.csv_tables import CsvTable, bad_row
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.array_files import ARRAY_FILES, array_table
-from robolaser.data.importers.clock_offset import CLOCKS
 from robolaser.data.importers.column_choice import POINTS, POSES, Chosen, choose, point_quantities, pose_quantities
 from robolaser.data.importers.column_reader import ColumnReader, with_quaternions
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
-from robolaser.data.importers.logs_by_time import joined_by_time
+from robolaser.data.importers.logs_by_time import CLOCKS, joined_by_time
 from robolaser.data.importers.time_matching import TOLERANCE
 from robolaser.data.importers.wide_tables import (
     a_row_for_each,

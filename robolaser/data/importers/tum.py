@@ -11,9 +11,8 @@ import numpy as np
 from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import CsvTable, bad_row, finite
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.importers.clock_offset import CLOCKS
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading, motion_readings
-from robolaser.data.importers.logs_by_time import joined_by_time
+from robolaser.data.importers.logs_by_time import CLOCKS, joined_by_time
 from robolaser.data.importers.time_matching import TOLERANCE
 from robolaser.data.importers.yaml_file import peek
 from robolaser.data.pose_table import FLANGE_COLUMNS, check_quaternions, poses_of
