@@ -84,7 +84,6 @@ def import_files(
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.robots import DescriptionOptions, find_robot
-    from robolaser.data.importers.robots.dh_table import DHStatement
     from robolaser.data.importers.writing import check_apart
     from robolaser.geometry.units import FACTORS, TIME
 
@@ -94,7 +93,7 @@ def import_files(
     of_robot = units_of_file.pop(
         Path(robot or "").name, tuple(unit for unit in stated_units if unit not in FACTORS[TIME])
     )
-    described = DescriptionOptions(DHStatement(dh, of_robot), _pairs("--xacro-arg", xacro))
+    described = DescriptionOptions(dh, of_robot, _pairs("--xacro-arg", xacro))
     urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
     check_apart(output, (*sources, *urdf))
     options = ImportOptions(

@@ -23,7 +23,7 @@ from robolaser.commands.scan import region_of
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.importers.opencv_storage import read_storage
-from robolaser.data.importers.robots.dh_table import DHStatement, read_dh_table
+from robolaser.data.importers.robots.dh_table import read_dh_table
 from robolaser.data.importers.yaml_file import read_yaml
 from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST, results_in
@@ -120,8 +120,8 @@ FILES = {
     "world.toml": lambda path: load_world(path, load_cell(path.parent / "cell-acl").description),
     "recording/plan.csv": lambda path: resumed(path.parents[1]),
     "recording/poses.csv": lambda path: resumed(path.parents[1]),
-    "arm_dh.csv": lambda path: read_dh_table(path, DHStatement("standard")),
-    "arm_dh.toml": lambda path: read_dh_table(path, DHStatement()),
+    "arm_dh.csv": lambda path: read_dh_table(path, "standard"),
+    "arm_dh.toml": read_dh_table,
     "arm.xml": lambda path: find_robot(str(path)),
     "arm.urdf.xacro": lambda path: find_robot(str(path)),
     "diagnosis.json": read_diagnosis,

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.importers.board_option import BOARD, FORM
+from robolaser.data.importers.board_option import FORM
 from robolaser.data.importers.hand_eye_pairs import Mount
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.sensor_format import sensor_format
@@ -108,6 +108,3 @@ def _size(file: Path) -> tuple[int, int]:
         raise DataError(f"{file.name} is not an image that OpenCV can read. Is it complete?", file=file)
     height, width = image.shape[:2]
     return width, height
-
-
-__all__ = ["BOARD", "ImageFiles", "camera_recording", "image_files"]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final, final
 
 from robolaser.errors import UsageError, near
-from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
+from robolaser.geometry.units import FACTORS, TIME
 
 NONE: Final = ""
 
@@ -18,8 +18,12 @@ class Units:
     stated: Mapping[str, str]  # unit of lengths, angles and times, as far as it was stated
 
     @classmethod
-    def of(cls, names: Sequence[str]) -> "Units":
+    def of(cls, names: Sequence[str], said: str = "--units") -> "Units":
         """Read a list of units.
+
+        Args:
+            names: Of at most one unit for each quantity.
+            said: Where they are stated, for messages.
 
         Raises:
             UsageError: One is unknown, or two are of one quantity.
@@ -29,10 +33,10 @@ class Units:
             quantity = next((quantity for quantity, factors in FACTORS.items() if name in factors), None)
             if quantity is None:
                 raise UsageError(
-                    f"--units: no unit '{name}'.{near(name, [u for known in FACTORS.values() for u in known])}"
+                    f"{said}: no unit '{name}'.{near(name, [u for known in FACTORS.values() for u in known])}"
                 )
             if stated.setdefault(quantity, name) != name:
-                raise UsageError(f"--units: {stated[quantity]} and {name} are both of {quantity}: name one.")
+                raise UsageError(f"{said}: {stated[quantity]} and {name} are both of {quantity}: name one.")
         return cls(stated)
 
     def unit(self, quantity: str, column: str) -> str:
@@ -53,6 +57,3 @@ class Units:
     def factor(self, quantity: str, column: str) -> float:
         """What turns a number into metres, radians or seconds."""
         return FACTORS[quantity][self.unit(quantity, column)] if quantity else 1.0
-
-
-__all__ = ["ANGLE", "FACTORS", "LENGTH", "NONE", "TIME", "Units"]

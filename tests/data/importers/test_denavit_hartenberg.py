@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robolaser.data.importers.robots import DescriptionOptions, find_robot
-from robolaser.data.importers.robots.dh_table import CONVENTIONS, DHStatement
+from robolaser.data.importers.robots import find_robot
+from robolaser.data.importers.robots.dh_table import CONVENTIONS
 from robolaser.errors import RobotError
 from robolaser.geometry.rigid_motion import pose, rot_x, rot_z
 from robolaser.robot.kinematics import Robot
@@ -39,7 +39,7 @@ def arm(folder: Path, rows: Sequence[Row], convention: str = "standard") -> Robo
     lines = [line for row in rows for line in ("[[joint]]", *(f"{key} = {value!r}" for key, value in row.items()))]
     tables = "\n".join(lines or ["joint = []"])
     (folder / "arm.toml").write_text(f'convention = "{convention}"\nunits = "m,rad"\n{tables}', "utf-8")
-    return find_robot(folder / "arm.toml", options=DescriptionOptions(DHStatement()))
+    return find_robot(folder / "arm.toml")
 
 
 def product(rows: Sequence[Row], convention: str, q: np.ndarray) -> list[np.ndarray]:

@@ -7,7 +7,6 @@ import pytest
 
 from robolaser import find_robot
 from robolaser.data.importers.robots import DescriptionOptions
-from robolaser.data.importers.robots.dh_table import DHStatement
 from robolaser.errors import DataError, RobotError, UsageError
 from robolaser.robot.kinematics import Robot
 
@@ -136,6 +135,7 @@ CSV = """name,a_mm,alpha,d_mm,theta,lower,upper
 one,0,90,300,0,-170,170
 two,250,0,0,90,,
 """
+DEG = DescriptionOptions("standard", ("deg",))
 TOML = """convention = "standard"
 units = ["mm", "deg"]
 [[joint]]
@@ -158,7 +158,7 @@ theta_rad = 1.5707963267948966
 def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path: Path) -> None:
     (tmp_path / "arm.csv").write_text(CSV, "utf-8")
     (tmp_path / "arm.toml").write_text(TOML, "utf-8")
-    table = find_robot(tmp_path / "arm.csv", options=DescriptionOptions(DHStatement("standard", ("deg",))))
+    table = find_robot(tmp_path / "arm.csv", options=DEG)
     settled = find_robot(tmp_path / "arm.toml")
     assert table.urdf == settled.urdf
     assert table.joints == ("one", "two")
@@ -169,24 +169,24 @@ def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("text", "said", "expected"),
     [
-        (CSV, DHStatement(None, ("deg",)), "standard or modified"),
-        (CSV, DHStatement("standard"), "row 1: in which unit is alpha"),
-        (CSV, DHStatement("standard", ("degrees",)), "no unit 'degrees'. Did you mean 'deg'"),
-        (CSV.replace("theta", "thetta"), DHStatement("standard", ("deg",)), "no such column: thetta"),
-        (CSV.replace(",90,,", ",q2 - 90,,"), DHStatement("standard", ("deg",)), "row 2, column theta: 'q2 - 90'"),
-        (CSV.replace("250", "1e300"), DHStatement("standard", ("deg",)), "row 2, column a_mm"),
-        (CSV.replace("250", "nan"), DHStatement("standard", ("deg",)), "row 2, column a_mm: 'nan', expected a number"),
-        (CSV.replace(",theta", "").replace(",0,-170", ",-170"), DHStatement("standard", ("deg",)), "7 cells|6 cells"),
-        ("", DHStatement("standard"), "no joint that moves"),
-        (CSV.replace("name", "convention"), DHStatement(), "several conventions: one, two"),
+        (CSV, DescriptionOptions(None, ("deg",)), "standard or modified"),
+        (CSV, DescriptionOptions("standard"), "row 1: in which unit is alpha"),
+        (CSV, DescriptionOptions("standard", ("degrees",)), "no unit 'degrees'. Did you mean 'deg'"),
+        (CSV.replace("theta", "thetta"), DEG, "no such column: thetta"),
+        (CSV.replace(",90,,", ",q2 - 90,,"), DEG, "row 2, column theta: 'q2 - 90'"),
+        (CSV.replace("250", "1e300"), DEG, "row 2, column a_mm"),
+        (CSV.replace("250", "nan"), DEG, "row 2, column a_mm: 'nan', expected a number"),
+        (CSV.replace(",theta", "").replace(",0,-170", ",-170"), DEG, "row [23]: [67] cells"),
+        ("", DescriptionOptions("standard"), "arm.csv is empty"),
+        (CSV.replace("name", "convention"), DescriptionOptions(), "several conventions: one, two"),
     ],
 )
 def test_what_a_table_leaves_open_is_asked_for_and_what_is_wrong_is_named(
-    text: str, said: DHStatement, expected: str, tmp_path: Path
+    text: str, said: DescriptionOptions, expected: str, tmp_path: Path
 ) -> None:
     (tmp_path / "arm.csv").write_text(text, "utf-8")
-    with pytest.raises((RobotError, UsageError), match=expected):
-        find_robot(tmp_path / "arm.csv", options=DescriptionOptions(said))
+    with pytest.raises((DataError, RobotError, UsageError), match=expected):
+        find_robot(tmp_path / "arm.csv", options=said)
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions
 from robolaser.data.importers.tables import Tables
-from robolaser.data.importers.units import FACTORS
 from robolaser.data.importers.writing import checked
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, to_quaternion
+from robolaser.geometry.units import FACTORS
 from robolaser.model.sensors.placements import motion
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import random_configurations

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import final
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
-from robolaser.data.importers.robots.dh_table import DHStatement, read_dh_table
+from robolaser.data.importers.robots.dh_table import read_dh_table
 from robolaser.data.importers.robots.mjcf import mjcf_urdf
 from robolaser.data.importers.robots.xacro_file import expanded
 from robolaser.robot import by_name
@@ -21,7 +21,8 @@ _BEGINNING = 4000
 class DescriptionOptions:
     """What the user states about a robot's file beyond its contents."""
 
-    dh: DHStatement = DHStatement()  # the convention and the units of a table of Denavit-Hartenberg numbers
+    dh: str | None = None  # convention of a table of Denavit-Hartenberg numbers, "standard" or "modified"
+    units: tuple[str, ...] = ()  # of its lengths and angles
     xacro: Mapping[str, str] = field(default_factory=dict)  # arguments of a xacro file, by name
 
 
@@ -72,7 +73,7 @@ def load_description(path: Path, options: DescriptionOptions | None = None) -> s
     """
     stated = options or DescriptionOptions()
     if path.suffix in (".csv", ".toml"):
-        return read_dh_table(path, stated.dh)
+        return read_dh_table(path, stated.dh, stated.units)
     text = read_text(path, ROBOT_BYTES)
     if "<mujoco" in text[:_BEGINNING]:
         return mjcf_urdf(path)

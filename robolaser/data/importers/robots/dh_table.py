@@ -1,13 +1,13 @@
 """A file with Denavit-Hartenberg numbers, CSV or TOML, written as a URDF; its units and convention are stated."""
 
-import csv
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, final
+from typing import Any, Final
 
 from robolaser.bounded_reading import ROBOT_BYTES, parse_toml, read_text
+from robolaser.data.csv_tables import finite, read_table
+from robolaser.data.importers.units import Units
 from robolaser.errors import RobotError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
 from robolaser.robot.by_name.description import Convention, rows_urdf
@@ -25,16 +25,7 @@ LARGEST = 1e4  # m or rad: beyond it a number is a slip
 SETTINGS = ("convention", "units")
 
 
-@final
-@dataclass(frozen=True)
-class DHStatement:
-    """What the user states about a table beyond its file's contents."""
-
-    convention: str | None = None  # "standard" or "modified"; None: not stated
-    units: tuple[str, ...] = ()  # of lengths and angles, as far as they are stated
-
-
-def read_dh_table(path: Path, stated: DHStatement) -> str:
+def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str] = ()) -> str:
     """A table's file as a URDF with the links `base`, `link_1` and so on, and `flange`.
 
     A row, from the base to the flange, is "standard" (Denavit, Hartenberg 1955) or "modified" (Craig), see `rows_urdf`.
@@ -42,30 +33,36 @@ def read_dh_table(path: Path, stated: DHStatement) -> str:
     `lower`, `upper`, `mass_kg`, `com_x`, `com_y`, `com_z`, `convention`; a TOML file has `[[joint]]` tables with these
     keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`.
 
+    Args:
+        path: The file.
+        convention: "standard" or "modified", where the file does not say it.
+        units: Of lengths and angles, likewise.
+
     Raises:
         RobotError: With row and column of what is wrong or missing; there is no moving joint, two share a name, a
             prismatic one has no limits, lower is above upper, or a fixed row has a mass.
         UsageError: The convention or a unit is stated nowhere.
-        DataError: The file cannot be read.
+        DataError: The file cannot be read, or is no table.
     """
     rows, settings = (_from_toml if path.suffix == ".toml" else _from_csv)(path)
     for key in settings:
         if key not in SETTINGS:
             raise RobotError(f"{path.name}: this key is not known: {key}.{near(key, [*SETTINGS, 'joint'])}")
-    convention = settings.get("convention", stated.convention)
-    if convention is None:
+    stated = settings.get("convention", convention)
+    if stated is None:
         raise UsageError(
             f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Say it with --dh, or in the file"
             " under convention."
         )
-    known = next((one for one in CONVENTIONS if one == convention), None)
+    known = next((one for one in CONVENTIONS if one == stated), None)
     if known is None:
-        raise RobotError(f"{path.name}: the convention is {convention!r}, expected standard or modified.")
-    units = settings.get("units", stated.units)
-    factors = _factors(units.split(",") if isinstance(units, str) else units, path.name)
+        raise RobotError(f"{path.name}: the convention is {stated!r}, expected standard or modified.")
+    of_file = settings.get("units", units)
+    names = of_file.split(",") if isinstance(of_file, str) else of_file if isinstance(of_file, Sequence) else [of_file]
+    stated_units = Units.of([str(name).strip() for name in names], path.name).stated
     if len(rows) > MOST_ROWS:
         raise RobotError(f"{path.name} has {len(rows)} rows: too many for a robot. Is it the right file?")
-    table = [_row(cells, number, factors, path) for number, cells in enumerate(rows, 1)]
+    table = [_row(cells, number, stated_units, path) for number, cells in enumerate(rows, 1)]
     joints = [row["joint"] for row in table if "joint" in row]
     if not joints:
         raise RobotError(f"{path.stem}: the table has no joint that moves.")
@@ -76,16 +73,9 @@ def read_dh_table(path: Path, stated: DHStatement) -> str:
 
 
 def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
-    reader = csv.reader(read_text(path, ROBOT_BYTES).splitlines(), strict=True, skipinitialspace=True)
-    try:
-        lines = [row for row in reader if any(map(str.strip, row))]
-    except csv.Error as error:
-        raise RobotError(f"{path.name}, line {reader.line_num}: {error}.") from None
-    header = [name.strip() for name in lines[0]] if lines else []
-    for row in lines[1:]:
-        if len(row) != len(header):
-            raise RobotError(f"{path.name}: {len(row)} cells in a row, but the header names {len(header)} columns.")
-    rows: list[dict[str, object]] = [dict(zip(header, map(str.strip, row), strict=True)) for row in lines[1:]]
+    table = read_table(path)
+    cells = zip(*(table.columns[name] for name in table.header), strict=True)
+    rows: list[dict[str, object]] = [dict(zip(table.header, row, strict=True)) for row in cells]
     stated = {str(row.pop("convention")) for row in rows if "convention" in row}
     if len(stated) > 1:
         raise RobotError(f"{path.name}: the rows state several conventions: {', '.join(sorted(stated))}.")
@@ -103,19 +93,7 @@ def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
     return rows, contents
 
 
-def _factors(units: object, file: str) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for unit in units if isinstance(units, list | tuple) else [units]:
-        name = str(unit).strip()
-        quantity = next((known for known in (LENGTH, ANGLE) if name in FACTORS[known]), None)
-        if quantity is not None:
-            found[quantity] = FACTORS[quantity][name]
-        elif name:
-            raise UsageError(f"{file}: no unit {name!r}.{near(name, [*FACTORS[LENGTH], *FACTORS[ANGLE]])}")
-    return found
-
-
-def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float], path: Path) -> dict[str, Any]:
+def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], path: Path) -> dict[str, Any]:
     """A row as `rows_urdf` has it: a fixed one, as of a tool or a base, has no joint."""
     where, table = f"{path.name}, row {number}", path.stem
     kind = str(cells.get("kind") or "revolute")
@@ -132,14 +110,14 @@ def _row(cells: Mapping[str, object], number: int, factors: Mapping[str, float],
             raise RobotError(f"{where}: {name} is there twice, in different units. Delete one.")
         quantity = _quantity(name, kind)
         value = _number(cell, f"{where}, column {column}")
-        factor = FACTORS[quantity].get(unit) if unit else factors.get(quantity, None if value else 1.0)
-        if factor is None:
+        unit = unit or units.get(quantity, "")
+        if unit not in FACTORS[quantity] and (unit or value):
             example = ", ".join(list(FACTORS[quantity])[:3])
             raise UsageError(
                 f"{where}: in which unit is {column}? Say it with --units ({example}), or at the end of the name, as"
                 f" {name}_{next(iter(FACTORS[quantity]))}."
             )
-        found[name] = factor * value
+        found[name] = FACTORS[quantity].get(unit, 0.0) * value
     missing = [name for name in QUANTITIES if name not in found]
     if missing:
         there = [_split(column)[0] for column in cells]
@@ -176,10 +154,7 @@ def _quantity(name: str, kind: str) -> str:
 
 
 def _number(cell: object, where: str) -> float:
-    try:
-        value = math.nan if isinstance(cell, bool) or "_" in str(cell) else float(str(cell))
-    except ValueError:
-        value = math.nan
+    value = finite(str(cell))
     if not abs(value) <= LARGEST:
         raise RobotError(
             f"{where}: {str(cell)[:60]!r}, expected a number. Where a table has q or theta there, write the angle at"
