@@ -18,6 +18,7 @@ SMALLEST_PX = 24
 """Short side [px] of an image that is searched, at least: of smaller ones the search's neighbourhoods are nothing."""
 STRIPE_SHARES = (1 / 40, 1 / 20)
 """Breadths of a stripe that cuts squares apart, as shares of the image's longer side: it is wiped off to search."""
+WINDOW_PX = (2, 12)  # half sides of the window in which a corner is sharpened, least and most
 GLARE = 1.3  # grey of the stripe at least, against the image's light parts
 CELL_PX = 8  # side [px] of a square in the image straightened to look at the squares' colours
 LEAST_ALTERNATING = 0.8
@@ -62,7 +63,8 @@ def find_board(image: Image, *, columns: int, rows: int) -> BoardCorners | None:
         if not found:
             continue
         grid = (np.asarray(corners, dtype=np.float64).reshape(rows, columns, 2) + 0.5) / scale - 0.5
-        grid = _sharpen(image, grid)
+        spacing = min(np.linalg.norm(np.diff(grid, axis=axis), axis=-1).min() for axis in (0, 1))
+        grid = sharpened(image, grid, int(np.clip(spacing / 3, *WINDOW_PX)))
         H_lattice_pixel, on_pattern = _pattern(grid)
         if on_pattern.mean() < LEAST_ON_PATTERN:
             continue
@@ -84,6 +86,13 @@ def off_pattern(H_pixel_board: Any, places: Array, pixel: Array) -> Array:
     """Distance of pixels from where a perspective puts their places on the board, both (n, 2), (n,) [px]."""
     shown = np.asarray(cv2.perspectiveTransform(places.reshape(-1, 1, 2), H_pixel_board)).reshape(-1, 2)
     return np.asarray(np.linalg.norm(shown - pixel, axis=-1))
+
+
+def sharpened(image: Image, pixel: Array, half: int) -> Array:
+    """Corners near pixels, (..., 2), where the edges cross in a window of so many pixels on either side, (..., 2)."""
+    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-3)
+    fine = cv2.cornerSubPix(image, pixel.reshape(-1, 1, 2).astype(np.float32), (half, half), (-1, -1), stop)
+    return np.asarray(fine, dtype=np.float64).reshape(pixel.shape)
 
 
 def quarter_turns(grid: Array) -> tuple[Array, ...]:
@@ -122,18 +131,6 @@ def _wiped(image: Image, light: float) -> Iterator[Image]:
         breadth = max(1, round(share * max(image.shape)))
         for kernel in (np.ones((1, breadth), np.uint8), np.ones((breadth, 1), np.uint8)):
             yield np.where(glare, cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), image).astype(np.uint8)
-
-
-def _sharpen(image: Image, grid: Array) -> Array:
-    rows, columns = grid.shape[:2]
-    spacing = min(
-        np.linalg.norm(np.diff(grid, axis=0), axis=-1).min(), np.linalg.norm(np.diff(grid, axis=1), axis=-1).min()
-    )
-    half = int(np.clip(spacing / 3, 2, 12))
-    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-3)
-    start = grid.reshape(-1, 1, 2).astype(np.float32)
-    fine = cv2.cornerSubPix(image, start, (half, half), (-1, -1), stop)
-    return np.asarray(fine, dtype=np.float64).reshape(rows, columns, 2)
 
 
 def _lattice(columns: int, rows: int) -> Array:

@@ -17,11 +17,13 @@ LEAST_MARGIN: Final = 2.0
 LEAST_TOLD: Final = np.radians(1.0)
 """How many times the misfit of the best way, and how much more, every other way must have. Judgements."""
 
+MOST_BY_SIGHT: Final = 2  # ways to lay the frame, up to which sight or turns of the flange always tell them apart
+
 Orientations = Sequence[Array]
 """Every way to lay the frame on the board of one image, each a grid of corners (rows, columns, 2) [px]."""
 
 
-def oriented(orientations: Sequence[Orientations], R_base_flange: Array | None, lens: Lens) -> list[Array]:
+def oriented(orientations: Sequence[Orientations], R_base_flange: Array | None, lens: Lens) -> tuple[list[Array], bool]:
     """Choose for each image the way that lays the same frame on the board as in the others, (rows, columns, 2) [px].
 
     By the robot's turns where lens and turns are known, else by sight.
@@ -30,10 +32,15 @@ def oriented(orientations: Sequence[Orientations], R_base_flange: Array | None, 
         orientations: The ways for each of n images, in the order taken.
         R_base_flange: Turn of the flange in each, (n, 3, 3); None where it is not known.
         lens: Of the camera.
+
+    Returns:
+        One grid for each image, and whether nothing speaks for another way.
     """
+    few = max(map(len, orientations), default=0) <= MOST_BY_SIGHT
     if R_base_flange is None or not lens.known or all(len(ways) == 1 for ways in orientations):
-        return orient_by_continuity(orientations)
-    return orient_by_robot(orientations, R_base_flange, lens)[0]
+        return orient_by_continuity(orientations), few
+    grids, is_certain = orient_by_robot(orientations, R_base_flange, lens)
+    return grids, is_certain or few
 
 
 def orient_by_continuity(orientations: Sequence[Orientations]) -> list[Array]:

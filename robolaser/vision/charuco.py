@@ -8,7 +8,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.data.printed_board import dictionary
-from robolaser.vision.board import Image
+from robolaser.vision.board import Image, sharpened
 
 WINDOW_PX = (2, 8)  # half sides of the window in which a corner is sharpened, least and most
 
@@ -39,10 +39,8 @@ def _sharpened(image: Image, grid: Array, board: Board) -> Array:
         return grid
     room = float(pitch.min()) * (1.0 - float(board.marker_m or 0.0) / board.square_m) / 2.0
     half = int(np.clip(room, *WINDOW_PX))
-    stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-3)
-    start = grid[there].reshape(-1, 1, 2).astype(np.float32)
     grid = grid.copy()
-    grid[there] = cv2.cornerSubPix(image, start, (half, half), (-1, -1), stop).reshape(-1, 2)
+    grid[there] = sharpened(image, grid[there], half)
     return grid
 
 

@@ -129,7 +129,7 @@ def extract_points(
     boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
     lens = find_lens([ways[0] for ways in boards.values()], board.square_m, *search.camera.size_px)
     turns = None if R_base_flange is None else R_base_flange[list(boards)]
-    grids = dict(zip(boards, oriented(list(boards.values()), turns, lens), strict=True))
+    grids = dict(zip(boards, oriented(list(boards.values()), turns, lens)[0], strict=True))
     views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
     length = search.camera.size_px[1 if search.axis == "v" else 0]
     apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step

@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
 from robolaser.vision.board import Image, find_board
-from robolaser.vision.board_orientation import orient_by_robot, oriented
+from robolaser.vision.board_orientation import oriented
 from robolaser.vision.charuco import find_charuco
 from robolaser.vision.circle_grid import find_circles, lattice
 from robolaser.vision.images import CameraImages
@@ -20,7 +20,6 @@ from robolaser.vision.lens import find_lens, view_board
 
 FEWEST = 4  # corners of which an image must show at least so many: fewer say nothing of where the board stands
 ENOUGH = 8  # corners from which an image helps to find the lens, and is told how well it fits the pattern
-MOST_TURNS = 2  # ways to lay the frame on a target, up to which sight or turns of the flange always tell them apart
 
 
 @final
@@ -138,12 +137,7 @@ def _as_points(
     whole = [] if staggered else [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
     lens = find_lens(whole, board.square_m, *recording.image_px)
     turns = recording.flange()[[one.row for one in seen], :3, :3]
-    ways = [one.ways for one in seen]
-    by_robot = max(map(len, ways)) > MOST_TURNS
-    if by_robot and lens.known:
-        grids, is_certain = orient_by_robot(ways, turns, lens)
-    else:
-        grids, is_certain = oriented(ways, None if staggered else turns, lens), not by_robot
+    grids, is_certain = oriented([one.ways for one in seen], None if staggered else turns, lens)
     if not is_certain:
         raise ImageError(
             f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, and the poses of"
