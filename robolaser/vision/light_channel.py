@@ -6,9 +6,8 @@ from types import MappingProxyType
 import cv2
 import numpy as np
 
-from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.image_list import PoseImages
-from robolaser.errors import DataError
+from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages, Weights, lights
 from robolaser.vision.line_tracking import track_stripe
 from robolaser.vision.stripe_detection import Axis, find_line_centres
@@ -46,20 +45,14 @@ def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: Axis) 
         ImageError: An image is missing, broken or of another size.
     """
     some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
-    if not any(_is_colourful(one) for one in some):
+    if not any(_is_colourful(camera.colours(one.lit[0])) for one in some):
         return "grey"
     found = {name: sum(_length(one, camera, axis, weights) for one in some) for name, weights in CHANNELS.items()}
     best = max(found, key=lambda name: found[name])
     return best if found[best] > BETTER * found["grey"] else "grey"
 
 
-def _is_colourful(shots: PoseImages) -> bool:
-    try:
-        image = decoded(read_bytes(shots.lit[0], IMAGE_BYTES), cv2.IMREAD_COLOR)
-    except DataError:
-        image = None
-    if image is None:  # said where it is read
-        return False
+def _is_colourful(image: Image) -> bool:
     blue, green, red = cv2.split(image)
     return bool((cv2.absdiff(red, green) > COLOURFUL).any() or (cv2.absdiff(blue, green) > COLOURFUL).any())
 

@@ -47,20 +47,21 @@ def missed(taken: PoseImages, channel: str, **how) -> tuple[int, float]:
 
 
 @pytest.mark.parametrize(
-    ("colour", "expected", "dark"),
+    ("colour", "expected", "dark", "bits"),
     [
-        ((0.02, 0.05, 1), "red", False),
-        ((0.02, 0.05, 1), "red", True),
-        ((0.05, 1, 0.1), "green", False),
-        ((1, 0.1, 0), "blue", False),
-        ((1, 0.1, 0), "blue", True),
+        ((0.02, 0.05, 1), "red", False, 8),
+        ((0.02, 0.05, 1), "red", True, 8),
+        ((0.02, 0.05, 1), "red", False, 12),
+        ((0.05, 1, 0.1), "green", False, 8),
+        ((1, 0.1, 0), "blue", False, 8),
+        ((1, 0.1, 0), "blue", True, 8),
     ],
 )
-def test_the_channel_is_found_in_which_a_coloured_laser_stands_out(colour, expected, dark, tmp_path) -> None:
+def test_the_channel_is_found_in_which_a_coloured_laser_stands_out(colour, expected, dark, bits, tmp_path) -> None:
     """On texture as strong as itself; with an image without the laser, and by the stripe alone."""
     off = picture(colour, 0.0) if dark else None
-    taken = shots(tmp_path, picture(colour, 45.0), off=off)
-    channel = find_channel([taken], CameraImages(SIZE), "v")
+    taken = shots(tmp_path, picture(colour, 45.0, bits), off=off)
+    channel = find_channel([taken], CameraImages(SIZE, bits), "v")
     assert channel.startswith(expected), channel
     rows, error = missed(taken, channel)
     in_grey, _ = missed(taken, "grey")
