@@ -12,10 +12,9 @@ from robolaser.bounded_reading import SETTINGS_BYTES, read_text
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
 from robolaser.data.importers.ros_messages import STAMPS
-from robolaser.data.importers.units import Units
 from robolaser.data.lerobot import TURN, Servo, read_servos
 from robolaser.errors import DataError, UsageError, near
-from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME, Units
 from robolaser.motion.log import QUANTITIES, MotionLog
 from robolaser.motion.recorders import RecordedRun, runs_of
 from robolaser.motion.ros_log import COMMAND_TOPIC, bag_runs

@@ -3,8 +3,7 @@
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.vision.profiles import FOOT, FULL, LEVEL, Profiles
-from robolaser.vision.runs import Runs
+from robolaser.vision.runs import FOOT, FULL, LEVEL, Profiles, Runs
 
 BEYOND_SIGMAS = 3.0
 """Pixels fitted beyond a flank: where the gaussian ends, and enough ground beside it to know its slope."""

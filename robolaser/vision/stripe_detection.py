@@ -9,8 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.vision.board import Image
 from robolaser.vision.gaussian_fit import gaussian_fit
-from robolaser.vision.profiles import measure
-from robolaser.vision.runs import find_runs
+from robolaser.vision.runs import find_runs, measure
 
 Axis = Literal["u", "v"]
 MOST_ASYMMETRY = 0.15

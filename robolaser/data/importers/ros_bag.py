@@ -15,8 +15,7 @@ from robolaser.data.importers.camera_recording import ImageFiles, camera_recordi
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset, pose_readings
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
 from robolaser.data.importers.intrinsics import HOLD, intrinsic_parameters, intrinsics_of
-from robolaser.data.importers.ros_images import image_file
-from robolaser.data.importers.ros_messages import CAMERA_INFO, IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag
+from robolaser.data.importers.ros_messages import CAMERA_INFO, IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag, image_file
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
