@@ -96,14 +96,6 @@ def test_the_robots_turns_keep_the_frame_however_far_the_camera_rolls():
         np.testing.assert_allclose(grid, one.corners())
 
 
-def test_the_lens_is_known_from_perfect_corners():
-    scenes = session()
-    lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)
-    assert lens.known
-    np.testing.assert_allclose(lens.distortion[:2], [scenes[0].k1, 0], atol=1e-4)
-    np.testing.assert_allclose(lens.matrix[0, 0], 800, rtol=1e-4)
-
-
 def test_a_known_plane_gives_places_far_beyond_the_corners():
     scenes = session()
     lens = find_lens([one.corners() for one in scenes], SQUARE, WIDTH, HEIGHT)

@@ -10,6 +10,7 @@ from robolaser.vision.lens import find_lens
 COLUMNS, ROWS, SQUARE_M = 9, 6, 0.010
 WIDTH_PX, HEIGHT_PX = 640, 480
 FOCAL_PX = 1090.0
+K1 = -0.04
 
 
 def boards(*, centre: tuple[float, float], k2: float = 0.0, noise_px: float, views: int = 20) -> list[Array]:
@@ -18,7 +19,7 @@ def boards(*, centre: tuple[float, float], k2: float = 0.0, noise_px: float, vie
     place = SQUARE_M * np.indices((ROWS, COLUMNS), dtype=np.float64)[::-1].reshape(2, -1).T
     place = np.pad(place - place.mean(axis=0), ((0, 0), (0, 1)))
     matrix = np.array([[FOCAL_PX, 0, centre[0]], [0, FOCAL_PX, centre[1]], [0, 0, 1]])
-    lens = np.array([-0.04, k2, 0.0, 0.0, 0.0])
+    lens = np.array([K1, k2, 0.0, 0.0, 0.0])
     grids = []
     for _ in range(views):
         turn = rng.uniform(-0.4, 0.4, 3)
@@ -32,7 +33,9 @@ def boards(*, centre: tuple[float, float], k2: float = 0.0, noise_px: float, vie
 def test_a_lens_beside_the_image_s_middle_is_found_there(centre: tuple[float, float]) -> None:
     lens = find_lens(boards(centre=centre, noise_px=0.04), SQUARE_M, WIDTH_PX, HEIGHT_PX)
     np.testing.assert_allclose(lens.matrix[:2, 2], centre, atol=1.0)
+    assert lens.known
     assert lens.matrix[0, 0] == pytest.approx(FOCAL_PX, rel=5e-3)
+    assert lens.distortion[0] == pytest.approx(K1, abs=5e-3)
 
 
 def test_what_corners_do_not_tell_stays_where_a_lens_usually_has_it() -> None:

@@ -33,7 +33,8 @@ def test_a_turned_image_gives_the_same_stripe():
 def test_images_without_a_stripe_have_none():
     for seed in range(5):
         assert len(trace(exposed(np.full((HEIGHT, WIDTH), 60.0), 6, seed), "v")) == 0
-    assert len(trace(np.zeros((HEIGHT, WIDTH), np.uint8), "v")) == 0
+    for grey in (0, 40, 255):
+        assert len(trace(np.full((HEIGHT, WIDTH), grey, np.uint8), "v")) == 0
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])

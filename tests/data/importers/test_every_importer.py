@@ -128,11 +128,10 @@ def test_a_data_set_is_overwritten_only_by_force(case: Case, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize("file", ["poses.csv", "points.csv", "robot.urdf"])
-@pytest.mark.parametrize("force", [[], ["--force"]])
-def test_a_file_that_is_of_no_data_set_is_never_overwritten(case: Case, file: str, force: list[str]) -> None:
+def test_a_file_that_is_of_no_data_set_is_never_overwritten(case: Case, file: str) -> None:
     case.output.mkdir()
     (case.output / file).write_text("mine", encoding="utf-8")
-    assert case.run(*force) == 1
+    assert case.run("--force") == 1
     assert contents(case.output) == {file: b"mine"}
 
 
