@@ -5,7 +5,7 @@ from scipy.ndimage import median_filter
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.stripe_detection import LineCentres
+from robolaser.vision.runs import LineCentres
 
 STRATA = 20  # lines tried are drawn through centres in this many parts of the image
 WIDEST_GATE_PX = 3.0

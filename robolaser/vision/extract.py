@@ -14,7 +14,8 @@ from robolaser.vision.board import BoardCorners, find_board
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
-from robolaser.vision.stripe_detection import Axis, LineCentres, every, find_line_centres
+from robolaser.vision.runs import Axis, LineCentres
+from robolaser.vision.stripe_detection import every, find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
 
 POINTS_PER_IMAGE = 170

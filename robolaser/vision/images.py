@@ -14,8 +14,7 @@ from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
-from robolaser.vision.runs import FULL
-from robolaser.vision.stripe_detection import Axis
+from robolaser.vision.runs import FULL, Axis
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
 PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off

@@ -10,7 +10,8 @@ from robolaser.data.image_list import PoseImages
 from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages, Weights, lights
 from robolaser.vision.line_tracking import track_stripe
-from robolaser.vision.stripe_detection import Axis, find_line_centres
+from robolaser.vision.runs import Axis
+from robolaser.vision.stripe_detection import find_line_centres
 
 CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
     {
@@ -61,5 +62,5 @@ def _length(shots: PoseImages, camera: CameraImages, axis: Axis, weights: Weight
     """Lines of pixels that show the stripe, each as much as its centre is sure to a tenth of a pixel or so."""
     _, light = next(iter(lights(shots, camera, weights)))
     centres = find_line_centres(light, axis)
-    chosen, excess = track_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
+    chosen, excess = track_stripe(centres)
     return float((1.0 / (1.0 + (excess * centres.std[chosen] / 0.1) ** 2)).sum())

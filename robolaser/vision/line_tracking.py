@@ -4,7 +4,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
-from robolaser.vision.stripe_detection import LineCentres
+from robolaser.vision.runs import LineCentres
 
 STEEPEST = 3.0
 """Most that a stripe moves from one line of pixels to the next [px]; more is a step in depth, or another light."""
@@ -23,7 +23,7 @@ STRAY_LEAST_PX = 0.3  # the same at least [px]: surfaces are not smooth
 OF_JUMP = 1.08  # scatter of a centre against the median of five pairs about it, over its own
 
 
-def track_stripe(centres: LineCentres, across: Array) -> tuple[Bools, float]:
+def track_stripe(centres: LineCentres) -> tuple[Bools, float]:
     """Choose the centres of one stripe, one at most in each line.
 
     Light that goes on from line to line makes pieces; steps in depth, edges and gaps end them. Of pieces side by side
@@ -31,7 +31,6 @@ def track_stripe(centres: LineCentres, across: Array) -> tuple[Bools, float]:
 
     Args:
         centres: The candidates of an image (n), by line.
-        across: Their coordinate across the stripe, (n,) [px].
 
     Returns:
         Whether each candidate is chosen, (n,), and by how much their scatter along the stripe exceeds what they say of
@@ -42,7 +41,7 @@ def track_stripe(centres: LineCentres, across: Array) -> tuple[Bools, float]:
     chosen = np.zeros(len(centres), dtype=np.bool_)
     if len(at) == 0:
         return chosen, 1.0
-    line, x = centres.line[at], across[at]
+    line, x = centres.line[at], centres.centre[at]
     piece = pieces(line, x)
     count = np.bincount(piece)
     score = (np.bincount(piece, centres.light[at]) / np.sqrt(count))[piece]
@@ -54,7 +53,7 @@ def track_stripe(centres: LineCentres, across: Array) -> tuple[Bools, float]:
     won = np.bincount(piece, wins)
     kept = wins & ((count >= SHORTEST) & (won >= WINNING * count))[piece]
     at, piece = at[kept], piece[kept]
-    jump = _jumps(centres.line[at], across[at], piece)
+    jump = _jumps(centres.line[at], centres.centre[at], piece)
     rough = np.bincount(piece, np.minimum(np.nan_to_num(np.abs(jump)), MOST_JUMP_PX), len(count))
     calm = (rough <= ROUGHEST_PX * won)[piece]
     at, jump = at[calm], jump[calm]

@@ -1,15 +1,16 @@
 """Bright runs, pixels next to each other in one line that a stripe may have lit, and the profile of each."""
 
-from dataclasses import dataclass
-from typing import Any, final
+from dataclasses import dataclass, fields
+from typing import Any, Literal, final
 
 import cv2
 import numpy as np
 
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.geometry.mad_scale import mad_scale
 from robolaser.vision.board import Image
 
+Axis = Literal["u", "v"]
 BACKGROUND_SHARE = 1 / 6  # width of the box that blurs the stripe into its background, as a share of the line's length
 WIDEST_SHARE = 1 / 8  # widest stripe, as a share of the line's length; wider light is a lamp or a polished part
 FAINTEST = 8.0  # least height [grey] of a stripe above its blurred surroundings
@@ -24,6 +25,8 @@ FULL = 255  # grey of a saturated pixel: it was at least as bright
 LEVEL = 0.6  # height, from background (0) to peak (1), above which light counts: on the steep flanks, above the halo
 FOOT = 0.3  # height at which a second centre is taken; its distance from the other shows an asymmetric profile
 LEAST_SECOND_MOMENT = 0.1  # sum of squared distances of pixels from the centre [px²], at least
+MOST_ASYMMETRY = 0.15
+"""Shift of the centre between foot and top, as a share of the width, beyond which a profile is no stripe's."""
 FLANK_PX = 0.05
 """Error [px] of a saturated centre beside the noise's: its flanks are steep, and no line goes from pixel to pixel."""
 
@@ -33,6 +36,7 @@ FLANK_PX = 0.05
 class Runs:
     """Runs in an image's lines."""
 
+    axis: Axis  # image axis that the stripe runs along
     across: Image  # the image, turned so that the lines that cross the stripe are its rows, (lines, length)
     line: Ints  # line of each run, ascending, (n,)
     first: Ints  # its first pixel, ascending within a line, (n,)
@@ -51,8 +55,9 @@ class Runs:
         return before, after
 
 
-def find_runs(across: Image) -> Runs:
+def find_runs(image: Image, axis: Axis) -> Runs:
     """Find what is brighter than its surroundings, narrow enough for a stripe, and strong in its line."""
+    across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=image.dtype)
     length = across.shape[1]
     smooth = cv2.blur(across, (3, 1))
     around = cv2.blur(across, (2 * int(length * BACKGROUND_SHARE / 2) + 1, 1))
@@ -69,7 +74,7 @@ def find_runs(across: Image) -> Runs:
     fits = (last - first >= 1) & (last - first < WIDEST_SHARE * length)
     line, first, last = line[fits], first[fits], last[fits]
     kept = _strongest(rise, line, first, last)
-    return Runs(across, line[kept], first[kept], last[kept], _noise(across))
+    return Runs(axis, across, line[kept], first[kept], last[kept], _noise(across))
 
 
 def _strongest(rise: Image, line: Ints, first: Ints, last: Ints) -> Ints:
@@ -98,22 +103,43 @@ def _noise(across: Image) -> float:
 
 @final
 @dataclass(frozen=True)
-class Profiles:
-    """What the lines' pixels say of each run (n); NaN where the image's border cuts it."""
+class LineCentres:
+    """Centres of bright runs, several to a line of pixels where light is double."""
 
-    centre: Array  # centre of gravity above LEVEL, (n,) [px along the line]
-    std: Array  # its standard deviation, (n,) [px]
+    axis: Axis  # image axis that the stripe runs along
+    line: Ints  # row (column, where the stripe runs along u) of each centre, (n,)
+    centre: Array  # the centre in its line of pixels, (n,) [px]; NaN where the image's border cuts the run
+    std: Array  # its standard deviation by the image's noise, (n,) [px]
     width: Array  # between the flanks at LEVEL, (n,) [px]
     foot: Array  # between the flanks at FOOT, (n,) [px]
-    light: Array  # grey above LEVEL, summed, (n,)
-    peak: Array  # brightest grey, (n,)
+    light: Array  # grey above LEVEL, summed over the run, (n,)
+    peak: Array  # brightest grey of the run, (n,)
     ground: Array  # grey beside the run, (n,)
     full: Ints  # saturated pixels, (n,)
     asymmetry: Array  # middle above FOOT against centre above LEVEL, (n,) [px]
 
+    def __len__(self) -> int:
+        return len(self.line)
 
-def measure(runs: Runs) -> Profiles:
-    """Measure each run's profile.
+    @property
+    def pixel(self) -> Array:
+        """The centres, (n, 2) [px] as (u, v)."""
+        return np.stack([self.centre, self.line] if self.axis == "v" else [self.line, self.centre], axis=-1)
+
+    @property
+    def is_symmetric(self) -> Bools:
+        """Whether each profile is as even as a stripe's, (n,)."""
+        return np.asarray(np.abs(self.asymmetry) <= MOST_ASYMMETRY * self.width)
+
+    def at(self, kept: Bools | Ints) -> "LineCentres":
+        """Give some of them, by mask or index."""
+        return LineCentres(
+            self.axis, **{item.name: getattr(self, item.name)[kept] for item in fields(self) if item.name != "axis"}
+        )
+
+
+def measure(runs: Runs) -> LineCentres:
+    """Measure each run's profile; its centre is that of gravity above LEVEL.
 
     Integrated over heights, the centre of gravity above a level is the mean of the midpoints between the flanks, so it
     serves peaks and saturated plateaus alike.
@@ -128,7 +154,9 @@ def measure(runs: Runs) -> Profiles:
     centre, width, light, moment_2 = _above_level(ground + LEVEL * (peak - ground), grey, peak_column)
     low, foot, _, _ = _above_level(ground + FOOT * (peak - ground), grey, peak_column)
     std = np.hypot(runs.noise * np.sqrt(moment_2) / light, np.where(full > 0, FLANK_PX, 0.0))
-    return Profiles(middle - reach + centre, std, width, foot, light, peak, ground, full, low - centre)
+    return LineCentres(
+        runs.axis, runs.line, middle - reach + centre, std, width, foot, light, peak, ground, full, low - centre
+    )
 
 
 def _cut_out(runs: Runs, reach: int) -> tuple[Array, Ints, Array, Ints, Ints]:

@@ -1,46 +1,27 @@
 """A laser stripe in an image: where its centre lies, in every line of pixels that crosses it."""
 
-from dataclasses import dataclass, fields
-from typing import Literal, final
+from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.vision.board import Image
-from robolaser.vision.gaussian_fit import gaussian_fit
-from robolaser.vision.runs import find_runs, measure
+from robolaser.vision.runs import FOOT, FULL, LEVEL, Axis, LineCentres, Runs, find_runs, measure
 
-Axis = Literal["u", "v"]
-MOST_ASYMMETRY = 0.15
-"""Shift of the centre between foot and top, as a share of the width, beyond which a profile is no stripe's."""
-
-
-@final
-@dataclass(frozen=True)
-class LineCentres:
-    """Centres of bright runs, several to a line of pixels where light is double."""
-
-    line: Ints  # row (column, where the stripe runs along u) of each centre, (n,)
-    pixel: Array  # the centre, (n, 2) [px] as (u, v)
-    std: Array  # standard deviation of the centre along its line of pixels, by the image's noise, (n,) [px]
-    width: Array  # between the flanks, (n,) [px]
-    light: Array  # grey above the background, summed over the run, (n,)
-    peak: Array  # brightest grey of the run, (n,)
-    ground: Array  # grey beside the run, (n,)
-    asymmetry: Array  # middle near the foot against centre near the top, (n,) [px]
-
-    def __len__(self) -> int:
-        return len(self.line)
-
-    @property
-    def is_symmetric(self) -> Bools:
-        """Whether each profile is as even as a stripe's, (n,)."""
-        return np.asarray(np.abs(self.asymmetry) <= MOST_ASYMMETRY * self.width)
-
-    def at(self, kept: Bools | Ints) -> "LineCentres":
-        """Give some of them, by mask or index."""
-        return LineCentres(**{item.name: getattr(self, item.name)[kept] for item in fields(self)})
+BEYOND_SIGMAS = 3.0
+"""Pixels fitted beyond a flank: where the gaussian ends, and enough ground beside it to know its slope."""
+BEYOND_FULL_SIGMAS = 2.0
+"""The same for saturated profiles, whose ground is taken for level: flanks alone tell its slope from a shift badly."""
+BROADEST_FULL = 12
+"""Saturated pixels beyond which light is glare and no gaussian: the centre of gravity between the flanks stands."""
+FARTHEST = 0.5
+"""Distance of the Gaussian's centre from the centre of gravity, and its deviation, that a fit has at most [widths]."""
+STEPS = 4  # Gauss-Newton steps; the start is good to a tenth of the width
+DAMPING = 1e-3  # added to the normal equations' diagonal while stepping, as a share
+SETTLED = 1e-9  # added always, so that the equations have a solution where pixels carry no information
+STILL = 1e-3  # change of centre and breadth, in breadths, below which a fit has converged
+LONGEST = (-0.4, 0.6)  # steps of the Gaussian's breadth at most, as shares; its centre moves by less than one breadth
+FEWEST = 7  # pixels that are needed for a Gaussian's five unknowns
 
 
 def every(line: Ints, step: int) -> Ints:
@@ -61,18 +42,97 @@ def find_line_centres(image: Image, axis: Axis) -> LineCentres:
     Returns:
         The candidates, by line and then by place in the line.
     """
-    across = image if axis == "v" else np.asarray(cv2.transpose(image), dtype=image.dtype)
-    runs = find_runs(across)
-    profiles = measure(runs)
-    centre, std = gaussian_fit(runs, profiles)
-    found = LineCentres(
-        line=runs.line,
-        pixel=np.stack([centre, runs.line] if axis == "v" else [runs.line, centre], axis=-1),
-        std=std,
-        width=profiles.width,
-        light=profiles.light,
-        peak=profiles.peak,
-        ground=profiles.ground,
-        asymmetry=profiles.asymmetry,
-    )
-    return found.at(np.isfinite(centre) & np.isfinite(profiles.centre) & np.isfinite(std))
+    runs = find_runs(image, axis)
+    found = _gaussian_fit(runs, measure(runs))
+    return found.at(np.isfinite(found.centre) & np.isfinite(found.std))
+
+
+def _gaussian_fit(runs: Runs, profiles: LineCentres) -> LineCentres:
+    """Fit A exp(-(x - m)² / 2 s²) + c + d x to each run by least squares, saturated pixels left out.
+
+    Where no gaussian fits, the centre of gravity stands. A centre's deviation is by the image's noise, or by what the
+    fit leaves where that is more.
+    """
+    whole = np.isfinite(profiles.centre) & np.isfinite(profiles.foot)
+    at = np.flatnonzero(whole & (profiles.full <= BROADEST_FULL))
+    full = profiles.full[at] > 0
+    origin = np.rint(profiles.centre[at]).astype(np.int64)
+    start = _start(profiles, at, origin)
+    reach = profiles.width[at] / 2 + np.where(full, BEYOND_FULL_SIGMAS, BEYOND_SIGMAS) * start[:, 2]
+    before, after = runs.room()
+    low = np.maximum(before[at], origin - np.ceil(reach).astype(np.int64))
+    high = np.minimum(after[at], origin + np.ceil(reach).astype(np.int64))
+    gaussian, second, scatter, count = _fitted(*_pixels(runs, at, low, high, origin), start, full)
+    centre = gaussian[:, 1]
+    known = (count >= FEWEST) & (gaussian[:, 0] > 0)
+    variance = np.where(known, second * np.maximum(runs.noise**2, scatter), 0.0)
+    farthest = FARTHEST * profiles.width[at]
+    fits = (variance > 0) & (variance <= farthest**2) & (np.abs(centre - start[:, 1]) <= farthest)
+    found, std = profiles.centre.copy(), profiles.std.copy()
+    found[at[fits]] = (origin + centre)[fits]
+    std[at[fits]] = np.sqrt(variance[fits])
+    return replace(profiles, centre=found, std=std)
+
+
+def _start(profiles: LineCentres, at: Ints, origin: Ints) -> Array:
+    """Height, centre, breadth, ground and its slope that two widths of a profile speak for, (n, 5)."""
+    width, rise = profiles.width[at], profiles.peak[at] - profiles.ground[at]
+    breadth = np.sqrt(np.maximum(profiles.foot[at] ** 2 - width**2, 0.0) / (8 * np.log(LEVEL / FOOT)))
+    breadth = np.clip(breadth, width / 6, width / 1.5)
+    height = np.where(profiles.full[at] > 0, LEVEL * rise * np.exp(width**2 / (8 * breadth**2)), rise)
+    ground = profiles.ground[at]
+    return np.stack([height, profiles.centre[at] - origin, breadth, ground, np.zeros_like(ground)], axis=-1)
+
+
+def _pixels(runs: Runs, at: Ints, low: Ints, high: Ints, origin: Ints) -> tuple[Array, Array, Array]:
+    """Distances x from `origin` (k,), and the grey of the pixels there and whether they are fitted, 1 or 0, (n, k)."""
+    reach = np.maximum(origin - low, high - origin).max(initial=0)
+    x = np.arange(-reach, reach + 1)
+    column = origin[:, None] + x
+    grey = runs.across[runs.line[at][:, None], np.clip(column, 0, runs.across.shape[1] - 1)].astype(np.float64)
+    used = (column >= low[:, None]) & (column <= high[:, None]) & (grey < FULL)
+    return x.astype(np.float64), grey, used.astype(np.float64)
+
+
+def _fitted(x: Array, grey: Array, used: Array, start: Array, full: Bools) -> tuple[Array, Array, Array, Array]:
+    """Damped Gauss-Newton steps for each profile until it has converged.
+
+    Args:
+        x: Places of the pixels, (k,) [px].
+        grey: (n, k).
+        used: 1 for the pixels that are fitted, else 0, (n, k).
+        start: A, m, s, c and d to start from, (n, 5).
+        full: Whether the profile is saturated; then d stays 0, (n,).
+
+    Returns:
+        A, m, s, c and d, (n, 5); the variance of m for pixels of variance 1, the variance of what the fit leaves, and
+        how many pixels were fitted, (n,).
+    """
+    gaussian, diagonal = start.copy(), np.arange(5)
+    moving = np.arange(len(start))
+    for _ in range(STEPS):
+        N, right, _ = _equations(x, grey[moving], used[moving], gaussian[moving], full[moving])
+        N[:, diagonal, diagonal] += DAMPING * N[:, diagonal, diagonal] + SETTLED
+        step = np.linalg.solve(N, right[..., None])[..., 0]
+        s = gaussian[moving, 2]
+        step[:, 1] = np.clip(step[:, 1], -s, s)
+        step[:, 2] = np.clip(step[:, 2], LONGEST[0] * s, LONGEST[1] * s)
+        gaussian[moving] += step
+        moving = moving[np.abs(step[:, 1:3]).max(axis=1) > STILL * s]
+    N, _, squares = _equations(x, grey, used, gaussian, full)
+    N[:, diagonal, diagonal] += SETTLED * N[:, diagonal, diagonal] + SETTLED
+    second = np.linalg.solve(N, np.eye(5)[None, :, 1:2])[:, 1, 0]
+    count = used.sum(axis=1)
+    return gaussian, np.asarray(second, np.float64), squares / np.maximum(count - 5, 1), count
+
+
+def _equations(x: Array, grey: Array, used: Array, gaussian: Array, full: Bools) -> tuple[Array, Array, Array]:
+    """Normal matrices (n, 5, 5), their right sides (n, 5), and the sums of squared residuals, (n,)."""
+    A, m, s, c, d = (gaussian[:, k, None] for k in range(5))
+    z = (x - m) / s
+    g = np.exp(-0.5 * z * z) * used
+    shift = A * g * z / s
+    J = np.stack([g, shift, shift * z, used, x * used], axis=1)
+    J[full, 4] = 0.0
+    left = used * (grey - c - d * x) - A * g
+    return J @ np.swapaxes(J, 1, 2), (J @ left[..., None])[..., 0], np.einsum("ij,ij->i", left, left)

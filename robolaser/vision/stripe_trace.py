@@ -13,7 +13,8 @@ from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages, lights
 from robolaser.vision.light_channel import AUTO, CHANNELS, find_channel
 from robolaser.vision.line_tracking import track_stripe
-from robolaser.vision.stripe_detection import Axis, find_line_centres
+from robolaser.vision.runs import Axis
+from robolaser.vision.stripe_detection import find_line_centres
 
 
 def trace(image: Image, axis: Axis) -> Stripes:
@@ -30,7 +31,7 @@ def trace(image: Image, axis: Axis) -> Stripes:
         The centres, (n,) of STRIPE, along the stripe; their pose is 0.
     """
     centres = find_line_centres(image, axis)
-    chosen, excess = track_stripe(centres, centres.pixel[:, 0 if axis == "v" else 1])
+    chosen, excess = track_stripe(centres)
     found = centres.at(chosen)
     stripes = np.zeros(len(found), STRIPE)
     stripes["u"], stripes["v"] = found.pixel.T
