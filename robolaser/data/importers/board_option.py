@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from robolaser.data.board import Board
+from robolaser.data.csv_tables import finite
 from robolaser.errors import UsageError, near
 from robolaser.geometry.units import FACTORS, LENGTH
 
@@ -44,10 +45,7 @@ def board_of(further: Mapping[str, str]) -> Board | None:
 def _metres(text: str, stated: str) -> float:
     found = _LENGTH.fullmatch(text)
     factor = FACTORS[LENGTH].get(found["unit"]) if found else None
-    try:
-        value = round(float(found["number"]) * factor, DIGITS) if found and factor else 0.0
-    except ValueError:
-        value = 0.0
+    value = round(finite(found["number"]) * factor, DIGITS) if found and factor else 0.0
     if not 0 < value < 100:
         raise UsageError(f"--set board={stated}: {text} is no length with a unit, such as 10mm or 0.01m.")
     return value

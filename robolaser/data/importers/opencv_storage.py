@@ -79,15 +79,14 @@ def read_storage(path: Path) -> dict[str, list[Array]]:
         reason = " ".join(str(error).split())[:200]
         raise DataError(f"{path.name}: OpenCV does not read it: {reason}", file=path) from None
     numbered: dict[str, list[tuple[int, Array]]] = {}
-    for key, arrays in found.items():
+    for key in list(found):
         parts = _NUMBERED.fullmatch(key)
-        if parts and len(arrays) == 1:
-            numbered.setdefault(parts[1], []).append((int(parts[2]), arrays[0]))
+        if parts and len(found[key]) == 1:
+            numbered.setdefault(parts[1], []).append((int(parts[2]), found.pop(key)[0]))
     lists = {
         name: [array for _, array in sorted(entries, key=lambda entry: entry[0])] for name, entries in numbered.items()
     }
-    kept = {key: arrays for key, arrays in found.items() if not (_NUMBERED.fullmatch(key) and len(arrays) == 1)}
-    return lists | kept
+    return lists | found
 
 
 def _arrays(node: Any) -> list[Array]:

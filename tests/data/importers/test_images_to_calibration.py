@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_hand_eye_pairs import assert_near, motion
 
-from examples import industrial_calibration, written
+from examples import csv, industrial_calibration, written
 from robolaser.cli import main
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, to_quaternion
 
@@ -71,12 +71,7 @@ def test_images_that_show_no_board_are_said_and_nothing_is_written(
 def test_there_is_nothing_to_extract_from_files_without_images(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    header = ["x_m", "y_m", "z_m", "qx", "qy", "qz", "qw", "X", "Y", "Z"]
-    rows = [[0.1 * i, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 0.1 * i] for i in range(3)]
-    log = written(tmp_path / "log.csv", [header, *rows], separator=",", decimal=".")
-    columns = [f"points.{axis}_m={axis.upper()}" for axis in "xyz"] + [f"poses.{axis}_m={axis}_m" for axis in "xyz"]
-    words = [word for column in columns for word in ("--column", column)]
-    words += ["--units", "m", "--point", "ball", "--extract", "--output", str(tmp_path / "cell")]
-    assert main(["import", str(log), *words]) == 2
+    sources, said = csv(tmp_path)
+    assert main(["import", *map(str, sources), *said, "--extract", "--output", str(tmp_path / "cell")]) == 2
     assert "--extract: csv found no images" in capsys.readouterr().err
     assert not (tmp_path / "cell").exists()
