@@ -14,7 +14,7 @@ from painted import HEIGHT, SQUARE, session
 from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.data.stripe_file import open_stripes
-from robolaser.errors import DataError, ImageError
+from robolaser.errors import ImageError
 from robolaser.vision.board import find_board
 from robolaser.vision.recordings import points_from_images, stripes_from_images
 from robolaser.vision.stripe_trace import trace
@@ -128,13 +128,6 @@ def test_every_image_must_be_there_and_whole(name, tmp_path):
     assert not (folder / "stripes.npy").exists()
 
 
-def test_images_stay_within_the_folder(tmp_path):
-    folder = scan(tmp_path / "scan", poses=1)
-    posed(folder, ["image", "image_off"], [["a0.png", "../o0.png"]])
-    with pytest.raises(DataError, match="image_off"):
-        list(stripes_from_images(load(folder)))
-
-
 def test_a_scan_of_nothing_says_so(tmp_path):
     described(tmp_path, LINES)
     posed(tmp_path, ["image"], [[taken(tmp_path, "dark.png", exposed(np.full((LINES, WIDTH), 30.0), 2.0))]])
@@ -186,14 +179,13 @@ def test_a_recording_without_repeats_has_none(boards, tmp_path):
     assert dataset.points.repeat is None
 
 
-@pytest.mark.parametrize("column", ["image_2", "image_off"])
-def test_nothing_is_copied_out_of_the_folder_or_the_output(column, tmp_path, capsys):
+def test_nothing_is_copied_out_of_the_folder_or_the_output(tmp_path, capsys):
     folder, out = scan(tmp_path / "scan", poses=1, off=False), tmp_path / "deep" / "out"
     (tmp_path / "secret.png").write_bytes(b"secret")
     (folder / "poses.csv").unlink()
-    posed(folder, ["image", column], [["a0.png", ""], ["", "../secret.png"]])
+    posed(folder, ["image", "image_off"], [["a0.png", ""], ["", "../secret.png"]])
     assert main(["extract", str(folder), "--output", str(out)]) == 1
-    assert column in capsys.readouterr().err
+    assert "image_off" in capsys.readouterr().err
     assert not (tmp_path / "deep" / "secret.png").exists()
 
 
