@@ -1,6 +1,5 @@
 """Calibrations with known optima, to compare optimisers on."""
 
-from robolaser.problems.calibration_suite.problem import SuiteProblem
-from robolaser.problems.calibration_suite.table import Suite, suite
+from robolaser.problems.calibration_suite.problem import Suite, SuiteProblem, suite
 
 __all__ = ["Suite", "SuiteProblem", "suite"]

@@ -1,20 +1,61 @@
-"""An instance of the suite as a question for pymoo, for ioh, and for loops that are written for COCO."""
+"""Calibrations with known optima, each as a question for pymoo, for ioh, and for loops that are written for COCO."""
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, final
 
+import msgspec
 import numpy as np
 from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.loading import load
-from robolaser.errors import DependencyMissing
+from robolaser.errors import DependencyMissing, UsageError, near
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.problems.calibration_suite.instance import DATA, Instance
 from robolaser.problems.reduction import ReducedModel
 
+FOLDER = Path(__file__).parent
+DATA, TABLE = FOLDER / "data", FOLDER / "instances.toml"
 TARGET = 1.01  # J that counts as the optimum, in units of the lowest known
+
+
+@final
+@dataclass(frozen=True)
+class Instance:
+    """A data set, seen through a model, and its lowest known J."""
+
+    id: str
+    title: str
+    data: str  # the data set's folder
+    effects: tuple[str, ...] = ()  # that the model has beside the sensor, as `--with` takes them
+    held: tuple[str, ...] = ()  # parameters that stay at their nominal values
+    reduced: bool = False  # without the parameters that follow from the others in closed form
+    best: float = float("inf")  # lowest J that anybody found; m², of cameras px²
+    best_x: tuple[float, ...] = ()  # where that is
+    starts: int = 0  # descents that were made, from starts that are uniform within the bounds
+    reached: int = 0  # of them that ended within one per cent of the lowest J
+
+
+@cache
+def instances() -> dict[str, Instance]:
+    """All of them, by id, in their order."""
+    found = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    return {name: msgspec.convert({"id": name, **entry}, Instance) for name, entry in found.items()}
+
+
+def instance_named(name: str) -> Instance:
+    """The instance of this id.
+
+    Raises:
+        UsageError: There is none.
+    """
+    if name not in instances():
+        raise UsageError(f"The suite has no instance '{name}'.{near(name, list(instances()))}")
+    return instances()[name]
 
 
 @final
@@ -101,3 +142,50 @@ class SuiteProblem(Problem):
             ub=1.0,
             calculate_objective=lambda instance, dimension: (best, self.lowest),
         )
+
+
+@final
+class Suite:
+    """Problems in a fixed order; each time one is asked for it is a new one, that nobody has evaluated yet.
+
+    Examples:
+        >>> from robolaser.problems import suite
+        >>> [(problem.id, problem.dimension) for problem in suite(["lee2004", "lee2004-reduced"])]
+        [('lee2004', 14), ('lee2004-reduced', 6)]
+    """
+
+    def __init__(self, ids: Sequence[str]) -> None:
+        self.ids = tuple(ids)
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def __getitem__(self, which: int | str) -> SuiteProblem:
+        """The problem of this number or id.
+
+        Raises:
+            UsageError: There is none of that id.
+            IndexError: There is none of that number.
+        """
+        return SuiteProblem(instance_named(which if isinstance(which, str) else self.ids[which]))
+
+    def __iter__(self) -> Iterator[SuiteProblem]:
+        return (self[name] for name in self.ids)
+
+
+def suite(ids: Sequence[str] | None = None) -> Suite:
+    """Calibrations of scanners, cameras and arms, measured and simulated, with the lowest J that is known of each.
+
+    Args:
+        ids: Those wanted, in this order; all when absent.
+
+    Raises:
+        UsageError: There is no instance of that id.
+
+    Examples:
+        >>> from robolaser.problems import suite
+        >>> problem = suite()["ur5-tracker"]
+        >>> minimize(problem, GA(pop_size=20), ("n_eval", 200), seed=1).F[0] > problem.lowest
+        np.True_
+    """
+    return Suite([instance_named(name).id for name in (instances() if ids is None else ids)])
