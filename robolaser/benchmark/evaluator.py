@@ -41,6 +41,18 @@ class ConvergenceTrace:
         return np.where(reached, self.evaluations[at], np.inf), np.where(reached, self.seconds[at], np.inf)
 
 
+@final
+@dataclass(frozen=True)
+class RunLimits:
+    """What every run on a problem keeps to."""
+
+    budget: int
+    time_limit_s: float
+    crash_costs_inf: bool = False
+    one_by_one: bool = False  # candidates take so long that the time is looked at after each
+    noisy: bool = False  # the same candidate has another cost each time
+
+
 class BudgetExhausted(BaseException):
     """The budget or time is used up. Not an `Exception`: solvers that survive their own errors must not catch it."""
 
@@ -53,6 +65,7 @@ class BudgetedEvaluator:
 
     Attributes:
         problem: The problem.
+        limits: What the run keeps to.
         budget: Candidates that may be evaluated; no further one is.
         evaluations: Candidates evaluated so far.
         best: Lowest cost of a feasible candidate so far, if there is one objective.
@@ -61,25 +74,14 @@ class BudgetedEvaluator:
         out_of_time: Whether the run was ended by its time limit.
     """
 
-    def __init__(
-        self,
-        problem: BenchmarkProblem,
-        *,
-        budget: int,
-        time_limit_s: float,
-        one_by_one: bool = False,
-        crash_costs_inf: bool = False,
-        spill: str = "",
-    ) -> None:
+    def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
         self.problem = problem
-        self.budget = budget
+        self.limits, self.budget = limits, limits.budget
         self.evaluations = 0
         self.best = self.violation = np.inf
         self.x: Any = np.empty((0, problem.dimension))
         self.out_of_time = False
-        self._time_limit_s = time_limit_s
-        self._one_by_one = one_by_one or problem.question.elementwise
-        self._crash_costs_inf = crash_costs_inf
+        self._one_by_one = limits.one_by_one or problem.question.elementwise
         self._improvements: list[tuple[int, float, Any]] = []
         self._front = np.empty((0, problem.n_obj))
         self._spill = Path(spill).open("w", buffering=1) if spill else None  # noqa: SIM115 - it ends with the run
@@ -189,7 +191,7 @@ class BudgetedEvaluator:
         try:
             found = self.problem.values(x[inside])
         except Exception:
-            if not self._crash_costs_inf:
+            if not self.limits.crash_costs_inf:
                 raise
             if len(x) > 1:
                 each = [self._values(x[i : i + 1]) for i in range(len(x))]
@@ -213,9 +215,7 @@ class BudgetedEvaluator:
             for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
                 self._improve(self.evaluations + int(i) + 1, float(values["F"][i, 0]), x[i : i + 1].copy())
         self.evaluations += len(x)
-        if self.seconds() > self._time_limit_s:
-            self.out_of_time = True
-            raise BudgetExhausted
+        self._end_if_out_of_time()
 
     def _extend(self, rows: Ints, x: Any, F: Array) -> None:
         """Add candidates to the archive, as far as nothing dominates them."""
@@ -251,6 +251,9 @@ class BudgetedEvaluator:
         if self.evaluations >= self.budget:
             self.evaluations = self.budget
             raise BudgetExhausted
-        if self.seconds() > self._time_limit_s:
+        self._end_if_out_of_time()
+
+    def _end_if_out_of_time(self) -> None:
+        if self.seconds() > self.limits.time_limit_s:
             self.out_of_time = True
             raise BudgetExhausted

@@ -1,5 +1,6 @@
 """Which solvers run on which problems, with which seeds and limits."""
 
+import pickle
 import re
 import time
 from collections.abc import Mapping, Sequence
@@ -8,15 +9,15 @@ from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
+from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.journal import summary_of
 from robolaser.benchmark.named_problems import specs_of
-from robolaser.benchmark.pickling import pickled
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
 from robolaser.benchmark.problem_summary import ProblemSummary
-from robolaser.benchmark.run import RunLimits, Task, fingerprint
+from robolaser.benchmark.run import Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
-from robolaser.errors import UsageError
+from robolaser.errors import DependencyMissing, UsageError
 
 OUR_SEEDS = (1, 2, 3)
 """Seeds of our own search for the lowest cost of a calibration, outside the comparison."""
@@ -107,7 +108,7 @@ class BenchmarkPlan:
         if not problems or not algorithms:
             raise UsageError("compare: expected at least one problem and one algorithm.")
         solvers = solvers_of(algorithms)
-        pickles = {name: pickled(solver, name) for name, solver in solvers.items()}
+        pickles = {name: _pickled(solver, name) for name, solver in solvers.items()}
         return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers, pickles)
 
     @cached_property
@@ -183,7 +184,37 @@ def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
     seen = f"{problem.lower} {problem.upper}" if noisy else first
     summary = replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
     limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
-    return PlannedProblem(problem, summary, limits, pickled(spec, spec.name))
+    return PlannedProblem(problem, summary, limits, _pickled(spec, spec.name))
+
+
+def _pickled(thing: Any, name: str) -> bytes:
+    """Pickle a thing; what lies in `__main__` or cannot be found by a name goes by value.
+
+    Raises:
+        UsageError: It cannot be pickled.
+        DependencyMissing: It needs cloudpickle, which is not installed.
+    """
+    try:
+        found = pickle.dumps(thing)
+        if b"__main__" not in found:
+            return found
+    except Exception:  # lambdas, local classes
+        pass
+    try:
+        import cloudpickle  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise DependencyMissing(
+            f"{name} is defined in a script or a notebook, and other processes need cloudpickle to get it:"
+            " pip install 'robolaser[compare]'. Or move it to a module of its own."
+        ) from None
+    try:
+        found = cloudpickle.dumps(thing)
+    except Exception as error:
+        raise UsageError(
+            f"{name} cannot be sent to another process ({type(error).__name__}: {error}). Leave out what it holds open"
+            " (files, connections), or open that at the first evaluation."
+        ) from error
+    return bytes(found)
 
 
 def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:

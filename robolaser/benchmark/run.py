@@ -10,7 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
-from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, ConvergenceTrace
+from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, ConvergenceTrace, RunLimits
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError, RobolaserError
@@ -47,18 +47,6 @@ class BenchmarkRun:
     def key(self) -> Key:
         """What identifies it."""
         return self.problem, self.algorithm, self.seed
-
-
-@final
-@dataclass(frozen=True)
-class RunLimits:
-    """What every run on a problem keeps to."""
-
-    budget: int
-    time_limit_s: float
-    crash_costs_inf: bool = False
-    one_by_one: bool = False  # candidates take so long that the time is looked at after each
-    noisy: bool = False  # the same candidate has another cost each time
 
 
 @final
@@ -125,14 +113,7 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
 
     limits = task.limits
-    evaluator = BudgetedEvaluator(
-        problem,
-        budget=limits.budget,
-        time_limit_s=limits.time_limit_s,
-        one_by_one=limits.one_by_one,
-        crash_costs_inf=limits.crash_costs_inf,
-        spill=task.spill,
-    )
+    evaluator = BudgetedEvaluator(problem, limits, task.spill)
     began, reason, state = time.process_time(), "", DONE
     try:
         with np.errstate(all="ignore"):

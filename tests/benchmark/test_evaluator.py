@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from pymoo.core.problem import Problem
 
-from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted
+from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, RunLimits
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.problem_summary import TEST_FUNCTION, ProblemSummary
-from robolaser.benchmark.run import DONE, FAILED, RunLimits, Task, run
+from robolaser.benchmark.run import DONE, FAILED, Task, run
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError
 
@@ -33,7 +33,7 @@ def bowl(**changed) -> BenchmarkProblem:
 
 
 def evaluator(*, budget: int = 100, time_limit_s: float = 60.0, **changed) -> BudgetedEvaluator:
-    return BudgetedEvaluator(bowl(**changed), budget=budget, time_limit_s=time_limit_s)
+    return BudgetedEvaluator(bowl(**changed), RunLimits(budget, time_limit_s))
 
 
 def ran(search, *, budget: int = 100, time_limit_s: float = 60.0, **changed):

@@ -12,8 +12,9 @@ from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.operators.crossover.sbx import SBX
 
 from robolaser.algorithms.registry import algorithm_named
+from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.named_problems import specs_of
-from robolaser.benchmark.run import RunLimits, Task, run
+from robolaser.benchmark.run import Task, run
 from robolaser.benchmark.solvers import find
 from robolaser.benchmark.standings import standings
 from robolaser.cli import main

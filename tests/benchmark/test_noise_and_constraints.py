@@ -17,9 +17,10 @@ from pymoo.problems.single import G1
 
 import robolaser
 from robolaser.algorithms.seeding import seeded
+from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.problem_summary import OWN, ProblemSummary
-from robolaser.benchmark.run import RunLimits, Task, run
+from robolaser.benchmark.run import Task, run
 from robolaser.benchmark.solvers import find
 
 

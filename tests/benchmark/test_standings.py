@@ -6,7 +6,7 @@ import pytest
 from made_up import made_up_comparison
 
 from robolaser.benchmark.measures import RELATIVE as TOLERANCES
-from robolaser.benchmark.result_arrays import ResultArrays
+from robolaser.benchmark.result import ResultArrays
 from robolaser.benchmark.standings import Standings, standings
 from robolaser.benchmark.standings.ranking import standings_of
 from robolaser.benchmark.statistics.difference import fewest_runs

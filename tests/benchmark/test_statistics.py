@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from robolaser.benchmark.statistics import difference, ranks, running_time, superiority
+from robolaser.benchmark.result import outcomes
+from robolaser.benchmark.statistics import difference, running_time, superiority
 from robolaser.benchmark.statistics.intervals import Intervals, wilson
-from robolaser.benchmark.statistics.ranks import outcomes
 
 
 def _none(bounded: Intervals) -> bool:
@@ -289,18 +289,3 @@ def test_the_smallest_p_there_is_falls_with_runs_and_problems():
     assert difference.smallest(4, 1) == pytest.approx(2 / 70)
     assert difference.smallest(4, 3) < difference.smallest(4, 1)
     assert difference.smallest(1, 1) == 1.0
-
-
-# mean ranks
-
-
-def test_mean_ranks_agree_with_scipy():
-    blocks = np.random.default_rng(19).normal(size=(20, 5)) + np.arange(5) / 2
-    assert ranks.mean_ranks(blocks).tolist() == stats.rankdata(blocks, axis=1).mean(axis=0).tolist()
-    assert np.isnan(ranks.mean_ranks(np.empty((0, 3)))).all()
-
-
-def test_only_complete_blocks_are_ranked():
-    x = np.ones((2, 3, 4))
-    x[1, 2, 3] = np.nan
-    assert ranks.complete(x).shape == (7, 3)

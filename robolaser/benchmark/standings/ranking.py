@@ -5,11 +5,11 @@ from itertools import combinations
 from typing import final
 
 import numpy as np
+from scipy.stats import rankdata
 
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE
-from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.result_arrays import ResultArrays
+from robolaser.benchmark.result import BenchmarkResult, ResultArrays, outcomes
 from robolaser.benchmark.standings.answer import answer
 from robolaser.benchmark.standings.effects import effects
 from robolaser.benchmark.standings.table import (
@@ -21,7 +21,7 @@ from robolaser.benchmark.standings.table import (
     Standing,
     Standings,
 )
-from robolaser.benchmark.statistics import difference, ranks, running_time, superiority
+from robolaser.benchmark.statistics import difference, running_time, superiority
 from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
 
 ENOUGH = 0.5
@@ -72,7 +72,7 @@ class _Ranking:
         self.arrays = arrays
         self.times = arrays.evaluations[..., arrays.headline]  # to the target, (p, a, s)
         judged = np.where(arrays.noisy[:, None, None] & ~np.isnan(self.times), np.inf, self.times)
-        self.places = ranks.outcomes(judged, arrays.final)  # of runs on their problem
+        self.places = outcomes(judged, arrays.final)  # of runs on their problem
         self.samples = running_time.resampled(self.times, arrays.total_evaluations, drawn)  # (p, a, b)
         runs = arrays.there.sum(axis=2)
         expected = running_time.expected(self.times[..., None], arrays.total_evaluations)[..., 0]
@@ -87,11 +87,12 @@ class _Ranking:
         reached = np.isfinite(self.times[at]).sum(axis=2)
         unranked = _unranked(arrays, at, runs, refused)
         ranked = [a for a, name in enumerate(names) if name not in unranked]
-        blocks = ranks.complete(self.places[at][:, ranked])
+        blocks = np.moveaxis(self.places[at][:, ranked], 1, 2).reshape(len(at) * len(arrays.seeds), len(ranked))
+        blocks = blocks[~np.isnan(blocks).any(axis=1)]
         if not len(blocks):
             unranked |= {names[a]: "no seed has a run of every algorithm" for a in ranked}
             ranked = []
-        mean = {a: float(rank) for a, rank in zip(ranked, ranks.mean_ranks(blocks), strict=bool(ranked))}
+        mean = dict(zip(ranked, rankdata(blocks, axis=1).mean(axis=0).tolist(), strict=True)) if ranked else {}
         ordered = sorted(range(len(names)), key=lambda a: (a not in mean, mean.get(a, -runs[:, a].sum()), names[a]))
         p = difference.stratified(self.places[at])
         corrected = self.p_adjusted if len(at) == 1 else difference.holm_pairs(p)  # over all comparisons made
