@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.trials.synthetic.cell import ScannerCell, TrackerCell
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
+from robolaser.trials.synthetic.fault_models.joints import PoseScatter
 
 
 @final

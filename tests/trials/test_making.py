@@ -14,7 +14,7 @@ from robolaser.trials.kinds import KINDS
 from robolaser.trials.making import STANDING_OUT, WRONGLY, make
 from robolaser.trials.resampling import reference_of, stepped
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS, UNMODELLED
-from robolaser.trials.synthetic.fault_models.joint_timing import PoseScatter
+from robolaser.trials.synthetic.fault_models.joints import PoseScatter
 from robolaser.trials.trial import deal
 
 SMALL = Ranges(poses=(10, 12), points=(5, 6), pixel_px=(0.1, 0.1))

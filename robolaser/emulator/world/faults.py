@@ -21,7 +21,6 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
-@dataclass(frozen=True)
 class TrackedBacklash(FaultModel, effect="backlash"):
     """The link trails its motor by half the play, `size` [rad], on the side that it came from.
 
@@ -46,7 +45,6 @@ class TrackedBacklash(FaultModel, effect="backlash"):
 
 
 @final
-@dataclass(frozen=True)
 class LinearCompliance(FaultModel, effect="joint_compliance"):
     """The joint gives way by `size` for each newton metre [rad/Nm], `payload_kg` on the flange included."""
 

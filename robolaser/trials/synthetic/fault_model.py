@@ -3,7 +3,7 @@
 from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, ClassVar, Self, get_type_hints
+from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_type_hints
 
 import numpy as np
 
@@ -33,24 +33,28 @@ def plain(values: Any) -> Any:
 Angle = Annotated[float, uniform(-np.pi, np.pi)]  # [rad]
 Coin = Annotated[bool, lambda where, run, rng: bool(rng.random() < 0.5)]
 Way = Annotated[tuple[float, ...], uniform(-1.0, 1.0, 6)]  # a shift and a turn vector, over the size
+Places = Callable[[SyntheticRun], tuple[str, ...]]
 OnTarget = Annotated[tuple[float, ...], uniform(-0.5, 0.5, 2)]  # over the target's radius
 
 
+@dataclass_transform(frozen_default=True)
 @dataclass(frozen=True)
 class FaultModel(ABC):
     """One fault of one cell. A stage that a subclass does not override keeps its value.
 
-    What all faults of a class have in common follows its name. The fields of a subclass are the fault's form, each
-    annotated with the `Draw` that samples it.
+    What all faults of a class have in common follows its name. Subclasses are dataclasses; their fields are the fault's
+    form, each annotated with the `Draw` that samples it.
 
     Args:
         effect: Its name in the truth, the effect library's where that has such an effect.
         form: Its name among the kinds of worlds; the effect's where that is empty.
         sizes: Usual in industry, least and most.
         signed: Whether a sampled size may be negative.
-        location: Where it always is; None: at a joint.
+        location: Where it always is; None: at one of `places`.
+        places: Where else it can be in a run; at every joint that moves the flange, unless stated.
         parameter: The effect library's parameter that `size` is the value of.
         classes: Classes of causes that are right for an effect that the library lacks, beside `unknown`.
+        also: Effects of the library, and their locations (None: its own), whose names are as good.
     """
 
     effect: ClassVar[str]
@@ -58,8 +62,10 @@ class FaultModel(ABC):
     sizes: ClassVar[tuple[float, float]]
     signed: ClassVar[bool]
     location: ClassVar[str | None]
+    places: ClassVar[Places] = lambda run: run.arm.joints
     parameter: ClassVar[str]
     classes: ClassVar[tuple[str, ...]]
+    also: ClassVar[tuple[tuple[str, str | None], ...]]
 
     where: str  # the location that the truth names
     size: float  # its principal number in SI units; its other numbers are its form
@@ -72,11 +78,15 @@ class FaultModel(ABC):
         sizes: tuple[float, float] = (1.0, 1.0),
         signed: bool = False,
         location: str | None = None,
+        places: Places | None = None,
         parameter: str = "",
         classes: tuple[str, ...] = (),
+        also: tuple[tuple[str, str | None], ...] = (),
     ) -> None:
         cls.effect, cls.form, cls.sizes, cls.signed = effect, form or effect, sizes, signed
-        cls.location, cls.parameter, cls.classes = location, parameter, classes
+        cls.location, cls.parameter, cls.classes, cls.also = location, parameter, classes, also
+        cls.places = places or cls.places
+        dataclass(frozen=True)(cls)
 
     @classmethod
     def sample(cls, where: str, size: float, run: SyntheticRun, rng: np.random.Generator) -> Self:
@@ -88,8 +98,8 @@ class FaultModel(ABC):
 
     @classmethod
     def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Where it can be: at its location, or at every joint that moves the flange."""
-        return run.arm.joints if cls.location is None else (cls.location,)
+        """Where it can be."""
+        return cls.places(run) if cls.location is None else (cls.location,)
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
         """Where a diagnosis may rightly say that it is."""
@@ -98,7 +108,7 @@ class FaultModel(ABC):
     @property
     def also_right(self) -> tuple[tuple[str, str], ...]:
         """Effects of the library, and their locations, whose names are as good."""
-        return ()
+        return tuple((effect, where or self.where) for effect, where in self.also)
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """The true values of the effect library's parameters that mean the same, by their names there."""

@@ -1,6 +1,5 @@
 """Faults between the base and what the arm is measured against."""
 
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -12,7 +11,6 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
-@dataclass(frozen=True)
 class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location="base"):
     """Somebody bumps into the base or the target during the run: from one pose on, everything stands elsewhere."""
 
@@ -38,7 +36,6 @@ class BumpedBase(FaultModel, effect="base_shift", sizes=(2e-4, 1.5e-3), location
 
 
 @final
-@dataclass(frozen=True)
 class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), location="base"):
     """The floor gives way under the arm's overturning moment, and under an edge of the foot more than under another.
 
@@ -61,7 +58,6 @@ class YieldingFloor(FaultModel, effect="base_compliance", sizes=(2e-4, 3e-3), lo
 
 
 @final
-@dataclass(frozen=True)
 class WrongRefractiveIndex(
     FaultModel,
     effect="tracker_scale",
@@ -69,13 +65,12 @@ class WrongRefractiveIndex(
     signed=True,
     location="measuring_system",
     parameter="scale",
+    also=(("arm_scale", "base"),),
 ):
-    """The tracker takes the air for another one: all its lengths are too long by the share `size`."""
+    """The tracker takes the air for another one: all its lengths are too long by the share `size`.
 
-    @property
-    def also_right(self) -> tuple[tuple[str, str], ...]:
-        """The arm may have grown: without a known length nobody can distinguish them."""
-        return (("arm_scale", "base"),)
+    The arm may have grown: without a known length nobody can distinguish them.
+    """
 
     def measured(self, points: Array) -> Array:
         """Farther away."""

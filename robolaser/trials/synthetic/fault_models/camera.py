@@ -1,6 +1,5 @@
 """Faults of the camera: its lens, and pixels that are far off."""
 
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -18,7 +17,6 @@ def _third(where: str, run: SyntheticRun, rng: np.random.Generator) -> float:
 
 
 @final
-@dataclass(frozen=True)
 class HigherRadialDistortion(FaultModel, effect="radial_distortion", sizes=(0.05, 0.9), signed=True, location="camera"):
     """OpenCV's second and third radial terms: k2 is `size`, k3 in proportion."""
 
@@ -30,7 +28,6 @@ class HigherRadialDistortion(FaultModel, effect="radial_distortion", sizes=(0.05
 
 
 @final
-@dataclass(frozen=True)
 class LensDecentring(FaultModel, effect="tangential_distortion", sizes=(5e-4, 1e-2), location="camera"):
     """The lens's elements are not on one axis: OpenCV's p1 and p2."""
 
@@ -43,7 +40,6 @@ class LensDecentring(FaultModel, effect="tangential_distortion", sizes=(5e-4, 1e
 
 
 @final
-@dataclass(frozen=True)
 class FocusDrive(FaultModel, effect="focus_breathing", sizes=(3e-3, 5e-2), signed=True, location="camera"):
     """Autofocus moves the lens along its axis: the image grows by the share `size` for each doubling of the depth."""
 
@@ -53,7 +49,6 @@ class FocusDrive(FaultModel, effect="focus_breathing", sizes=(3e-3, 5e-2), signe
 
 
 @final
-@dataclass(frozen=True)
 class GrossErrors(FaultModel, effect="outliers", sizes=(0.01, 0.06), location="image"):
     """Glints and lost stripes: the share `size` of the points, or of their shots, is far off."""
 

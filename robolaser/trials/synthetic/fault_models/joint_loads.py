@@ -1,6 +1,5 @@
 """Joints that yield to weight or to a cable."""
 
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -27,16 +26,10 @@ def joints_that_yield(run: SyntheticRun) -> tuple[str, ...]:
 
 
 @final
-@dataclass(frozen=True)
-class GearWindup(FaultModel, effect="joint_compliance", sizes=(2e-4, 2.5e-3)):
+class GearWindup(FaultModel, effect="joint_compliance", sizes=(2e-4, 2.5e-3), places=joints_that_yield):
     """The joint gives way under all that it carries, payload and all: less for each further newton metre."""
 
     hardening: Annotated[float, uniform(0.0, 0.3)]
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Where a joint's compliance could be named."""
-        return joints_that_yield(run)
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Sunk, by `size` [rad] under the largest torque of the run."""
@@ -46,21 +39,17 @@ class GearWindup(FaultModel, effect="joint_compliance", sizes=(2e-4, 2.5e-3)):
 
 
 @final
-@dataclass(frozen=True)
-class HystereticWindup(FaultModel, effect="hysteresis", sizes=(3e-4, 3e-3), classes=("elasticity", "transmission")):
+class HystereticWindup(
+    FaultModel,
+    effect="hysteresis",
+    sizes=(3e-4, 3e-3),
+    places=joints_that_yield,
+    classes=("elasticity", "transmission"),
+    also=(("joint_compliance", None), ("backlash", None)),
+):
     """A joint gives way under its torque, by `size` [rad] at most, and comes back only once friction is overcome."""
 
     friction: Annotated[float, uniform(0.2, 0.7)]  # width of the hysteresis over the range of the torque
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Where a joint's compliance could be named."""
-        return joints_that_yield(run)
-
-    @property
-    def also_right(self) -> tuple[tuple[str, str], ...]:
-        """Its two halves."""
-        return (("joint_compliance", self.where), ("backlash", self.where))
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """By the torque less a play operator's lag."""
@@ -70,20 +59,23 @@ class HystereticWindup(FaultModel, effect="hysteresis", sizes=(3e-4, 3e-3), clas
 
 
 @final
-@dataclass(frozen=True)
-class CableForce(FaultModel, effect="hose", sizes=(5e-4, 4e-3), classes=("elasticity", "transmission")):
-    """A cable, a spring from the ceiling to the flange, turns the wrist; the library has no such effect."""
+class CableForce(
+    FaultModel,
+    effect="hose",
+    sizes=(5e-4, 4e-3),
+    places=lambda run: run.arm.joints[-2:-1],
+    classes=("elasticity", "transmission"),
+):
+    """A cable, a spring from the ceiling to the flange, turns the wrist; the library has no such effect.
+
+    It is laid along the whole wrist; the truth names the last joint but one.
+    """
 
     anchor: Annotated[
         tuple[float, ...],
         lambda where, run, rng: plain(run.middle + rng.uniform(-1, 1, 3) * [0.6, 0.6, 0.2] + [0.0, 0.0, 1.2]),
     ]  # in the base frame [m]
     slack: Annotated[float, uniform(0.1, 0.5)]  # how long it is [m]
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """It is laid along the whole wrist; the truth names the last joint but one."""
-        return run.arm.joints[-2:-1]
 
     def sites(self, run: SyntheticRun) -> tuple[str, ...]:
         """The whole wrist."""

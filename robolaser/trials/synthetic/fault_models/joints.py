@@ -1,13 +1,13 @@
-"""Faults of single joints: encoders and gears."""
+"""Faults of joints: encoders and gears, other joints that turn them, and when they are read and at rest."""
 
+from abc import abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.trials.synthetic.fault_model import Angle, FaultModel, uniform
+from robolaser.trials.synthetic.fault_model import Angle, Coin, FaultModel, uniform
 from robolaser.trials.synthetic.run import SyntheticRun
 
 
@@ -45,7 +45,6 @@ def play_lags(run: SyntheticRun, along: Array, play: float, lag: float) -> Array
 
 
 @final
-@dataclass(frozen=True)
 class ShiftedZero(FaultModel, effect="joint_offset", sizes=(3e-4, 4e-3), signed=True, parameter="offset"):
     """The encoder's zero is off by `size` [rad]."""
 
@@ -55,7 +54,6 @@ class ShiftedZero(FaultModel, effect="joint_offset", sizes=(3e-4, 4e-3), signed=
 
 
 @final
-@dataclass(frozen=True)
 class EncoderGain(FaultModel, effect="encoder_scale", sizes=(3e-4, 4e-3), signed=True, parameter="scale"):
     """The counts of a turn are off by the share `size`."""
 
@@ -66,7 +64,6 @@ class EncoderGain(FaultModel, effect="encoder_scale", sizes=(3e-4, 4e-3), signed
 
 
 @final
-@dataclass(frozen=True)
 class OffCentreEncoder(FaultModel, effect="encoder_eccentricity", sizes=(3e-4, 4e-3)):
     """The encoder's disc is off its axis by the share `size` of its radius, by exact geometry."""
 
@@ -90,7 +87,6 @@ def _ratio(where: str, run: SyntheticRun, rng: np.random.Generator) -> float:
 
 
 @final
-@dataclass(frozen=True)
 class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2e-3)):
     """The gear's error repeats once and twice a turn of something that turns `ratio` times as fast as the joint."""
 
@@ -113,7 +109,6 @@ class TransmissionRipple(FaultModel, effect="transmission_error", sizes=(2e-4, 2
 
 
 @final
-@dataclass(frozen=True)
 class LostMotion(FaultModel, effect="backlash", sizes=(3e-4, 3e-3), parameter="lost_motion"):
     """The gear has `size` [rad] of play: the output rests until the input has crossed the gap."""
 
@@ -126,7 +121,6 @@ class LostMotion(FaultModel, effect="backlash", sizes=(3e-4, 3e-3), parameter="l
 
 
 @final
-@dataclass(frozen=True)
 class UncountedTurn(FaultModel, effect="dead_zone", sizes=(4e-4, 4e-3), signed=True, classes=("transmission",)):
     """A dead zone: across some range of a joint an encoder's reading falls behind, by `size` [rad] from end to end."""
 
@@ -142,17 +136,146 @@ class UncountedTurn(FaultModel, effect="dead_zone", sizes=(4e-4, 4e-3), signed=T
 
 
 @final
-@dataclass(frozen=True)
-class SlippedCoupling(FaultModel, effect="slipping", sizes=(3e-4, 4e-3), signed=True, classes=("transmission",)):
-    """A coupling slips at some moment of the run: from there on the joint's zero is off by `size` [rad]."""
+class SlippedCoupling(
+    FaultModel,
+    effect="slipping",
+    sizes=(3e-4, 4e-3),
+    signed=True,
+    places=lambda run: run.arm.joints[1:-1],
+    classes=("transmission",),
+):
+    """A coupling slips at some moment of the run: from there on the joint's zero is off by `size` [rad].
+
+    Of the first joint it could as well be the base, of the last the bracket.
+    """
 
     moment: Annotated[float, uniform(0.25, 0.75)]  # as a share of the run
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """All but the first and the last, which could as well be the base or the bracket."""
-        return run.arm.joints[1:-1]
 
     def joints(self, q: Array, run: SyntheticRun) -> Array:
         """Off since then."""
         return turned(q, run.column(self.where), np.where(run.share > self.moment, self.size, 0.0))
+
+
+def _neighbour(where: str, run: SyntheticRun, rng: np.random.Generator) -> str:
+    """A joint at most two joints away."""
+    at = run.arm.joints.index(where)
+    return str(rng.choice([joint for i, joint in enumerate(run.arm.joints) if abs(i - at) in (1, 2)]))
+
+
+class Coupling(FaultModel, places=lambda run: run.arm.joints if len(run.arm.joints) > 1 else ()):
+    """Another joint turns this one."""
+
+    other: Annotated[str, _neighbour]
+
+    def sites(self, run: SyntheticRun) -> tuple[str, ...]:
+        """Either joint."""
+        return self.where, self.other
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Turned on by where the other joint is in its range over the run, -1 to 1."""
+        middle, half = self._range(run)
+        swing: Array = (run.q[:, run.column(self.other)] - middle) / half
+        return turned(q, run.column(self.where), self.size * self.share(swing))
+
+    @abstractmethod
+    def share(self, swing: Array) -> Array:
+        """Of the size by which it turns, (n,)."""
+
+    def _range(self, run: SyntheticRun) -> tuple[float, float]:
+        """The middle of what the other joint goes over, and half of its length [rad or m]."""
+        read = run.q[:, run.column(self.other)]
+        return float(read.max() + read.min()) / 2, max(1e-9, float(np.ptp(read))) / 2
+
+
+@final
+class LedAlong(Coupling, effect="joint_coupling", sizes=(4e-4, 4e-3), signed=True):
+    """A belt is led along another joint, whose motion turns this one, with a little ripple of its pulley."""
+
+    homed: Annotated[float, uniform(-1.0, 1.0)]  # where in its range both were homed
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """Of a belt without ripple."""
+        middle, half = self._range(run)
+        ratio, homed = self.size / half, middle + self.homed * half
+        return {"ratio": ratio, "offset": -ratio * homed, "other": 1.0 + run.arm.joints.index(self.other)}
+
+    def share(self, swing: Array) -> Array:
+        """All of it across half the other's range."""
+        return swing - self.homed + 0.03 * np.sin(5.0 * swing)
+
+
+@final
+class CrossTalk(
+    Coupling, effect="cross_talk", sizes=(4e-4, 4e-3), classes=("transmission",), also=(("joint_coupling", None),)
+):
+    """Another joint turns this one, but not in proportion to its angle; the library has no such effect."""
+
+    even: Coin
+
+    def share(self, swing: Array) -> Array:
+        """To and fro, or by the square of the swing."""
+        return swing**2 if self.even else np.sin(np.pi * swing)
+
+
+@final
+class LateExposure(
+    FaultModel,
+    effect="latency",
+    sizes=(3e-4, 8e-3),
+    signed=True,
+    places=lambda run: ("timing",) if run.qd.any() else (),
+):
+    """The camera exposes `size` [s] after the reading, while the arm moves on and brakes; one at rest stays."""
+
+    braking: Annotated[float, uniform(0.01, 0.1)]  # time constant [s]
+
+    def values(self, run: SyntheticRun) -> dict[str, float]:
+        """The delay of an arm that does not brake."""
+        return {"delay": float(-np.sign(self.size) * self.braking * np.expm1(-abs(self.size) / self.braking))}
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Where the arm was when the shutter opened."""
+        return np.asarray(q + run.qd * self.values(run)["delay"])
+
+
+@final
+class LateArrival(FaultModel, effect="settling", sizes=(2e-4, 4e-3), signed=True):
+    """The joint creeps towards its goal and is measured before it is there, sooner at some poses than at others."""
+
+    waits: Annotated[float, uniform(4.0, 8.0)]  # at the poses, in time constants
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Short of its goal by a share `size` of the way from where it stood before, at the middle one of the waits."""
+        column, order = run.column(self.where), run.order
+        pause = np.diff(run.time[order], prepend=run.time[order][0])
+        usual = float(np.median(pause[1:]))
+        shares = self.size * np.exp(-0.1 * self.waits * (pause / usual - 1.0))
+        short = np.zeros(len(q))
+        for i in range(1, len(order)):
+            before = q[order[i - 1], column] - short[order[i - 1]]
+            short[order[i]] = shares[i] * (q[order[i], column] - before)
+        return turned(q, column, -short)
+
+
+def _beside(where: str, run: SyntheticRun, rng: np.random.Generator) -> Array:
+    """Errors of the joints over their RMS size, some larger than others, (n, j)."""
+    off = np.zeros(run.q.shape)
+    columns = list(run.arm.columns)
+    off[:, columns] = rng.normal(size=(len(run.q), len(columns))) * rng.uniform(0.3, 1.7, len(columns))
+    return np.asarray(off / np.sqrt(np.square(off[:, columns]).mean()))
+
+
+@final
+class PoseScatter(FaultModel, sizes=(2e-5, 1e-4), location="arm"):
+    """Joints stop beside their goals, the flange by `size` [m] (RMS): noise, which the truth does not name."""
+
+    off: Annotated[Array, _beside]
+
+    def sigma(self, run: SyntheticRun) -> float:
+        """RMS error of a joint [rad]."""
+        levers = run.arm.levers(run.q)
+        return self.size / float(np.sqrt(np.square(levers).sum(axis=(1, 2)).mean()))
+
+    def joints(self, q: Array, run: SyntheticRun) -> Array:
+        """Where they stopped."""
+        return q + self.sigma(run) * self.off

@@ -1,6 +1,6 @@
 """Faults of the line projector."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, final
 
 import numpy as np
@@ -12,7 +12,6 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
-@dataclass(frozen=True)
 class ProjectorRoll(
     FaultModel, effect="laser_roll", sizes=(2e-3, 6e-2), signed=True, location="laser", parameter="angle"
 ):
@@ -24,7 +23,6 @@ class ProjectorRoll(
 
 
 @final
-@dataclass(frozen=True)
 class ConicalLight(
     FaultModel, effect="laser_curvature", sizes=(3e-3, 6e-2), signed=True, location="laser", parameter="cone"
 ):
@@ -39,7 +37,6 @@ class ConicalLight(
 
 
 @final
-@dataclass(frozen=True)
 class ProjectorWarmUp(FaultModel, effect="laser_drift", sizes=(2e-4, 3e-3), signed=True, location="laser"):
     """The beam's angle drifts until the projector is warm, by `size` [rad] in the end."""
 
@@ -55,7 +52,6 @@ class ProjectorWarmUp(FaultModel, effect="laser_drift", sizes=(2e-4, 3e-3), sign
 
 
 @final
-@dataclass(frozen=True)
 class FlankBias(FaultModel, effect="stripe_bias", sizes=(0.1, 2.0), signed=True, location="laser"):
     """One flank of the stripe is brighter: its centre is read beside it where the surface is tilted."""
 

@@ -1,6 +1,5 @@
 """Faults of links: not made as drawn, growing while the motors warm them, bent by what they carry, or grown already."""
 
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -20,6 +19,16 @@ def joints_on_long_links(run: SyntheticRun) -> tuple[str, ...]:
     return tuple(joint for joint in run.arm.joints[1:] if lengths[run.column(joint)] > LEAST_LENGTH_M)
 
 
+def joints_on_bending_links(run: SyntheticRun) -> tuple[str, ...]:
+    """Joints on long links whose load is mostly of the URDF's masses: no other can be named."""
+    found = []
+    for joint in joints_on_long_links(run):
+        masses, whole = (run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg))
+        if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum():
+            found.append(joint)
+    return tuple(found)
+
+
 def beam(run: SyntheticRun, joint: str) -> Array:
     """From the joint before to this one, in the frame of this one before it turns, (3,) [m]."""
     T = run.arm.links[run.column(joint)]
@@ -34,7 +43,6 @@ def _some_way(where: str, run: SyntheticRun, rng: np.random.Generator) -> tuple[
 
 
 @final
-@dataclass(frozen=True)
 class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
     """The joint is elsewhere on the link before it, in some of six directions."""
 
@@ -53,16 +61,10 @@ class LinkError(FaultModel, effect="link_geometry", sizes=(3e-4, 4e-3)):
 
 
 @final
-@dataclass(frozen=True)
-class LinkGrowth(FaultModel, effect="thermal_drift", sizes=(1e-4, 1.2e-3)):
+class LinkGrowth(FaultModel, effect="thermal_drift", sizes=(1e-4, 1.2e-3), places=joints_on_long_links):
     """The link before a joint grows as it warms up, towards an end, with an unknown time constant."""
 
     tau: Annotated[float, log_uniform(0.1, 1.0)]  # as a share of the run
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Joints that a link of some length carries."""
-        return joints_on_long_links(run)
 
     def values(self, run: SyntheticRun) -> dict[str, float]:
         """For each metre and degree of warmth."""
@@ -79,8 +81,7 @@ class LinkGrowth(FaultModel, effect="thermal_drift", sizes=(1e-4, 1.2e-3)):
 
 
 @final
-@dataclass(frozen=True)
-class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3)):
+class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3), places=joints_on_bending_links):
     """The link before a joint is a beam, clamped at the joint before, that bends and twists under what it carries.
 
     Gere, Timoshenko, Mechanics of Materials, ch. 9: the end of a beam of length L and compliance c = L / EI turns by
@@ -88,16 +89,6 @@ class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3)):
     """
 
     twists: Annotated[float, uniform(1.0, 1.3)]  # compliance in torsion over that in bending
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Long links whose load is mostly of the URDF's masses: no other can be named."""
-        found = []
-        for joint in joints_on_long_links(run):
-            masses, whole = (run.arm.link_loads(run.q, kg, joint)[1] for kg in (0.0, run.payload_kg))
-            if np.square(whole - masses).sum() < MOST_OF_PAYLOAD**2 * np.square(whole).sum():
-                found.append(joint)
-        return tuple(found)
 
     def links(self, links: Array, run: SyntheticRun) -> Array:
         """Turned by up to `size` [rad]."""
@@ -114,14 +105,18 @@ class BentBeam(FaultModel, effect="link_compliance", sizes=(1e-4, 2e-3)):
 
 
 @final
-@dataclass(frozen=True)
-class GrownArm(FaultModel, effect="arm_scale", sizes=(1e-4, 1e-3), signed=True, location="base"):
-    """The whole arm is warmer than where it was measured: every length from the base to the flange grew alike."""
+class GrownArm(
+    FaultModel,
+    effect="arm_scale",
+    sizes=(1e-4, 1e-3),
+    signed=True,
+    location="base",
+    also=(("tracker_scale", "measuring_system"), ("target_scale", "target")),
+):
+    """The whole arm is warmer than where it was measured: every length from the base to the flange grew alike.
 
-    @property
-    def also_right(self) -> tuple[tuple[str, str], ...]:
-        """What measures it may be too short: without a known length nobody can distinguish them."""
-        return ("tracker_scale", "measuring_system"), ("target_scale", "target")
+    What measures it may be too short: without a known length nobody can distinguish them.
+    """
 
     def flange(self, T_base_flange: Array, run: SyntheticRun) -> Array:
         """Farther from the base by the share `size`."""

@@ -1,6 +1,5 @@
 """Faults of the bracket that holds the camera on the flange."""
 
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -12,7 +11,6 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
-@dataclass(frozen=True)
 class BracketCreep(FaultModel, effect="hand_eye_drift", sizes=(3e-4, 3e-3), location="hand_eye"):
     """The camera moves on its bracket, in proportion to the time or to its logarithm."""
 
@@ -32,7 +30,6 @@ class BracketCreep(FaultModel, effect="hand_eye_drift", sizes=(3e-4, 3e-3), loca
 
 
 @final
-@dataclass(frozen=True)
 class DroopingBracket(FaultModel, effect="hand_eye_sag", sizes=(2e-4, 2e-3), location="hand_eye"):
     """The bracket is a beam from the flange to the camera, which the camera's weight bends.
 

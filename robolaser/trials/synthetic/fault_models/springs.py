@@ -1,7 +1,6 @@
 """Faults whose consequences MuJoCo computes: what gives way comes to rest under the weight of all that it carries."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -17,8 +16,7 @@ from robolaser.trials.synthetic.run import SyntheticRun
 HARD = 2e5  # of a gear that has play and little else [Nm/rad]
 
 
-@dataclass(frozen=True)
-class SpringFault(FaultModel):
+class SpringFault(FaultModel, places=joints_that_yield):
     """Something that gives way, by `size` [rad] at most over the run."""
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
@@ -28,11 +26,6 @@ class SpringFault(FaultModel):
     def load_kg(self, run: SyntheticRun) -> float:
         """On the bracket."""
         return run.payload_kg
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """At its location, or at joints that bear weight enough to be told from joints with an offset."""
-        return joints_that_yield(run) if cls.location is None else (cls.location,)
 
     def stiffness(self, run: SyntheticRun) -> float:
         """That gives way by `size` under the largest torque of the run [Nm/rad]."""
@@ -58,7 +51,6 @@ class SpringFault(FaultModel):
 
 
 @final
-@dataclass(frozen=True)
 class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes=(2e-4, 2.5e-3)):
     """A joint's gear is a spring, or its servo has no integrator: its gain times its error bears the weight."""
 
@@ -70,7 +62,6 @@ class SoftDrive(SpringFault, effect="joint_compliance", form="soft_drive", sizes
 
 
 @final
-@dataclass(frozen=True)
 class UnstatedPayload(SpringFault, effect="joint_compliance", form="unstated_payload", sizes=(2e-4, 2.5e-3)):
     """A joint's gear is a spring, and the flange carries far more than anybody stated."""
 
@@ -82,11 +73,17 @@ class UnstatedPayload(SpringFault, effect="joint_compliance", form="unstated_pay
 
 
 @final
-@dataclass(frozen=True)
 class PlayUnderWeight(
-    SpringFault, effect="play_under_weight", sizes=(3e-4, 3e-3), classes=("transmission", "elasticity")
+    SpringFault,
+    effect="play_under_weight",
+    sizes=(3e-4, 3e-3),
+    classes=("transmission", "elasticity"),
+    also=(("backlash", None), ("joint_compliance", None)),
 ):
-    """A joint has `size` [rad] of play, and the arm's weight decides on which side it rests, not the approach."""
+    """A joint has `size` [rad] of play, and the arm's weight decides on which side it rests, not the approach.
+
+    In the end it is lost motion, and giving way.
+    """
 
     friction: Annotated[float, uniform(0.05, 0.5)]  # torque that pushes it to one end, as a share of the largest
 
@@ -99,14 +96,8 @@ class PlayUnderWeight(
         most = float(np.abs(run.arm.torques(run.q, run.payload_kg)[:, run.column(self.where)]).max())
         return [Spring(self.where, stiffness, play=self.size, centring=2.0 * self.friction * most / self.size)]
 
-    @property
-    def also_right(self) -> tuple[tuple[str, str], ...]:
-        """What it is in the end: lost motion, and giving way."""
-        return (("backlash", self.where), ("joint_compliance", self.where))
-
 
 @final
-@dataclass(frozen=True)
 class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2e-4, 3e-3), location="base"):
     """What the arm stands on turns about axes somewhat below the base, one softer than the other."""
 
@@ -124,7 +115,6 @@ class SoftBase(SpringFault, effect="base_compliance", form="soft_base", sizes=(2
 
 
 @final
-@dataclass(frozen=True)
 class GivingMount(SpringFault, effect="hand_eye_sag", form="giving_mount", sizes=(3e-4, 4e-3), location="hand_eye"):
     """The bracket turns about the flange under the weight of the scanner, one way more easily than another."""
 
@@ -136,16 +126,12 @@ class GivingMount(SpringFault, effect="hand_eye_sag", form="giving_mount", sizes
 
 
 @final
-@dataclass(frozen=True)
-class BendingLink(SpringFault, effect="link_compliance", form="bending_link", sizes=(2e-4, 2.5e-3)):
+class BendingLink(
+    SpringFault, effect="link_compliance", form="bending_link", sizes=(2e-4, 2.5e-3), places=joints_on_long_links
+):
     """The link before a joint bends and twists in its middle."""
 
     twist: Annotated[float, uniform(0.6, 1.0)]  # how stiff it is in torsion, against bending
-
-    @classmethod
-    def locations(cls, run: SyntheticRun) -> tuple[str, ...]:
-        """Joints that a link of some length carries."""
-        return joints_on_long_links(run)
 
     def springs(self, run: SyntheticRun, stiffness: float) -> list[Spring]:
         """Two across the link and one along it."""

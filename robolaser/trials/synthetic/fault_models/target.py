@@ -1,6 +1,5 @@
 """Faults of the target."""
 
-from dataclasses import dataclass
 from typing import Annotated, final
 
 import numpy as np
@@ -11,7 +10,6 @@ from robolaser.trials.synthetic.run import SyntheticRun
 
 
 @final
-@dataclass(frozen=True)
 class PrintScale(
     FaultModel, effect="target_scale", sizes=(5e-4, 1.2e-2), signed=True, location="target", parameter="scale"
 ):
@@ -26,7 +24,6 @@ class PrintScale(
 
 
 @final
-@dataclass(frozen=True)
 class FedTooFast(
     FaultModel, effect="target_stretch", sizes=(1e-3, 1.5e-2), signed=True, location="target", parameter="stretch"
 ):
@@ -41,7 +38,6 @@ class FedTooFast(
 
 
 @final
-@dataclass(frozen=True)
 class CurvedTarget(FaultModel, effect="target_warp", sizes=(1e-4, 1.5e-3), location="target"):
     """The target is not flat: a roof tile, a saddle or a wave."""
 
@@ -59,7 +55,6 @@ class CurvedTarget(FaultModel, effect="target_warp", sizes=(1e-4, 1.5e-3), locat
 
 
 @final
-@dataclass(frozen=True)
 class TargetDent(FaultModel, effect="dented_target", sizes=(3e-4, 1.5e-3), location="target", classes=("target",)):
     """The target has a bell-shaped dent of some centimetres; the library has no such effect."""
 
