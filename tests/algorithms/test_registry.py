@@ -81,22 +81,11 @@ def test_with_all_four_swapped_pymoos_algorithm_is_the_papers() -> None:
     assert np.array_equal(history(f"{swapped}:eliminate_duplicates=false"), history("rcga"))
 
 
-def test_words_for_pymoos_own_operators_change_nothing() -> None:
-    own = "ga:crossover=sbx:mutation=polynomial:selection=tournament:survival=fitness"
-    assert np.array_equal(history(own), history("ga"))
-
-
 def test_an_operator_takes_settings_after_its_place() -> None:
     made = algorithm_named("ga:mutation=non-uniform:mutation.b=2:mutation.prob_var=0.3:crossover=sbx:crossover.eta=3")
     assert (made.mating.mutation.b.value, made.mating.mutation.prob_var.value) == (2, 0.3)
     assert type(made.mating.crossover) is SBX
     assert made.mating.crossover.eta.value == 3
-
-
-def test_operators_have_the_papers_settings() -> None:
-    made = algorithm_named("ga:crossover=arithmetic:mutation=non-uniform")
-    assert made.mating.crossover.prob.value == 0.85
-    assert (made.mating.mutation.prob_var.value, made.mating.mutation.b.value) == (0.1, 5.0)
 
 
 @pytest.mark.parametrize("text", ["ga:mutation=gaussian", "ga:crossover=de", "pattern-search"])

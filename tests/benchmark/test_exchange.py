@@ -7,7 +7,6 @@ import jsonschema
 import numpy as np
 import pytest
 from made_up import made_up_comparison
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.soo.nonconvex.ga import GA
 from pymoo.operators.crossover.sbx import SBX
 
@@ -68,12 +67,6 @@ def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
 def test_what_cannot_be_exchanged_is_said(text, said):
     with pytest.raises(UsageError, match=said):
         find(text)
-
-
-def test_stock_algorithms_take_part_by_their_own_names():
-    assert isinstance(algorithm_named("NSGA2"), NSGA2)
-    with pytest.raises(UsageError, match="Did you mean 'rcga'"):
-        find("rgca")
 
 
 def test_an_exchanged_algorithm_runs_and_repeats_itself():

@@ -1,14 +1,9 @@
-"""The problem and the population that operators are tried on."""
+"""The problem that operators are tried on."""
 
 import pytest
-from bowl import Bowl, population
+from bowl import Bowl
 
 
 @pytest.fixture
 def problem():
     return Bowl()
-
-
-@pytest.fixture
-def pop(problem):
-    return population(problem, 40)

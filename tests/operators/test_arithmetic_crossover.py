@@ -60,7 +60,3 @@ def test_without_probability_parents_pass_unchanged(problem, parents):
 def test_as_many_pairs_are_crossed_as_the_probability_says(problem, parents):
     crossed = np.any(cross(problem, parents, prob=0.85) != parents, axis=(0, 2)).sum()
     assert stats.binomtest(int(crossed), 3000, 0.85).pvalue > 0.01
-
-
-def test_the_papers_probability_is_the_default():
-    assert ArithmeticCrossover().prob.value == 0.85

@@ -1,21 +1,16 @@
 """What every operator keeps to, whatever it does, and where it works."""
 
 import inspect
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pymoo
 import pytest
 from bowl import LOWER, UPPER, Bowl, population
-from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.soo.nonconvex.ga import GA
-from pymoo.algorithms.soo.nonconvex.ga_niching import NicheGA
 from pymoo.core.parameters import get_params
-from pymoo.core.survival import Survival
 from pymoo.core.variable import Real
 from pymoo.optimize import minimize
-from pymoo.util.ref_dirs import get_reference_directions
 
 import robolaser.operators
 from robolaser.operators.testing import FAILS, IGNORED, MISSING, NO_PLACE, REFUSED, SLOTS, WORKS, check_operator
@@ -52,10 +47,6 @@ def test_all_keep_to_the_contract_and_no_algorithm_fails_with_any(compatibility)
     assert not failed
 
 
-def test_all_work_in_the_plain_genetic_algorithm(compatibility):
-    assert {c.algorithms["GA"][0] for c in compatibility} == {WORKS}
-
-
 def test_a_refusal_names_both_the_operator_and_what_it_lacks(compatibility):
     refused = [(c.operator, why) for c in compatibility for how, why in c.algorithms.values() if how == REFUSED]
     assert refused
@@ -80,25 +71,8 @@ def test_probabilities_are_found_by_pymoos_tuning(operator):
     assert all(isinstance(tunable[name], Real) for name in numbers)
 
 
-def run(problem, algorithm, generations=6):
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", module="pymoo")
-        found = minimize(problem, algorithm, ("n_gen", generations), seed=1)
+def test_it_improves_a_population_with_one_objective(operator):
+    found = minimize(Bowl(), GA(**{slot(operator): operator}, pop_size=20), ("n_gen", 6), seed=1)
     X = found.pop.get("X")
     assert np.all((X >= LOWER) & (X <= UPPER))
-    return found
-
-
-@pytest.mark.parametrize("shift", [0.0, -100.0], ids=["costs above 0", "costs below 0"])
-@pytest.mark.parametrize("algorithm", [GA, NicheGA])
-def test_it_improves_a_population_with_one_objective(operator, algorithm, shift):
-    if algorithm is NicheGA and isinstance(operator, Survival):
-        pytest.skip("brings its own survival")
-    found = run(Bowl(shift=shift), algorithm(**{slot(operator): operator}, pop_size=20))
-    assert found.F[0] < np.median(Bowl(shift=shift).evaluate(population(Bowl(), 100).get("X")))
-
-
-def test_the_mutation_works_where_the_algorithm_hides_the_time():
-    directions = get_reference_directions("uniform", 2, n_partitions=11)
-    mutation = robolaser.operators.NonUniformMutation(progress=0.5)
-    run(Bowl(n_obj=2), MOEAD(ref_dirs=directions, n_neighbors=5, mutation=mutation))
+    assert found.F[0] < np.median(population(100).get("F"))

@@ -59,17 +59,6 @@ def test_at_the_last_generation_nothing_moves(X, form):
     assert np.array_equal(mutate(mutation, X, n_iter=1000), X)
 
 
-def test_in_the_generation_before_the_last_steps_are_as_small_as_b_says(X):
-    moved = np.abs(mutate(NonUniformMutation(prob_var=1.0, b=5), X, n_iter=100) - X)
-    assert np.all(moved[:, FREE] <= 1.1e-10 * (UPPER - LOWER)[FREE])
-
-
-def test_steps_shrink_from_generation_to_generation(X, form):
-    mutation = NonUniformMutation(prob_var=1.0, form=form)
-    sizes = [np.abs(mutate(mutation, X, n_iter=n)[:, 0] - X[:, 0]).mean() for n in range(1, 101, 9)]
-    assert np.all(np.diff(sizes) < 0)
-
-
 @pytest.mark.parametrize("n_iter", [1, 26, 51])
 def test_steps_are_distributed_as_the_form_says(X, form, n_iter):
     b, rest = 2.0, 1.0 - (n_iter - 1) / 100

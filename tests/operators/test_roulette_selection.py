@@ -37,11 +37,6 @@ def test_the_first_and_the_second_parent_are_drawn_independently():
     assert stats.chi2_contingency(table).pvalue > 0.01
 
 
-@pytest.mark.parametrize("n_parents", [1, 2, 3, 7])
-def test_any_number_of_parents_is_served(n_parents):
-    assert selected([1.0, 2.0], 5, n_parents).shape == (5, n_parents)
-
-
 @pytest.mark.parametrize("unit", [1e-300, 1e-9, 1e12, 1e300])
 def test_the_unit_of_the_cost_does_not_matter(unit):
     J = np.array([1.0, 2.0, 5.0, 0.25])
@@ -50,10 +45,6 @@ def test_the_unit_of_the_cost_does_not_matter(unit):
 
 def test_a_perfect_individual_leaves_nothing_to_the_others():
     assert set(selected([3.0, 0.0, 1e-300, 0.0], 1000).ravel()) == {1, 3}
-
-
-def test_costs_that_are_not_finite_win_nothing():
-    assert set(selected([NAN, 1.0, INF, 2.0, NAN], 1000).ravel()) == {1, 3}
 
 
 @pytest.mark.parametrize(
@@ -71,14 +62,6 @@ def test_negative_costs_count_from_the_best():
     assert np.all(np.diff(inverse_cost(J)) < 0)
     assert inverse_cost(np.array([-INF, -1.0, 5.0])).tolist() == [1.0, 0.0, 0.0]
     assert inverse_cost(np.array([-1.0, INF, 5.0]))[1] == 0.0
-
-
-def test_a_better_cost_never_has_less_fitness():
-    rng = np.random.default_rng(9)
-    for _ in range(50):
-        J = np.sort(rng.standard_cauchy(30) + rng.choice([0.0, 1000.0]))
-        assert np.all(np.diff(inverse_cost(J)) <= 0)
-        assert np.all(inverse_cost(J) >= 0)
 
 
 def test_the_wheel_has_no_gap_and_no_overlap():
@@ -103,7 +86,7 @@ def test_where_all_violate_constraints_the_least_violation_has_the_best_chance()
 
 def test_with_several_objectives_the_first_front_has_the_best_chance():
     problem = Bowl(n_obj=2)
-    pop = population(problem, 30)
+    pop = population(30)
     pop.set("F", np.stack([np.repeat([1.0, 2.0, 3.0], 10), np.repeat([1.0, 2.0, 3.0], 10)], axis=1))
     parents = RouletteSelection().do(problem, pop, 5000, 2, to_pop=False, random_state=np.random.default_rng(11))
     counts = np.bincount(parents.ravel() // 10, minlength=3)

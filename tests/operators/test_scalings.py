@@ -9,7 +9,7 @@ from pymoo.problems import get_problem
 
 from robolaser.errors import AlgorithmError
 from robolaser.operators import NonUniformMutation, RouletteSelection, StochasticUniversalSampling
-from robolaser.operators.scaling import SCALINGS, inverse_cost, linear_ranking, sigma_scaling, windowing
+from robolaser.operators.scaling import SCALINGS, linear_ranking, sigma_scaling, windowing
 
 RNG = np.random.default_rng
 COSTS = np.array([3.0, 1.0, 2.0, 5.0])
@@ -19,11 +19,6 @@ COSTS = np.array([3.0, 1.0, 2.0, 5.0])
 @pytest.mark.parametrize("zero", [0.0, 1e4, -1e4])
 def test_scaled_weights_do_not_depend_on_the_costs_zero(scaling, zero):
     assert scaling(COSTS + zero) == pytest.approx(scaling(COSTS), abs=1e-9)
-
-
-def test_the_papers_weights_do_depend_on_it():
-    assert np.ptp(inverse_cost(COSTS)) > 0.7
-    assert np.ptp(inverse_cost(COSTS + 1e4)) < 1e-3
 
 
 @pytest.mark.parametrize("scaling", SCALINGS.values(), ids=SCALINGS)
@@ -60,7 +55,7 @@ def test_an_unknown_scaling_is_refused_with_those_there_are():
 
 
 def test_one_turn_chooses_each_as_often_as_its_weight_says_up_to_one():
-    pop = population(Bowl(), 40)
+    pop = population(40)
     chosen = StochasticUniversalSampling("ranking").do(Bowl(), pop, 50, 2, to_pop=False, random_state=RNG(1))
     weights = linear_ranking(pop.get("F")[:, 0])
     counts = np.bincount(chosen.ravel(), minlength=40)

@@ -26,17 +26,6 @@ def worlds():
     return {kind: make(robot, kind, seed=8, ranges=SMALL) for kind in KINDS if kind != "physics"}
 
 
-def test_the_same_seed_makes_the_same_world_to_the_bit(worlds):
-    again = make(find_robot("scorbot_er7"), "outliers", seed=8, ranges=SMALL)
-    np.testing.assert_array_equal(again.dataset.points.pixel, worlds["outliers"].dataset.points.pixel)
-    assert again.truth == worlds["outliers"].truth
-
-
-def test_another_seed_makes_another(worlds):
-    other = make(find_robot("scorbot_er7"), "none", seed=9, ranges=SMALL)
-    assert other.truth["parameters"] != worlds["none"].truth["parameters"]
-
-
 def test_kinds_hold_what_they_say(worlds):
     named = {kind: [effect for effect, _ in world.truth["effects"]] for kind, world in worlds.items()}
     assert named["none"] == []
@@ -101,11 +90,6 @@ def test_an_arm_repeats_as_well_as_the_truth_says(built):
 def test_a_fault_alone_is_a_kind_of_its_own():
     world = make(find_robot("scorbot_er7"), "slipping", seed=2, ranges=SMALL)
     assert [effect for effect, _ in world.truth["effects"]] == ["slipping"]
-
-
-def test_a_tracked_world_is_a_trackers_data_set(worlds):
-    assert worlds["tracker"].dataset.kind == "point"
-    assert worlds["tracker"].truth["kind"] == "tracker"
 
 
 def test_no_data_set_gives_away_what_it_hides(worlds, tmp_path):

@@ -1,11 +1,9 @@
 """What counts as right, and what the shares of it are worth."""
 
-from copy import deepcopy
-
 import pytest
 
 from robolaser.trials.outcome import outcome
-from robolaser.trials.score import compile_score, share
+from robolaser.trials.score import compile_score
 
 GAP = {"nominal": 9.0, "calibrated": 1.0, "after": 0.1, "noise_floor": 0.1, "after_ci95": [0.09, 0.11]}
 
@@ -193,13 +191,6 @@ def test_a_gap_down_to_the_noise_is_closed_and_one_that_stays_is_not():
     assert seen([], said(verdict="no_gap", calibrated=0.1)).closed is None
 
 
-def test_wilsons_interval_holds_the_share_and_knows_that_few_prove_little():
-    few, many = share([True] * 5), share([True] * 500)
-    assert few["share"] == many["share"] == 1.0
-    assert few["ci95"][0] < 0.6 < 0.99 < many["ci95"][0]
-    assert share([])["share"] is None
-
-
 @pytest.fixture
 def scored():
     return compile_score(
@@ -239,16 +230,3 @@ def test_kinds_are_scored_apart():
     assert (single["by_name"]["share"], single["by_class"]["share"], single["sure_and_wrong"]["share"]) == (0.5,) * 3
     assert sum(part["of"] for part in scored["reliability_of_classes"]) == 2
     assert sum(part["right"] for part in scored["reliability_of_classes"]) == 1
-
-
-def test_the_order_of_data_sets_does_not_change_the_score():
-    outcomes = {"a": seen([], said(verdict="no_gap")), "b": seen([true()], said(found()))}
-    forth, back = compile_score(outcomes), compile_score(dict(reversed(outcomes.items())))
-    assert {**forth, "each": 0} == {**back, "each": 0}
-
-
-def test_scoring_changes_neither_truth_nor_diagnosis():
-    each, diagnosis = [true(), OUTLIERS], said(found())
-    kept = deepcopy((each, diagnosis))
-    seen(each, diagnosis)
-    assert (each, diagnosis) == kept

@@ -126,7 +126,9 @@ def test_a_score_says_of_which_data_and_diagnoses_it_is(trial):
     "text",
     [
         "{",
+        "[]",
         "[" * 100_000,
+        '{"format": "robolaser-diagnosis/1"}',
         '{"format": "robolaser-diagnosis/1", "verdict": 3, "gap_mm": [], "where": 1, "effects": {"a": 1}}',
         '{"format": "robolaser-diagnosis/1", "verdict": "no_gap", "gap_mm": {}, "where": [], "effects": [1]}',
     ],
@@ -160,12 +162,6 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
             assert (again / path.relative_to(made)).read_bytes() == path.read_bytes()
 
 
-def test_no_file_of_a_trial_says_what_is_wrong(made):
-    for path in made.rglob("*"):
-        if path.is_file() and path.suffix != ".urdf":
-            assert b"outliers" not in path.read_bytes()
-
-
 @pytest.mark.parametrize(
     ("typed", "code", "message"),
     [
@@ -191,17 +187,6 @@ def test_a_cell_without_joints_or_place_cannot_be_imitated(trial, tmp_path, caps
     assert main(["simulate", "--robot", "scorbot_er7", "--poses", "5", "--unplaced", "--output", str(floating)]) == 0
     assert main(["challenge", "new", str(tmp_path / "new"), "--like", str(floating)]) == 1
     assert "the pose of its target is unknown" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("text", "why"), [("[]", "does not say"), ("{", "Expecting"), ('{"format": "robolaser-diagnosis/1"}', "lacks")]
-)
-def test_a_file_that_is_no_diagnosis_is_named(trial, text, why, capsys):
-    (trial / "world-000" / DIAGNOSIS).write_text(text)
-    assert main(["challenge", "score", str(trial)]) == 1
-    said = capsys.readouterr().err
-    assert "world-000" in said
-    assert why in said
 
 
 def test_without_mujoco_the_worlds_that_it_moves_are_refused_before_anything_is_made(tmp_path, monkeypatch, capsys):

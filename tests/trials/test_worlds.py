@@ -99,12 +99,6 @@ def test_the_library_explains_nearly_all_of_what_departs_in_a_form_of_its_own(ef
     assert judged.left_by(CandidateEffect(kind, where)) < 0.05 * judged.misfit
 
 
-def test_the_library_explains_nearly_all_of_a_joint_that_follows_the_first_one(built):
-    judged = detectability(built, LedAlong("joint_2", 4e-3, "joint_1", 0.4))
-    assert judged.misfit > 100
-    assert judged.left_by(CandidateEffect(JointCoupling, "joint_2")) < 0.05 * judged.misfit
-
-
 @pytest.mark.parametrize("effect", LINEAR)
 def test_the_library_explains_what_has_its_own_form(effect, built):
     fault_model, run = FAULT_MODELS[effect], built.cell.run
