@@ -1,32 +1,15 @@
-"""Time and memory of `robolaser calibrate` on up to a million stripe points, by stage."""
+"""Time and memory of `robolaser calibrate` on up to a million stripe points."""
 
 import argparse
-import json
 import resource
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
 
-from threadpoolctl import threadpool_limits
-
-from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.initialization import find_start
-from robolaser.calibration.plan import Plan
-from robolaser.calibration.result import as_json
-from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
-from robolaser.estimation.fisher_information import information
-from robolaser.estimation.folds import assign_folds, held_out
-from robolaser.estimation.noise_estimate import noise_of
-from robolaser.estimation.problem import Problem
-from robolaser.estimation.robust_reweighting import fit
-from robolaser.model.forward_model import Model
-from robolaser.report.calibration import page
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -38,23 +21,19 @@ COMMAND = (
     "print(open('/proc/self/status').read(), file=sys.stderr); sys.exit(code)"
 )
 
-Result = TypeVar("Result")
-
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--most", type=int, default=1_000_000, help="points of the largest data set")
     most = options.parse_args().most
-    print("| points | wall [s] | CPU [s] | peak memory [MB] | read | search | fit | hold out | precision | report |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print("| points | wall [s] | CPU [s] | peak memory [MB] |\n|---|---|---|---|")
     for poses, points in SIZES:
         if poses * points <= most:
             with tempfile.TemporaryDirectory() as folder:
                 cell = Path(folder) / "cell"
                 save(simulate(find_robot("scorbot_er7"), poses=poses, points=points, noise=NOISE, seed=1).dataset, cell)
                 whole, cpu, peak = command(cell, Path(folder) / "out")
-                stages = " | ".join(f"{seconds:.2f}" for seconds in stages_of(cell))
-                print(f"| {poses * points} | {whole:.1f} | {cpu:.1f} | {peak:.0f} | {stages} |", flush=True)
+                print(f"| {poses * points} | {whole:.1f} | {cpu:.1f} | {peak:.0f} |", flush=True)
 
 
 def command(cell: Path, output: Path) -> tuple[float, float, float]:
@@ -70,37 +49,5 @@ def command(cell: Path, output: Path) -> tuple[float, float, float]:
     return seconds, cpu, peak_kb / 1024
 
 
-def stages_of(cell: Path) -> list[float]:
-    """Processor's seconds of each stage, one after the other in this process, all code compiled and loaded."""
-    seconds: list[float] = []
-
-    def timed(stage: Callable[[], Result]) -> Result:
-        began = time.process_time()
-        result = stage()
-        seconds.append(time.process_time() - began)
-        return result
-
-    dataset = timed(lambda: load(cell))
-    model = Model(dataset)
-    start = timed(lambda: find_start(model, Plan()))
-    problem, x, _ = timed(lambda: fit(model, start.x))
-    folds = assign_folds(model, seed=1)
-    assert folds is not None
-    timed(lambda: held_out(problem, x, folds))
-    timed(lambda: information(problem, x, noise_of(model, x).sigmas))
-    found = calibrate(dataset, Plan(algorithm="gauss-newton"))
-    timed(lambda: (page(found), json.dumps(as_json(found))))
-    return seconds
-
-
-def warm_up() -> None:
-    """Compile, and load what is slow to load."""
-    found = calibrate(simulate(find_robot("scorbot_er7"), poses=8, points=8, noise=NOISE, seed=1).dataset)
-    page(found)
-    Problem.of(found.model).residuals(found.x[None])
-
-
 if __name__ == "__main__":
-    with threadpool_limits(limits=1, user_api="blas"):
-        warm_up()
-        main()
+    main()

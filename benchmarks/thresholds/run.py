@@ -4,9 +4,8 @@
     python benchmarks/thresholds/run.py --only CHI2_PER_EFFECT,EVEN --worlds 1,2,3,4
     python benchmarks/thresholds/run.py --numerical
 
-Worlds are made once and kept, and so is what the search found with the usual thresholds: those that are read only after
-it (`AFTER_SEARCH`) need a quarter of the time. Each variation runs in a process of its own, which sets the threshold
-before anything reads it. `--numerical` varies all numbers that set accuracy and work together, in a copy of the
+Worlds are made once and kept. Each variation runs in a process of its own, which sets the threshold before anything
+reads it. `--numerical` varies all numbers that set accuracy and work together, in a copy of the
 package.
 """
 
@@ -15,13 +14,11 @@ import ast
 import importlib.util
 import json
 import os
-import pickle
 import shutil
 import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -51,14 +48,6 @@ FROM_ONE = ("GAP_OVER_FLOOR", "ROW_NOISE_CHANGE", "SCATTER_CHANGE", "IMPLAUSIBLE
 distance from one, whole numbers are rounded."""
 NOT_VARIED = ("SIGMA_OF_95_PERCENT", "INDEPENDENT_SHAPES")
 """What follows from a distribution or from `shapes.py`."""
-AFTER_SEARCH = (
-    "ALIAS_LOCATIONS", "ALIAS_SHARE", "CERTAIN", "CHI2_EXCESS_SIGMA", "CHI2_INDISTINGUISHABLE", "CREDIBLE_MASS",
-    "DETECTION_SIGMA", "FORM_SHARE", "FURTHER_SUBSTITUTES", "GAP_OVER_FLOOR", "LARGEST_PLAUSIBLE",
-    "LEAST_LISTED", "LEAST_PROBABILITY", "LEAST_RANGE_EXPONENT", "MIN_CREDIBILITY", "NO_OTHER_EFFECTS",
-    "OPEN_OVER_FLOOR", "OPEN_SHARE", "REFITTED_ALTERNATIVES", "ROUGH", "SAME_COLUMN", "UNDETERMINED",
-    "UNEXPLAINED_DISCOUNT", "WORTH_SAYING",
-)  # fmt: skip
-"""Thresholds that are read once the set of effects is chosen."""
 NUMERICAL = (
     "candidate_sites.DENTS", "effect_columns.SLOPE", "effect_columns.STEP", "fit.LEAST_FACTOR",
     "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SINGULAR", "fit.CORRELATED",
@@ -101,36 +90,25 @@ def varied(name: str, value: Any, factor: float) -> Any:
     return value * factor
 
 
-def diagnose_all(cache: Path, numbers: list[int], *, keep_search: bool) -> dict[str, Any]:
-    """What is said of each world; the search is that of an earlier process where it is kept."""
+def diagnose_all(cache: Path, numbers: list[int]) -> dict[str, Any]:
+    """What is said of each world."""
     # ruff: noqa: PLC0415  # only now: the thresholds are set
     import robolaser
     from robolaser.diagnosis import examine, pipeline
-    from robolaser.diagnosis.refits import Refits
     from robolaser.diagnosis.result_json import diagnosis_json
     from robolaser.robot.by_name import find_robot
     from robolaser.trials.making import make
     from robolaser.trials.outcome import outcome
 
-    search, said = pipeline._selected, {}
+    said = {}
     pipeline._next_poses = lambda *args: ()  # type: ignore[assignment]
     for robot, kind, seed in (WORLDS[number - 1] for number in numbers):
         name = f"{robot}-{kind}-{seed}"
-        folder, kept = cache / name, cache / f"{name}.pickle"
+        folder = cache / name
         if not (folder / "truth.json").exists():
             made = make(find_robot(robot), kind, seed=seed, name=name)
             robolaser.save(made.dataset, folder, overwrite=True)
             (folder / "truth.json").write_text(json.dumps(made.truth))
-
-        def remembered(*args: Any, kept: Path = kept) -> Any:
-            if kept.exists():
-                return pickle.loads(kept.read_bytes())
-            data, refits, selected, outliers = search(*args)
-            fits = replace(Refits(refits.start, refits.effects), _fits=refits._fits, _latest=refits._latest)
-            kept.write_bytes(pickle.dumps((data, fits, selected, outliers)))
-            return pickle.loads(kept.read_bytes())
-
-        pipeline._selected = remembered if keep_search else search
         found = diagnosis_json(examine(robolaser.load(folder), seed=1))
         truth = outcome(json.loads((folder / "truth.json").read_text()), found)
         said[name] = {
@@ -212,8 +190,7 @@ def main() -> None:
         name, factor = args.vary[0], float(args.vary[1])
         if name and name != "NUMERICAL":
             setattr(module, name, varied(name, getattr(module, name), factor))
-        keep = not name or name in AFTER_SEARCH
-        print(json.dumps(diagnose_all(args.cache, [*map(int, args.worlds.split(","))], keep_search=keep)))
+        print(json.dumps(diagnose_all(args.cache, [*map(int, args.worlds.split(","))])))
         return
     args.cache.mkdir(parents=True, exist_ok=True)
     usual = in_process(args.cache, args.worlds, "", 1.0)
