@@ -5,8 +5,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
 
+from robolaser.benchmark.statistics.intervals import wilson
 from robolaser.trials.outcome import Outcome
 
 FORMAT = "robolaser-score/1"
@@ -16,11 +16,10 @@ BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
 
 def share(hits: Sequence[bool]) -> dict[str, Any]:
     """How many of how many, and Wilson's 95 % interval of the share; null for none of none."""
-    n, k = len(hits), int(sum(hits))
-    if not n:
-        return {"right": 0, "of": 0, "share": None, "ci95": None}
-    interval = binomtest(k, n).proportion_ci(method="wilson")
-    return {"right": k, "of": n, "share": k / n, "ci95": [float(interval.low), float(interval.high)]}
+    right = int(sum(hits))
+    found = wilson(right, len(hits))
+    interval = None if found.value is None else [found.lower, found.upper]
+    return {"right": right, "of": len(hits), "share": found.value, "ci95": interval}
 
 
 def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
