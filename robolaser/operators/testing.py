@@ -9,7 +9,8 @@ import copy
 import pickle
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from importlib import import_module
 from types import SimpleNamespace
 from typing import Any, final
 
@@ -22,16 +23,74 @@ from pymoo.core.selection import Selection
 from pymoo.core.survival import Survival
 from pymoo.core.termination import NoTermination
 from pymoo.optimize import minimize
+from pymoo.util.ref_dirs import get_reference_directions
 
 from robolaser.arrays import Array
 from robolaser.errors import AlgorithmError
-from robolaser.operators.stock_algorithms import STOCK_ALGORITHMS, StockAlgorithm
 
 SLOTS = {Crossover: "crossover", Mutation: "mutation", Selection: "selection", Survival: "survival"}
 """Where pymoo's algorithms take an operator, by its base class."""
 
 WORKS, REFUSED, FAILS, IGNORED, NO_PLACE = "works", "refused", "fails", "ignored", "no place"
 MISSING = "not installed"  # what the algorithm itself needs
+
+
+@final
+@dataclass(frozen=True)
+class StockAlgorithm:
+    """One of pymoo's genetic algorithms, made small; its module lies in `pymoo.algorithms`."""
+
+    name: str
+    module: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def n_obj(self) -> int:
+        """Objectives of the problems that it is tried on."""
+        return 1 if self.module.startswith("soo.") else 2
+
+    def make(self, **operators: Any) -> Any:
+        """The algorithm with other operators; an `ImportError` if a package that it needs is not installed."""
+        try:
+            kind = getattr(import_module(f"pymoo.algorithms.{self.module}"), self.name)
+        except Exception as error:  # pymoo asks for some libraries with a plain Exception
+            raise ImportError(str(error)) from error
+        return kind(**self.settings, **operators)
+
+
+_DIRECTIONS = get_reference_directions("uniform", 2, n_partitions=11)
+_POINTS = np.array([[0.2, 0.4], [0.5, 0.1]])
+STOCK_ALGORITHMS: Mapping[str, StockAlgorithm] = {
+    one.name: one
+    for one in (
+        StockAlgorithm("GA", "soo.nonconvex.ga", {"pop_size": 20}),
+        StockAlgorithm("NicheGA", "soo.nonconvex.ga_niching", {"pop_size": 20}),
+        StockAlgorithm("BRKGA", "soo.nonconvex.brkga", {"n_elites": 6, "n_offsprings": 10, "n_mutants": 4}),
+        StockAlgorithm("G3PCX", "soo.nonconvex.g3pcx", {"pop_size": 20}),
+        StockAlgorithm("DE", "soo.nonconvex.de", {"pop_size": 20}),
+        StockAlgorithm("NRBO", "soo.nonconvex.nrbo", {"pop_size": 20}),
+        StockAlgorithm("NSGA2", "moo.nsga2", {"pop_size": 20}),
+        StockAlgorithm("DNSGA2", "moo.dnsga2", {"pop_size": 20}),
+        StockAlgorithm("RNSGA2", "moo.rnsga2", {"ref_points": _POINTS, "pop_size": 20}),
+        StockAlgorithm("KGB", "moo.kgb", {"pop_size": 20}),
+        StockAlgorithm("OmniOptimizer", "moo.omni", {"pop_size": 20}),
+        StockAlgorithm("SPEA2", "moo.spea2", {"pop_size": 20}),
+        StockAlgorithm("SMSEMOA", "moo.sms", {"pop_size": 20}),
+        StockAlgorithm("GDE3", "moo.gde3", {"pop_size": 20}),
+        StockAlgorithm("NSDE", "moo.nsde", {"pop_size": 20}),
+        StockAlgorithm("NSDER", "moo.nsder", {"ref_dirs": _DIRECTIONS, "pop_size": 20}),
+        StockAlgorithm("AGEMOEA", "moo.age", {"pop_size": 20}),
+        StockAlgorithm("AGEMOEA2", "moo.age2", {"pop_size": 20}),
+        StockAlgorithm("NSGA3", "moo.nsga3", {"ref_dirs": _DIRECTIONS}),
+        StockAlgorithm("UNSGA3", "moo.unsga3", {"ref_dirs": _DIRECTIONS}),
+        StockAlgorithm("RNSGA3", "moo.rnsga3", {"ref_points": _POINTS, "pop_per_ref_point": 8}),
+        StockAlgorithm("CTAEA", "moo.ctaea", {"ref_dirs": _DIRECTIONS}),
+        StockAlgorithm("RVEA", "moo.rvea", {"ref_dirs": _DIRECTIONS}),
+        StockAlgorithm("MOEAD", "moo.moead", {"ref_dirs": _DIRECTIONS, "n_neighbors": 5}),
+        StockAlgorithm("ParallelMOEAD", "moo.moead", {"ref_dirs": _DIRECTIONS, "n_neighbors": 5}),
+    )
+}
+"""By pymoo's names."""
 
 
 @final

@@ -11,8 +11,7 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from robolaser.errors import AlgorithmError
-from robolaser.operators.stock_algorithms import STOCK_ALGORITHMS, StockAlgorithm
-from robolaser.operators.testing import MISSING, WORKS, check_operator
+from robolaser.operators.testing import MISSING, STOCK_ALGORITHMS, WORKS, StockAlgorithm, check_operator
 
 
 class Shuffling(Crossover):
@@ -100,8 +99,5 @@ def test_the_default_selection_of_pymoos_genetic_algorithm_passes():
 
 
 def test_an_algorithm_whose_package_is_missing_is_not_one_without_a_place():
-    def needs_what_is_not_there(**operators):
-        raise ModuleNotFoundError("No module named 'sklearn'")
-
-    found = check_operator(SBX(), algorithms={"KGB": StockAlgorithm(needs_what_is_not_there)})
-    assert found.algorithms["KGB"] == (MISSING, "No module named 'sklearn'")
+    found = check_operator(SBX(), algorithms={"KGB": StockAlgorithm("KGB", "moo.not_there")})
+    assert found.algorithms["KGB"] == (MISSING, "No module named 'pymoo.algorithms.moo.not_there'")
