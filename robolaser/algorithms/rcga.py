@@ -20,7 +20,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.arithmetic_crossover import arithmetic
-from robolaser.operators.bounds import bounds_missing, check_probability
+from robolaser.operators.bounds import check_probability, finite_bounds
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import Form, non_uniform, step_size
@@ -126,10 +126,7 @@ class RCGA(ArrayBased):
                 f"RCGA works on real numbers; the variables of {type(problem).__name__} are whole numbers. Pass"
                 " RCGA(repair=RoundingRepair()), pymoo's, which rounds each candidate."
             )
-        bounds = np.broadcast_to(np.nan, (2, problem.n_var)) if not problem.has_bounds() else problem.bounds()
-        open_ended = ~np.isfinite(np.asarray(bounds, np.float64)).all(axis=0)
-        if open_ended.any():
-            raise bounds_missing("RCGA", np.flatnonzero(open_ended))
+        finite_bounds(problem, "RCGA")
 
     def _is_itself(self) -> bool:
         mating = self.mating

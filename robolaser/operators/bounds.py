@@ -1,6 +1,5 @@
 """The bounds that an operator measures its steps by, and those of its own settings."""
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -15,21 +14,15 @@ def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
     Raises:
         AlgorithmError: A variable has no finite bounds.
     """
-    if problem.xl is None or problem.xu is None:
-        raise bounds_missing(operator, range(problem.n_var))
-    lower, upper = np.asarray(problem.xl, np.float64), np.asarray(problem.xu, np.float64)
-    open_ended = ~(np.isfinite(lower) & np.isfinite(upper))
-    if open_ended.any():
-        raise bounds_missing(operator, np.flatnonzero(open_ended))
+    none = np.full(problem.n_var, np.nan)
+    lower, upper = (none if x is None else np.asarray(x, np.float64) for x in (problem.xl, problem.xu))
+    open_ended = np.flatnonzero(~(np.isfinite(lower) & np.isfinite(upper)))
+    if len(open_ended):
+        raise AlgorithmError(
+            f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
+            f" {', '.join(map(str, open_ended))} no finite ones. Give the problem finite xl and xu."
+        )
     return lower, upper
-
-
-def bounds_missing(operator: str, variables: Iterable[int]) -> AlgorithmError:
-    """Variables have no finite bounds, but step sizes are relative to them."""
-    return AlgorithmError(
-        f"{operator} measures its steps by the distance to the bounds, but the problem gives variables"
-        f" {', '.join(map(str, variables))} no finite ones. Give the problem finite xl and xu."
-    )
 
 
 def check_probability(owner: str, setting: str, value: Any) -> None:

@@ -16,7 +16,7 @@ from robolaser.trials.synthetic.fault_models.links import LinkError
 from robolaser.trials.synthetic.mujoco_arm import mujoco
 from robolaser.trials.world import World
 
-IMAGE_PX = (0.5, 2.0)  # of a whole image, over the noise of a pixel
+SHIFT = (0.5, 2.0)  # of a whole image, over the noise of a pixel
 GROWTH = (2.0, 4.0)  # power of the range
 OFFSET_RAD, PLACEMENT, WINDUP_RAD = 1e-4, 1e-4, 1e-4  # of a calibrated arm; a placement counts in metres and radians
 K2, DECENTRING = 0.02, 2e-4  # of a calibrated lens
@@ -46,7 +46,7 @@ def scattering(world: World, rng: np.random.Generator) -> World:
 
 def shared_noise(world: World, rng: np.random.Generator) -> World:
     """Images that are off as a whole."""
-    return replace(world, image_px=float((world.noise.pixel_px or 0.0) * rng.uniform(*IMAGE_PX)))
+    return replace(world, image_px=float((world.noise.pixel_px or 0.0) * rng.uniform(*SHIFT)))
 
 
 def growing_noise(world: World, rng: np.random.Generator) -> World:
