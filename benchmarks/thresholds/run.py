@@ -5,8 +5,7 @@
     python benchmarks/thresholds/run.py --numerical
 
 Worlds are made once and kept. Each variation runs in a process of its own, which sets the threshold before anything
-reads it. `--numerical` varies all numbers that set accuracy and work together, in a copy of the
-package.
+reads it. `--numerical` varies all numbers that set accuracy and work together, in a copy of the package.
 """
 
 import argparse
@@ -49,16 +48,12 @@ distance from one, whole numbers are rounded."""
 NOT_VARIED = ("SIGMA_OF_95_PERCENT", "INDEPENDENT_SHAPES")
 """What follows from a distribution or from `shapes.py`."""
 NUMERICAL = (
-    "candidate_sites.DENTS", "effect_columns.SLOPE", "effect_columns.STEP", "fit.LEAST_FACTOR",
-    "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN", "fit.SINGULAR", "fit.CORRELATED",
-    "gaussian_process_basis.KEPT",
-    "gaussian_process_basis.LANDMARKS", "pose_coordinates.LEAST_TORQUE_NM", "gaussian_process_basis.MOST",
+    "candidate_sites.DENTS", "fit.CORRELATED", "fit.LEAST_FACTOR", "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN",
+    "fit.SINGULAR", "gaussian_process_basis.KEPT", "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.MOST",
     "held_out_gap.RESAMPLES", "noise_estimate.LEAST_SHOWN", "noise_weighted_fit.FOLD_ENOUGH",
-    "noise_weighted_fit.FOLD_SHARE", "solver.ENOUGH", "solver.SHARE",
-    "outliers.FITS", "outliers.ROUNDS", "stepwise_order.SEEN", "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT",
-    "noise_limits.STEP_RAD",
-    "score_tests.DENSE_GRID", "score_tests.NEGLIGIBLE", "stage_derivatives.IMAGE_M", "stage_derivatives.PIXEL_PX",
-    "stage_derivatives.SHIFT_M", "stage_derivatives.TURN_RAD", "standard_errors.MOST_LEVERAGE",
+    "noise_weighted_fit.FOLD_SHARE", "outliers.FITS", "outliers.ROUNDS", "pose_coordinates.LEAST_TORQUE_NM",
+    "pose_noise.ROUNDS", "pose_scatter.ON_LIMIT", "score_tests.DENSE_GRID", "score_tests.NEGLIGIBLE", "solver.ENOUGH",
+    "solver.SHARE", "standard_errors.MOST_LEVERAGE", "stepwise_order.SEEN",
 )  # fmt: skip
 """Numbers of the diagnosis that set its accuracy and work, by file."""
 SAME_ERROR = 0.1
