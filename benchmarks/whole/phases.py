@@ -13,7 +13,6 @@ READING = {"reading": "robolaser.data.loading:load"}
 STEPS = {
     "calibrate": READING
     | {
-        "start values": "robolaser.calibration.calibrate:start_of",
         "calibration": "robolaser.calibration.calibrate:calibrate",
         "page": "robolaser.report.calibration:page",
         "terminal": "robolaser.report.calibration:print_summary",

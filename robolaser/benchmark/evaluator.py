@@ -2,10 +2,10 @@
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -25,6 +25,12 @@ class ConvergenceTrace:
     evaluations: Ints  # candidates evaluated up to and including the improvement, (k,)
     seconds: Array  # wall time by then [s], (k,)
     costs: Array  # the improved cost, falling, (k,); of several objectives what was not dominated then, (k, m)
+
+    @classmethod
+    def of(cls, steps: Iterable[Sequence[Any]]) -> Self:
+        """Of improvements, (evaluations, seconds, cost) each, such as lines of a file hold them."""
+        evaluations, seconds, costs = zip(*steps, strict=True) if (steps := list(steps)) else ((), (), ())
+        return cls(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
 
     @property
     def final(self) -> float:
@@ -156,11 +162,7 @@ class BudgetedEvaluator:
 
     def trace(self) -> ConvergenceTrace:
         """Every improvement so far."""
-        evaluations, seconds, costs = zip(*self._improvements, strict=True) if self._improvements else ((), (), ())
-        costs_of = np.array(costs, float)
-        if self.problem.n_obj > 1:
-            costs_of = costs_of.reshape(-1, self.problem.n_obj)
-        return ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), costs_of)
+        return ConvergenceTrace.of(self._improvements)
 
     def _checked(self, x: Any) -> Any:
         if self.problem.mixed:

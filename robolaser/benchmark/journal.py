@@ -159,9 +159,7 @@ class Journal:
         self._sessions.append(0.0)
 
     def _ran(self, said: dict[str, Any], after_s: float) -> None:
-        evaluations, seconds, costs = said["trace"]
-        trace = ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
-        run = BenchmarkRun(**{**said, "trace": trace})
+        run = BenchmarkRun(**{**said, "trace": ConvergenceTrace.of(zip(*said["trace"], strict=True))})
         self._runs.pop(run.key, None)
         self._runs[run.key] = run
         self._sessions[-1] = max(self._sessions[-1], after_s)

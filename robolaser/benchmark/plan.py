@@ -10,10 +10,10 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
 from robolaser.benchmark.evaluator import RunLimits
+from robolaser.benchmark.executors import PACKAGES
 from robolaser.benchmark.journal import summary_of
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.problem_summary import ProblemSummary
 from robolaser.benchmark.run import Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
@@ -77,7 +77,6 @@ class PlannedProblem:
     """A problem as it was found when the comparison was planned."""
 
     problem: BenchmarkProblem
-    summary: ProblemSummary
     limits: RunLimits
     spec: bytes  # pickled
 
@@ -132,7 +131,7 @@ class BenchmarkPlan:
                 one.limits,
                 one.spec,
                 pickle,
-                "" if one.summary.noisy else one.summary.fingerprint,
+                "" if one.limits.noisy else one.problem.summary.fingerprint,
             )
             for seed in self.terms.seeds
             for one in self.problems
@@ -143,8 +142,7 @@ class BenchmarkPlan:
     def to_dict(self, engine: str = "", workers: int = 0) -> dict[str, Any]:
         """As a journal has it."""
         names = {name.partition(":")[0] for name in self.solvers}
-        packages = ["robolaser", "numpy", "scipy", "pymoo"]
-        packages += ["cma"] if names & {"pycma", "cmaes"} else []
+        packages = [*PACKAGES, *(["cma"] if names & {"pycma", "cmaes"} else [])]
         return {
             "conditions": {
                 "budget": str(self.terms.budget),
@@ -152,7 +150,7 @@ class BenchmarkPlan:
                 "on_error": self.terms.on_error,
                 **{f"version of {package}": _version(package) for package in packages},
             },
-            "problems": [summary_of(one.summary) for one in self.problems],
+            "problems": [summary_of(one.problem.summary) for one in self.problems],
             "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
@@ -182,9 +180,11 @@ def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
 
         lowest = min(multistart(problem.model, seed=seed).cost for seed in OUR_SEEDS)
     seen = f"{problem.lower} {problem.upper}" if noisy else first
-    summary = replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
+    problem = replace(
+        problem, summary=replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
+    )
     limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
-    return PlannedProblem(problem, summary, limits, _pickled(spec, spec.name))
+    return PlannedProblem(problem, limits, _pickled(spec, spec.name))
 
 
 def _pickled(thing: Any, name: str) -> bytes:

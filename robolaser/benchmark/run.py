@@ -72,12 +72,9 @@ class Task:
         """A failed run of which only the reason is known, and what it spilt."""
         file = Path(self.spill or ".")
         lines = file.read_text().splitlines() if self.spill and file.exists() else []
-        steps = [json.loads(line) for line in lines if line.endswith("]")]
-        evaluations, seconds, costs = zip(*steps, strict=True) if steps else ((), (), ())
-        trace = ConvergenceTrace(np.array(evaluations, np.int64), np.array(seconds, float), np.array(costs, float))
-        return BenchmarkRun(
-            *self.key, FAILED, reason, max(evaluations, default=0), max(seconds, default=0.0), 0.0, trace
-        )
+        trace = ConvergenceTrace.of(json.loads(line) for line in lines if line.endswith("]"))
+        evaluations, seconds = int(trace.evaluations.max(initial=0)), float(trace.seconds.max(initial=0.0))
+        return BenchmarkRun(*self.key, FAILED, reason, evaluations, seconds, 0.0, trace)
 
 
 def done(task: Task) -> BenchmarkRun:
@@ -129,7 +126,7 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
     if limits.noisy and len(evaluator.x):
         with seeded(task.seed):
             cost = returned_cost(problem, evaluator.x)
-        trace = ConvergenceTrace(np.array([evaluator.evaluations]), np.array([seconds]), np.array([cost]))
+        trace = ConvergenceTrace.of([(evaluator.evaluations, seconds, cost)])
     return BenchmarkRun(
         *task.key,
         state,

@@ -17,7 +17,7 @@ from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
 from robolaser.data.writing import FOLDER, texts_of
 from robolaser.diagnosis import examine
-from robolaser.diagnosis.result_json import diagnosis_json
+from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.errors import DataError, TrialError
 from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges
@@ -29,7 +29,6 @@ from robolaser.trials.score import compile_score
 from robolaser.trials.sealed_truth import SEAL, data_hash, keep_truth
 
 DIAGNOSIS = "diagnosis/diagnosis.json"
-FORMAT = "robolaser-diagnosis/1"
 NEEDED = ("verdict", "gap_mm", "where", "effects")
 
 Claim = Callable[[Iterable[str]], None]
