@@ -59,11 +59,10 @@ def test_who_is_always_right_scores_everything(trial, capsys):
     assert len(capsys.readouterr().out.splitlines()) <= 25
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial, jobs):
+def test_data_sets_that_nobody_diagnosed_are_diagnosed(trial):
     for path in sorted(trial.rglob(Path(DIAGNOSIS).name))[:2]:
         path.unlink()
-    assert main(["challenge", "score", str(trial), "--jobs", jobs]) == 0
+    assert main(["challenge", "score", str(trial), "--jobs", "2"]) == 0
     assert len(list(trial.rglob(Path(DIAGNOSIS).name))) == 4
 
 
