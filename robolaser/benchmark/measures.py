@@ -90,8 +90,8 @@ def final_front(run: BenchmarkRun) -> Array:
     return _non_dominated(run.trace.costs) if len(run.trace.costs) else run.trace.costs
 
 
-def attainment(runs: Sequence[BenchmarkRun], share: float = 0.5) -> Array:
-    """What so large a share of the runs, as they were made, attained or dominated, (k, m); (0, 0) without fronts.
+def attainment(runs: Sequence[BenchmarkRun]) -> Array:
+    """What half of the runs, as they were made, attained or dominated, (k, m); (0, 0) without fronts.
 
     Empirical attainment function: Grunert da Fonseca, Fonseca & Hall 2001.
     """
@@ -101,5 +101,5 @@ def attainment(runs: Sequence[BenchmarkRun], share: float = 0.5) -> Array:
     if not any(len(front) for front in fronts):
         return np.empty((0, 0))
     of_run = np.repeat(np.arange(len(fronts)), [len(front) for front in fronts])
-    corners: Array = moocore.eaf(np.concatenate([f for f in fronts if len(f)]), of_run, percentiles=[100 * share])
+    corners: Array = moocore.eaf(np.concatenate([f for f in fronts if len(f)]), of_run, percentiles=[50.0])
     return corners[:, :-1]

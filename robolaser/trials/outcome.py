@@ -44,7 +44,6 @@ class Outcome:
     stated_classes: tuple[tuple[float, bool], ...]  # the same of classes
     sure_and_wrong: bool  # whether a wrong name is all but certain
     site: bool | None  # whether `where` begins with a true site; None where there is nothing to find
-    left: float | None  # gap after the diagnosis over the noise floor; None where it says nothing
     # share of the squared gap above the noise that the diagnosis closed; None where there was hardly one
     closed: float | None
     # for each number with a 95 % interval: its effect, and whether the interval holds the truth
@@ -113,7 +112,6 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
         stated_classes=tuple((p, name in right_classes) for name, p in probabilities.items()),
         sure_and_wrong=sure_and_wrong,
         site=bool(where) and where[0]["site"] in sites if sites and group != "faint" and not left_small else None,
-        left=left,
         closed=_closed(gap),
         covered=tuple(_covered(each, findings)),
     )
