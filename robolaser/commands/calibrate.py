@@ -55,7 +55,21 @@ def calibrate(
         unused = [option for option, given in searches.items() if given]
         if unused:
             raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
-        _calibrate_motion(dataset, output, effects, seed=seed, force=force, terminal=terminal, typed=typed)
+        from robolaser.motion.calibration import calibrate_motion
+        from robolaser.report.motion import document as motion_document
+        from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
+
+        on_motion(
+            lambda log, progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
+            lambda result: motion_document(result.fit),
+            dataset,
+            output,
+            MOTION_CALIBRATION_FILES,
+            command="calibrate",
+            force=force,
+            terminal=terminal,
+            typed=typed,
+        )
         return
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
@@ -63,7 +77,8 @@ def calibrate(
     from robolaser.calibration.pymoo_search import CHECKPOINT
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.report.calibration import print_summary
+    from robolaser.report.calibration.page import document
+    from robolaser.report.console import print_document
     from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
 
     if (output / CHECKPOINT).exists() and not (resume or force):
@@ -88,8 +103,7 @@ def calibrate(
         try:
             with terminal.progress() as progress:
                 found = find(data, plan, state=output, resume=resume, progress=progress)
-            for warning in found.warnings:
-                terminal.warn(warning)
+            terminal.warn(*found.warnings)
             result = CalibrationResult.of(found)
             texts = result.files(command=typed)
             write_results(output, texts)
@@ -98,32 +112,8 @@ def calibrate(
             state = f"The search's state is in {output}: continue with --resume." if kept else "Nothing was written."
             raise Interrupted(f"Stopped. {state}") from None
         (output / CHECKPOINT).unlink(missing_ok=True)
-    terminal.show(texts["calibration.json"] or "", lambda: print_summary(found, output, files=result["files"]))
 
+    def print_summary() -> None:
+        print_document(document(found, brief=True, files=result["files"], folder=output), output)
 
-def _calibrate_motion(
-    dataset: Path,
-    output: Path,
-    effects: tuple[str, ...],
-    *,
-    seed: int,
-    force: bool,
-    terminal: Terminal,
-    typed: str,
-) -> None:
-    """Find the numbers of effects on a moving arm."""
-    from robolaser.motion.calibration import calibrate_motion
-    from robolaser.report.motion import print_calibration
-    from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
-
-    on_motion(
-        lambda log, progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
-        lambda result: print_calibration(result.fit, output),
-        dataset,
-        output,
-        MOTION_CALIBRATION_FILES,
-        command="calibrate",
-        force=force,
-        terminal=terminal,
-        typed=typed,
-    )
+    terminal.show(texts["calibration.json"] or "", print_summary)

@@ -33,8 +33,7 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
 
     found = check_data(load(dataset))
     if not terminal.json:
-        for warning in found.dataset.warnings:
-            terminal.warn(warning)
+        terminal.warn(*found.dataset.warnings)
     terminal.show(found.to_dict(), lambda: say(_text(found)))
 
 
@@ -45,8 +44,7 @@ def _check_motion(folder: Path, terminal: Terminal) -> None:
     found = check_motion(load_motion(folder))
     log = found.log
     if not terminal.json:
-        for warning in log.warnings:
-            terminal.warn(warning)
+        terminal.warn(*log.warnings)
     reasons: dict[str, list[str]] = {}
     for name, reason in found.not_tested.items():
         reasons.setdefault(reason, []).append(name)

@@ -41,21 +41,35 @@ def diagnose(
     from robolaser.motion.reading import is_motion
 
     if is_motion(dataset):
-        _diagnose_motion(dataset, output, without=without, seed=seed, force=force, terminal=terminal, typed=typed)
+        from robolaser.motion.diagnosis import diagnose_motion
+        from robolaser.report.motion import document as motion_document
+        from robolaser.results.motion import MOTION_FILES, MotionResult
+
+        on_motion(
+            lambda log, progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
+            lambda result: motion_document(result.diagnosis.fit, result.diagnosis),
+            dataset,
+            output,
+            MOTION_FILES,
+            command="diagnose",
+            force=force,
+            terminal=terminal,
+            typed=typed,
+        )
         return
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
     from robolaser.export.files import is_withheld
-    from robolaser.report.diagnosis import print_diagnosis
+    from robolaser.report.console import print_document
+    from robolaser.report.diagnosis.page import document
     from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
 
     data, others = load(dataset), [load(other) for other in validate]
     with results_in(output, command="diagnose", files=DIAGNOSIS_FILES, inputs=[dataset, *validate], force=force):
         with terminal.progress() as progress:
             found = examine(data, seed=seed, without=without, validate=others, progress=progress)
-        for warning in data.warnings:
-            terminal.warn(warning)
+        terminal.warn(*data.warnings)
         result = DiagnosisResult.of(found, seed)
         texts = result.files(command=typed)
         if result.model and is_withheld(result.model):
@@ -64,32 +78,8 @@ def diagnose(
                 " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
             )
         write_results(output, texts)
-    terminal.show(texts["diagnosis.json"] or "", lambda: print_diagnosis(found, output, files=result["files"]))
 
+    def print_summary() -> None:
+        print_document(document(found, brief=True, files=result["files"]), output)
 
-def _diagnose_motion(
-    dataset: Path,
-    output: Path,
-    *,
-    without: tuple[str, ...],
-    seed: int,
-    force: bool,
-    terminal: Terminal,
-    typed: str,
-) -> None:
-    """Say why a moving arm does not follow its model."""
-    from robolaser.motion.diagnosis import diagnose_motion
-    from robolaser.report.motion import print_motion
-    from robolaser.results.motion import MOTION_FILES, MotionResult
-
-    on_motion(
-        lambda log, progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
-        lambda result: print_motion(result.diagnosis, output),
-        dataset,
-        output,
-        MOTION_FILES,
-        command="diagnose",
-        force=force,
-        terminal=terminal,
-        typed=typed,
-    )
+    terminal.show(texts["diagnosis.json"] or "", print_summary)

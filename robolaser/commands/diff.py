@@ -37,7 +37,9 @@ def diff(
         force: Overwrite an earlier result.
     """
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.report.difference import page, print_difference
+    from robolaser.report.console import print_document
+    from robolaser.report.difference import document
+    from robolaser.report.page import render
     from robolaser.results.difference import difference
 
     read = [first, second]
@@ -47,5 +49,5 @@ def diff(
         found = difference(first, second)
         if output:
             text = json.dumps(found, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-            write_results(output, {"report.html": page(found, names, command=typed), "diff.json": text})
-    terminal.show(found, lambda: print_difference(found, names))
+            write_results(output, {"report.html": render(document(found, names, command=typed)), "diff.json": text})
+    terminal.show(found, lambda: print_document(document(found, names)))

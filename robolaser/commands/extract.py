@@ -127,8 +127,7 @@ def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal
         terminal.warn("the views do not determine the lens's distortion: planes were laid through raw pixels.")
     if found.channel != "grey":
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
-    for doubt in found.doubts:
-        terminal.warn(doubt)
+    terminal.warn(*found.doubts)
     place.save(dataset)
     file = place.folder / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}

@@ -151,8 +151,7 @@ def _show_and_write(
         read_back = imported.dataset
     mistakes = gross_mistakes(read_back) if len(read_back.points) else ()
     warnings = list(dict.fromkeys((*imported.dataset.warnings, *read_back.warnings, *mistakes)))
-    for warning in warnings:
-        terminal.warn(warning)
+    terminal.warn(*warnings)
     if not dry_run:
         files = (*files_of(imported.dataset), *imported.images)
         with results_in(output, command="import", files=files, force=force):

@@ -9,6 +9,7 @@ from robolaser.commands.terminal import Terminal
 if TYPE_CHECKING:
     from robolaser.arrays import Progress
     from robolaser.motion.log import MotionLog
+    from robolaser.report.document import Document
     from robolaser.results import FittedResult
 
 R = TypeVar("R", bound="FittedResult")
@@ -16,7 +17,7 @@ R = TypeVar("R", bound="FittedResult")
 
 def on_motion(
     make: "Callable[[MotionLog, Progress], R]",
-    show: Callable[[R], None],
+    document: "Callable[[R], Document]",
     dataset: Path,
     output: Path,
     files: Sequence[str],
@@ -29,13 +30,13 @@ def on_motion(
     """Make a result of a log, write its files, and show it: the first of them as JSON, or what people read."""
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.motion.reading import load_motion
+    from robolaser.report.console import print_document
 
     log = load_motion(dataset)
     with results_in(output, command=command, files=files, inputs=[dataset], force=force):
-        for warning in log.warnings:
-            terminal.warn(warning)
+        terminal.warn(*log.warnings)
         with terminal.progress() as progress:
             result = make(log, progress)
         texts = result.files(command=typed)
         write_results(output, texts)
-    terminal.show(texts[files[0]] or "", lambda: show(result))
+    terminal.show(texts[files[0]] or "", lambda: print_document(document(result), output))

@@ -70,8 +70,9 @@ def plan(
     from robolaser.diagnosis.pose_plan import examine_plan
     from robolaser.motion.plan import plan_motion
     from robolaser.motion.reading import is_motion, load_motion
-    from robolaser.report import motion_plan
-    from robolaser.report.pose_plan import page, print_plan
+    from robolaser.report import motion_plan, pose_plan
+    from robolaser.report.console import print_document
+    from robolaser.report.page import render
 
     writing = results_in(output, command="plan", files=FILES, inputs=[poses], force=force) if output else nullcontext()
 
@@ -92,9 +93,9 @@ def plan(
                 motions = plan_motion(load_motion(poses, planned=True))
                 result = as_text(motions.to_dict())
                 if output:
-                    texts = {"report.html": motion_plan.page(motions, command=typed), "plan.json": result}
+                    texts = {"report.html": render(motion_plan.document(motions, command=typed)), "plan.json": result}
                     write_results(output, texts)
-            terminal.show(result, lambda: motion_plan.print_plan(motions, output))
+            terminal.show(result, lambda: print_document(motion_plan.document(motions), output))
             return
         dataset = load(poses)
     else:
@@ -103,14 +104,15 @@ def plan(
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
     dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))
-    for warning in dataset.warnings:
-        terminal.warn(warning)
+    terminal.warn(*dataset.warnings)
     with writing:
         found = examine_plan(dataset, points=points, mount=mount, seed=seed)
         result = as_text(found.to_dict())
         if output:
-            write_results(output, {"report.html": page(found, command=typed), "plan.json": result})
-    terminal.show(result, lambda: print_plan(found, output))
+            write_results(
+                output, {"report.html": render(pose_plan.document(found, command=typed)), "plan.json": result}
+            )
+    terminal.show(result, lambda: print_document(pose_plan.document(found, brief=True), output))
 
 
 def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:

@@ -102,8 +102,7 @@ def record(
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
     read = _inputs(described, poses, next_poses)
-    for sentence in described.warnings:
-        terminal.warn(sentence)
+    terminal.warn(*described.warnings)
     arm_class(described)
     repeats = _series(described, repeats, watch)
     if watch is not None:

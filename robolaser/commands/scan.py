@@ -97,7 +97,9 @@ def scan(
     from robolaser.data.atomic_write import STAGED
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.report.cloud import page, print_cloud
+    from robolaser.report.cloud.page import document
+    from robolaser.report.console import print_document
+    from robolaser.report.page import render
     from robolaser.scan import merged, prepare, read_calibration
     from robolaser.scan.cloud_files import write_cloud
     from robolaser.scan.cloud_filters import Subsample, one_per_voxel, with_colours, with_normals, within
@@ -109,8 +111,7 @@ def scan(
     box = None if region is None else region_of(region)
     scans = [prepare(calibrated.as_drawn() if nominal else calibrated, one) for one in recordings]
     made = merged(scans)
-    for warning in (*dict.fromkeys(sentence for one in scans for sentence in one.recording.warnings), *made.warnings):
-        terminal.warn(warning)
+    terminal.warn(*dict.fromkeys(sentence for one in scans for sentence in one.recording.warnings), *made.warnings)
     if made.calibrated.setup_warning is not None:
         terminal.warn(made.calibrated.setup_warning)
     names = [file.name for file in files]
@@ -129,7 +130,7 @@ def scan(
         wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
         try:
             quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
-            shown = {files[1].name: page(made, quality, command=typed)} if report else {}
+            shown = {files[1].name: render(document(made, quality, command=typed))} if report else {}
             write_results(output.parent, {output.name: cloud, **shown})
         except KeyboardInterrupt:
             write_results(output.parent, {output.name: cloud})
@@ -141,10 +142,8 @@ def scan(
         for body in quality.primitives
     ]
     result = {"cloud": str(output), "points": count, "bodies": bodies, "missing": [str(one) for one in quality.missing]}
-    terminal.show(result, lambda: print_cloud(made, quality, *files))
-    for doubt in quality.doubts:
-        terminal.warn(doubt)
-    for missing in quality.missing[1:]:
-        terminal.warn(str(missing))
+    terminal.show(result, lambda: print_document(document(made, quality, brief=True)))
+    terminal.print(f"Wrote {' and '.join(map(str, files))}")
+    terminal.warn(*quality.doubts, *map(str, quality.missing[1:]))
     for missing in quality.missing[:1]:
         raise missing

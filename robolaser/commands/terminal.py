@@ -48,9 +48,10 @@ class Terminal:
         elif not self.quiet:
             summary()
 
-    def warn(self, message: str) -> None:
+    def warn(self, *messages: str) -> None:
         """Say on standard error what is odd, but no error."""
-        print(f"warning: {printable(message)}", file=sys.stderr)
+        for message in messages:
+            print(f"warning: {printable(message)}", file=sys.stderr)
 
     @contextmanager
     def progress(self) -> Iterator[Callable[[str, float], None]]:

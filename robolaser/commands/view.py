@@ -63,8 +63,7 @@ def view(
     else:
         models = (_fitted(data, calibration),)
     points = None if cloud is None else downsampled(map_ply(cloud))
-    for warning in (*data.warnings, *(note for model in models for note in model.notes)):
-        terminal.warn(warning)
+    terminal.warn(*data.warnings, *(note for model in models for note in model.notes))
     app = ViewerApp(models, points, port, None if stated is None else _collisions(stated, data))
     terminal.show({"url": app.url}, lambda: say(f"{data.name} is at {app.url}; stop with Ctrl-C."))
     if browser:

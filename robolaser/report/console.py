@@ -1,11 +1,13 @@
 """A document in a few lines: in colour on a terminal, as plain text anywhere else."""
 
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
 from rich import box
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook
+from rich.measure import Measurement
 from rich.segment import Segment
 from rich.table import Column as Heading
 from rich.table import Table as Grid
@@ -18,8 +20,7 @@ from robolaser.report.printable import printable
 WIDE = 160  # letters in a line of text that goes to a file, unless COLUMNS says otherwise
 LEAST_VALUE = 10  # letters of a figure's column
 STYLES = {"held-out": "bold", "fitted": "dim"}
-NAME = 24
-"""Letters of a name that stay in a line."""
+BROAD = 10_000  # letters that no matrix has side by side
 
 
 def plain_unless_terminal(console: Console | None) -> Console:
@@ -52,19 +53,15 @@ class _PrintableText:
             yield Segment(text if control else printable(text), style, control)
 
 
-def table(*headings: str) -> Grid:
-    """A table with these columns; where room is short, the widest are broken."""
-    columns = (Heading(heading, overflow="fold") for heading in headings)
-    return Grid(*columns, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
-
-
-def print_document(document: Document, out: Console) -> None:
-    """Print a report's answer, figures and the first rows of the tables that matter.
+def print_document(document: Document, folder: Path | None = None, *, console: Console | None = None) -> None:
+    """Print a report's answer, figures and the first rows of the tables that matter; plain text unless on a terminal.
 
     Args:
         document: The report.
-        out: From `plain_unless_terminal`.
+        folder: Where its page is, if it has one.
+        console: Where to print; standard output by default.
     """
+    out = plain_unless_terminal(console)
     out.print(Text(f"{document.name}: {document.setting}", style="bold"))
     if document.prints_lead:
         out.print(Text(f"{document.lead} {document.sense}".strip()))
@@ -75,16 +72,15 @@ def print_document(document: Document, out: Console) -> None:
     for section in document.sections:
         for block in section.blocks:
             _print(block, out)
+    if folder is not None:  # its path stays whole however narrow the lines are, to be copied
+        out.print(Text(f"Look at {folder / 'report.html'}"), soft_wrap=True)
 
 
-def print_line(text: str, out: Console, style: str = "") -> None:
-    """Print a sentence."""
-    out.print(Text(text, style=style))
-
-
-def print_page(folder: Path, out: Console) -> None:
-    """Say where the page is; its path stays whole however narrow the lines are, to be copied."""
-    out.print(Text(f"Look at {folder / 'report.html'}"), soft_wrap=True)
+def printed(document: Document) -> str:
+    """What is printed, as plain text."""
+    text = io.StringIO()
+    print_document(document, console=Console(file=text, force_terminal=False, force_jupyter=False))
+    return text.getvalue()
 
 
 def _print(block: Block, out: Console) -> None:
@@ -95,15 +91,17 @@ def _print(block: Block, out: Console) -> None:
             for item in block.items[: block.printed]:
                 out.print(Text(f"- {item}"))
         case Figures():
-            print_figures(block, out)
+            _print_figures(block, out)
         case Table() if block.printed and block.rows:
             if block.title:
                 out.print(Text(block.title, style="bold"))
-            out.print(_printed(block))
+            made = _printed(block)
+            width = Measurement.get(out, out.options.update(max_width=BROAD), made).maximum
+            is_cut = block.kind == "matrix" and width > out.width
+            out.print(Text(f"Not printed: it takes {width} columns.", style="dim") if is_cut else made)
 
 
-def print_figures(figures: Figures, out: Console) -> None:
-    """Print figures, a line each."""
+def _print_figures(figures: Figures, out: Console) -> None:
     label = 1 + max(len(row.label) for row in figures.rows)
     value = max(LEAST_VALUE, *(len(row.value) for row in figures.rows))
     for row in figures.rows:
@@ -112,9 +110,10 @@ def print_figures(figures: Figures, out: Console) -> None:
 
 
 def _printed(block: Table) -> Grid:
-    """Its first rows; cells with their first line and caveat."""
+    """Its first rows; cells with their first line and caveat. Where room is short, the widest columns are broken."""
     headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
-    made, shown = table(*headings.values()), list(headings)
+    shown, columns = list(headings), (Heading(heading, overflow="fold") for heading in headings.values())
+    made = Grid(*columns, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     for row in block.cells[: block.printed]:
         texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
         notes = [Text(row[i].note.partition("\n")[0], style="dim") for i in shown]

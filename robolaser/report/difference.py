@@ -1,17 +1,12 @@
 """The report of two results side by side: a page, and a table on the terminal."""
 
-import io
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from rich.console import Console
-
 from robolaser.diagnosis.cause_words import listed
 from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover, layer, named_rows, quantity, records
-from robolaser.report.console import plain_unless_terminal, print_document
 from robolaser.report.digits import SIGNIFICANT, human, millimetres, plain
 from robolaser.report.document import Cell, Column, Document, Section, Table, charts
-from robolaser.report.page import render
 
 CLEAR: Final = 3.0
 """Standard errors from which on a change is no chance among a dozen numbers."""
@@ -70,25 +65,6 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command
         command=command,
         prints_lead=True,
     )
-
-
-def page(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command: str = "") -> str:
-    """The page as HTML; arguments as for `document`."""
-    return render(document(found, names, command=command))
-
-
-def print_difference(
-    found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, console: Console | None = None
-) -> None:
-    """Print what changed; plain text unless on a terminal."""
-    print_document(document(found, names), plain_unless_terminal(console))
-
-
-def printed(found: Mapping[str, Any]) -> str:
-    """What is printed, as text."""
-    text = io.StringIO()
-    print_difference(found, console=Console(file=text, force_terminal=False, force_jupyter=False))
-    return text.getvalue().rstrip("\n")
 
 
 def _lead(numbers: Sequence[Row]) -> str:

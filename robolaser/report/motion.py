@@ -1,18 +1,15 @@
 """The report of a moving arm's diagnosis: a page, and some lines on the terminal."""
 
-from pathlib import Path
-
 import numpy as np
-from rich.console import Console
 
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
+from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Finding
 from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
 from robolaser.report.chart import Chart, chart, colours, hover, layer, line, quantity, records
-from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import (
     Block,
     Cell,
@@ -26,11 +23,10 @@ from robolaser.report.document import (
     Text,
     charts,
 )
-from robolaser.report.page import render
+from robolaser.report.setting import untestable
 
 VERDICTS = {"no_gap": "no gap", "explained": "explained", "unexplained": "unexplained"}
 SHOWN_ROWS = 400  # of a run, in a chart
-SHOWN_JOINTS = 6
 WHAT = {
     "tracking": "readings against commands",
     "torque": "torques against inverse dynamics",
@@ -39,77 +35,50 @@ WHAT = {
 TURN = 180.0 / np.pi
 
 
-def document(found: MotionDiagnosis, *, command: str = "") -> Document:
+def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: str = "") -> Document:
     """The report.
 
     Args:
-        found: The result.
+        fit: Of the effects that a user asked for, or that were found.
+        found: The diagnosis that found them.
         command: What to type to repeat it.
     """
-    log = found.fit.log
-    lead, _, sense = sentence(found).partition(". ")
-    steps = _steps(found)
+    log, sure = fit.log, found is not None
+    lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
+    steps, doubts, remarks, where = list[str](), list[Block](), list[Block](), list[Block]()
+    tables = [_effects(fit, sure=sure)] if fit.findings else []
+    if found is not None:
+        lead, _, sense = sentence(found).partition(". ")
+        tables = [_kinds(found), *tables] if tables else []
+        steps, where = _steps(found), _where(found)
+        doubts = [untestable(dict(sorted(found.not_testable.items())))] if found.not_testable else []
+        remarks = [Text(remark, "quiet", printed=True) for remark in found.remarks]
     return Document(
         log.name,
-        "diagnosed",
-        _headline(found.fit),
+        "diagnosed" if found else "calibrated",
+        headline(log),
         f"{lead.rstrip('.')}.",
         sense,
-        [Figures(_figures(found.fit))],
-        [
-            Section("What was found", [_kinds(found), _effects(found.fit)] if found.fit.findings else []),
-            Section("What to do", [Notes(steps, "steps", 3)] if steps else []),
-            Section("Where", _where(found)),
-            Section("Errors of each joint", [_joints(gap, log.joints) for gap in found.fit.gaps]),
-            Section("Errors along time", charts([_along_time(found.fit)])),
-            Section("What was not tested", [_untested(found)] if found.not_testable else []),
-            Section("Noise", [Text(remark, "quiet", printed=True) for remark in found.remarks]),
-        ],
-        tag=(VERDICTS[found.verdict], found.verdict),
-        command=command,
-        footer=f"The diagnosis took {found.fit.seconds:.1f} s. {log.source} {log.licence}".strip(),
-        prints_lead=True,
-    )
-
-
-def page(found: MotionDiagnosis, *, command: str = "") -> str:
-    """The page as HTML.
-
-    Args:
-        found: The result.
-        command: What to type to repeat it.
-    """
-    return render(document(found, command=command))
-
-
-def calibration_document(fit: MotionFit, *, command: str = "") -> Document:
-    """The report of effects that a user asked for.
-
-    Args:
-        fit: The result.
-        command: What to type to repeat it.
-    """
-    log = fit.log
-    return Document(
-        log.name,
-        "calibrated",
-        _headline(fit),
-        f"{_counted(len(fit.findings))} fitted.",
-        "",
         [Figures(_figures(fit))],
         [
-            Section("What was found", [_effects(fit, sure=False)] if fit.findings else []),
+            Section("What was found", tables),
+            Section("What to do", [Notes(steps, "steps", 3)] if steps else []),
+            Section("Where", where),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
             Section("Errors along time", charts([_along_time(fit)])),
+            Section("What was not tested", doubts),
+            Section("Noise", remarks),
         ],
+        tag=(VERDICTS[found.verdict], found.verdict) if found else ("", ""),
         command=command,
-        footer=f"The calibration took {fit.seconds:.1f} s. {log.source} {log.licence}".strip(),
+        footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
+        f" {log.source} {log.licence}".strip(),
         prints_lead=True,
     )
 
 
-def _headline(fit: MotionFit) -> str:
-    log = fit.log
+def headline(log: MotionLog) -> str:
+    """What was recorded of which arm."""
     return (
         f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series"
     )
@@ -117,45 +86,6 @@ def _headline(fit: MotionFit) -> str:
 
 def _counted(effects: int) -> str:
     return "No effect was" if not effects else "One effect was" if effects == 1 else f"{effects} effects were"
-
-
-def calibration_page(fit: MotionFit, *, command: str = "") -> str:
-    """The page of effects that a user asked for, as HTML.
-
-    Args:
-        fit: The result.
-        command: What to type to repeat it.
-    """
-    return render(calibration_document(fit, command=command))
-
-
-def print_calibration(fit: MotionFit, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print errors and numbers; plain text unless on a terminal.
-
-    Args:
-        fit: The result.
-        folder: Where it was written.
-        console: Where to print; standard output by default.
-    """
-    _print(calibration_document(fit), folder, console)
-
-
-def print_motion(found: MotionDiagnosis, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print verdict, gap, effects and what to do; plain text unless on a terminal.
-
-    Args:
-        found: The result.
-        folder: Where it was written.
-        console: Where to print; standard output by default.
-    """
-    _print(document(found), folder, console)
-
-
-def _print(document: Document, folder: Path | None, console: Console | None) -> None:
-    out = plain_unless_terminal(console)
-    print_document(document, out)
-    if folder is not None:
-        print_page(folder, out)
 
 
 def _size(gap: KindGap, value: float) -> str:
@@ -269,11 +199,6 @@ def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
 
 
 NAMES = ("nominal", "calibrated", "after", "noise_floor")
-
-
-def _untested(found: MotionDiagnosis) -> Table:
-    rows = [(name.replace("_", " "), reason) for name, reason in sorted(found.not_testable.items())]
-    return Table([Column("Effect", "name"), Column("Why")], rows)
 
 
 def _along_time(fit: MotionFit) -> Chart | None:

@@ -1,15 +1,11 @@
 """What planned motions could tell, as text and as a page."""
 
 from collections.abc import Sequence
-from pathlib import Path
-
-from rich.console import Console
 
 from robolaser.motion.plan import MotionLimit, MotionPlan
-from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import Column, Document, Notes, Section, Table
-from robolaser.report.motion import shown_in
-from robolaser.report.page import render
+from robolaser.report.motion import headline, shown_in
+from robolaser.report.setting import untestable
 
 ROWS = {"tracking": "readings", "torque": "torques", "load": "second encoder"}
 
@@ -31,11 +27,11 @@ def document(plan: MotionPlan, *, command: str = "") -> Document:
         Column("Detectable from", brief="detectable from"),
         Column("Not distinguished from", "wide", brief="not distinguished from"),
     ]
-    untried = [(name.replace("_", " "), why) for name, why in sorted(plan.untestable.items())]
+    untried = dict(sorted(plan.untestable.items()))
     return Document(
         log.name,
         "planned",
-        f"moving arm, robot {log.robot.name}, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series",
+        headline(log),
         f"Of {len(plan.limits)} faults that could be looked for, these motions would show {len(shown)}, and distinguish"
         f" {alone} of them from the others.",
         "",
@@ -45,38 +41,11 @@ def document(plan: MotionPlan, *, command: str = "") -> Document:
                 "Smallest sizes", [Table(columns, [_row(group, log.joints) for group in _groups(plan)], printed=1000)]
             ),
             Section("Motions to add", [Notes(plan.next_motions, "steps", 8)] if plan.next_motions else []),
-            Section(
-                "What these motions cannot test",
-                [Table([Column("Effect", "name", 30), Column("Why not", "wide")], untried)] if untried else [],
-            ),
+            Section("What these motions cannot test", [untestable(untried)] if untried else []),
         ],
         command=command,
         prints_lead=True,
     )
-
-
-def page(plan: MotionPlan, *, command: str = "") -> str:
-    """The page as HTML.
-
-    Args:
-        plan: What it shows.
-        command: What to type to repeat it.
-    """
-    return render(document(plan, command=command))
-
-
-def print_plan(plan: MotionPlan, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print the table and the motions to add; plain text unless on a terminal.
-
-    Args:
-        plan: What to print.
-        folder: Where its page is, if it has one.
-        console: Where to print.
-    """
-    out = plain_unless_terminal(console)
-    print_document(document(plan), out)
-    if folder is not None:
-        print_page(folder, out)
 
 
 def _groups(plan: MotionPlan) -> list[list[MotionLimit]]:

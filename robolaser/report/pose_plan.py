@@ -1,22 +1,16 @@
 """What planned poses could tell, as text and as a page: the smallest sizes, and the matrix of what is alike."""
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 
 import numpy as np
-from rich.console import Console
-from rich.measure import Measurement
-from rich.text import Text
 
 from robolaser.diagnosis.cause_words import named, place
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.chart import FITTED, INK, Chart, chart, hover, layer, records
-from robolaser.report.console import plain_unless_terminal, print_document, print_page, table
 from robolaser.report.digits import millimetres, plain
-from robolaser.report.document import Column, Document, Figure, Figures, Section, Table, charts
-from robolaser.report.page import render
-from robolaser.report.setting import noise_lines
+from robolaser.report.document import Block, Column, Document, Figure, Figures, Section, Table, Text, charts
+from robolaser.report.setting import noise_lines, untestable
 
 INSEPARABLE = 0.995
 """Correlation from which on a cell says that nothing tells two effects apart."""
@@ -26,7 +20,6 @@ LEAST_SEEING = 0.7
 ROW_PX, AROUND_PX = 26, 150
 WHERE_IT_FITS = {"expr": "bandwidth('x') < 16 ? 0 : 1"}
 """Opacity of a cell's number, which is left to the pointer where cells are narrow, as on a phone."""
-BROAD = 10_000  # letters that no matrix has side by side
 COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
 GUESSED = (
     "The poses of sensor and target are guesses, and here it does not fit. Measure once in some"
@@ -34,36 +27,18 @@ GUESSED = (
 )
 
 
-def print_plan(plan: PosePlan, folder: Path | None = None, *, console: Console | None = None) -> None:
-    """Print both tables; plain text unless on a terminal.
-
-    Args:
-        plan: What to print.
-        folder: Where its page is, if it has one.
-        console: Where to print.
-    """
-    out = plain_unless_terminal(console)
-    print_document(document(plan), out)
-    _print_matrix(plan, out)
-    for name, reason in _untried(plan):
-        out.print(Text(f"Not testable: {name.replace('_', ' ')}: {reason}", style="dim"))
-    if folder is not None:
-        print_page(folder, out)
-
-
-def document(plan: PosePlan, *, command: str = "") -> Document:
+def document(plan: PosePlan, *, command: str = "", brief: bool = False) -> Document:
     """The report.
 
     Args:
         plan: What it shows.
         command: What to type to repeat it.
+        brief: For the terminal: with the matrix in numbers.
     """
     noise = [Figure("", name, size, what) for name, what, size in _noise(plan)]
     sizes = Table([Column(title, "name" if title == "effect" else "text", brief=title) for title in COLUMNS],
                   [_row(limit) for limit in plan.limits], printed=1000)  # fmt: skip
-    untried = Table([Column("Effect", "name", 30), Column("Why not", "wide")],
-                    [(name.replace("_", " "), reason) for name, reason in _untried(plan)],
-                    "What these poses cannot test")  # fmt: skip
+    untried = untestable(_untried(plan), "What these poses cannot test")
     return Document(
         plan.dataset.name,
         "planned",
@@ -73,20 +48,10 @@ def document(plan: PosePlan, *, command: str = "") -> Document:
         [Figures(noise)] if noise else [],
         [
             Section("Smallest sizes", [sizes, untried]),
-            Section("Which effects look alike", charts([_heat_map(plan)])),
+            Section("Which effects look alike", _matrix(plan) if brief else charts([_heat_map(plan)])),
         ],
         command=command,
     )
-
-
-def page(plan: PosePlan, *, command: str = "") -> str:
-    """The page as HTML.
-
-    Args:
-        plan: What it shows.
-        command: What to type to repeat it.
-    """
-    return render(document(plan, command=command))
 
 
 def _setting(plan: PosePlan) -> str:
@@ -114,9 +79,9 @@ def _noise(plan: PosePlan) -> Iterator[tuple[str, str, str]]:
             yield name.replace("_", " "), what, size
 
 
-def _untried(plan: PosePlan) -> Iterator[tuple[str, str]]:
+def _untried(plan: PosePlan) -> Mapping[str, str]:
     tried = {one.effect.name for one in plan.candidates}
-    return ((name, reason) for name, reason in plan.untestable.items() if name not in tried)
+    return {name: reason for name, reason in plan.untestable.items() if name not in tried}
 
 
 def _heat_map(plan: PosePlan) -> Chart:
@@ -159,15 +124,20 @@ def _row(limit: DetectionLimit) -> tuple[str, ...]:
     return one.effect.name.replace("_", " "), place(one.where), size, distinguishable, at_tool, nearest
 
 
-def _print_matrix(plan: PosePlan, out: Console) -> None:
+def _matrix(plan: PosePlan) -> list[Block]:
+    """The heat map's numbers, for the terminal."""
     names, alike = plan.of_effects()
-    note = "at the locations where they are most alike; == marks indistinguishable effects."
-    out.print(Text(f"Correlation of effects in %, {note}"))
-    matrix = table("", "effect", *(str(number) for number in range(1, len(names) + 1)))
-    for number, (name, row) in enumerate(zip(names, alike, strict=True), 1):
-        matrix.add_row(str(number), name.replace("_", " "), *map(_cell, row.tolist()))
-    width = Measurement.get(out, out.options.update(max_width=BROAD), matrix).maximum
-    out.print(matrix if width <= out.width else Text(f"Not printed: it takes {width} columns.", style="dim"))
+    said = "at the locations where they are most alike; == marks indistinguishable effects."
+    heads = ["", "effect", *map(str, range(1, len(names) + 1))]
+    numbered = enumerate(zip(names, alike.tolist(), strict=True), 1)
+    rows = [(str(number), name.replace("_", " "), *map(_cell, row)) for number, (name, row) in numbered]
+    matrix = Table([Column(head, brief=head) for head in heads], rows, printed=len(rows), kind="matrix")
+    untried = [f"Not testable: {name.replace('_', ' ')}: {reason}" for name, reason in _untried(plan).items()]
+    return [
+        Text(f"Correlation of effects in %, {said}", printed=True),
+        matrix,
+        *(Text(line, "quiet", printed=True) for line in untried),
+    ]
 
 
 def _cell(correlation: float) -> str:

@@ -1,4 +1,4 @@
-"""What is said of the noise of a data set, and of how it was measured."""
+"""What several reports say: of noise, of what could not be tested, and of where the data are from."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -47,6 +47,12 @@ def noise_table(noise: Mapping[str, float], sources: Iterable[ErrorSource], orig
     """Each source of noise, its size, and how that is known."""
     columns = [Column("Source", width=34), Column("Standard deviation", "number"), Column("Known from", "wide")]
     return Table(columns, [(what, size, origins[name]) for name, what, size in noise_lines(noise, sources)])
+
+
+def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
+    """Why effects could not be tested, by their names."""
+    rows = [(name.replace("_", " "), reason) for name, reason in reasons.items()]
+    return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, title)
 
 
 def origin(dataset: Dataset) -> str:

@@ -1,20 +1,18 @@
 """What `calibrate`, `diagnose` and `compare` give in Python: results that print, show, tabulate and save themselves."""
 
-import io
 import json
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
-
-from rich.console import Console
 
 from robolaser.bounded_reading import read_text
 from robolaser.data.atomic_write import write_text
 from robolaser.data.result_folder import results_in, write_results
 from robolaser.errors import UsageError, near
+from robolaser.report.console import printed
 from robolaser.report.document import Charts, Document
 from robolaser.report.page import charts_in, fragment
 from robolaser.report.plots import Plots, plots
@@ -75,9 +73,15 @@ class Result(ABC):
     def _document(self, *, brief: bool) -> Document | None:
         """The report; None for a result that was read back."""
 
-    @abstractmethod
     def __str__(self) -> str:
         """The summary that the command prints."""
+        document = self._document(brief=True)
+        return self._read_back() if document is None else printed(document)
+
+    def _read_back(self) -> str:
+        """The summary of a result that was read back."""
+        text: str = self.to_frame().to_string()
+        return text
 
     def save(self, folder: str | Path) -> None:
         """Write the files that the command of this name writes.
@@ -175,10 +179,3 @@ def _recorded(value: Any) -> Any:
         return Record(value)
     is_list = isinstance(value, Sequence) and not isinstance(value, str)
     return [_recorded(one) for one in value] if is_list else value
-
-
-def printed(show: Callable[[Console], None]) -> str:
-    """What is shown on a console, as plain text."""
-    text = io.StringIO()
-    show(Console(file=text, force_terminal=False, force_jupyter=False))
-    return text.getvalue()

@@ -9,9 +9,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.calibration.result import FORMAT, Calibration, as_json
 from robolaser.export.files import EXPORTED, exported
-from robolaser.report import calibration as of_calibration
+from robolaser.report.calibration import page as of_calibration
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, printed
+from robolaser.report.page import render
+from robolaser.results import PAGE, Files, FittedResult
 from robolaser.results.contents import json_text, numbers_of, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
@@ -89,7 +90,7 @@ class CalibrationResult(FittedResult):
         return {
             **exported(self.calibration),
             **{one.file: one.text for one in self._delivered},
-            PAGE: of_calibration.page(self.calibration, command=command, files=self["files"]),
+            PAGE: render(of_calibration.document(self.calibration, command=command, files=self["files"])),
             "calibration.json": json_text(self.to_dict()),
         }
 
@@ -97,12 +98,8 @@ class CalibrationResult(FittedResult):
         made = self.calibration
         return None if made is None else of_calibration.document(made, brief=brief, files=self["files"])
 
-    def __str__(self) -> str:
-        """The summary that the command prints."""
-        made = self.calibration
-        if made is None:
-            return f"{self.dataset}: rms {1e3 * self.rms_m:.3g} mm on fitted poses\n{self.to_frame().to_string()}\n"
-        return printed(lambda out: of_calibration.print_summary(made, console=out, files=self["files"]))
+    def _read_back(self) -> str:
+        return f"{self.dataset}: rms {1e3 * self.rms_m:.3g} mm on fitted poses\n{self.to_frame().to_string()}\n"
 
 
 def load_calibration(path: str | Path) -> CalibrationResult:

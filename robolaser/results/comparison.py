@@ -10,9 +10,10 @@ from robolaser.benchmark.journal import NAME as JOURNAL
 from robolaser.benchmark.journal import merge
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings, standings
-from robolaser.report import comparison as of_comparison
+from robolaser.report.comparison import page as of_comparison
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, Result, printed
+from robolaser.report.page import render
+from robolaser.results import PAGE, Files, Result
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,16 +55,12 @@ class ComparisonResult(Result):
         return {
             JOURNAL: self.benchmark.journal,
             "runs.csv": runs_csv(self.benchmark),
-            PAGE: of_comparison.page(self.benchmark, self.standings, command=command),
+            PAGE: render(of_comparison.document(self.benchmark, self.standings, command=command)),
             "comparison.json": comparison_json(self.benchmark, self.standings),
         }
 
     def _document(self, *, brief: bool) -> Document:
         return of_comparison.document(self.benchmark, self.standings, brief=brief)
-
-    def __str__(self) -> str:
-        """The summary that the command prints."""
-        return printed(lambda out: of_comparison.print_comparison(self.benchmark, self.standings, console=out))
 
     @cached_property
     def standings(self) -> tuple[Standings, ...]:

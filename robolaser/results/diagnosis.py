@@ -14,9 +14,10 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import FORMAT, diagnosis_json
 from robolaser.errors import UsageError
 from robolaser.export.files import exported
-from robolaser.report import diagnosis as of_diagnosis
+from robolaser.report.diagnosis import page as of_diagnosis
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, Record, printed
+from robolaser.report.page import render
+from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
 from robolaser.results.contents import json_text, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
@@ -137,21 +138,16 @@ class DiagnosisResult(FittedResult):
             **exported(self.model),
             **{one.file: one.text for one in self._delivered},
             "calibration.json": json_text(corrected_json(self.model) | {"files": self.to_dict()["files"]}),
-            PAGE: of_diagnosis.page(self.diagnosis, command=command, files=self["files"]),
+            PAGE: render(of_diagnosis.document(self.diagnosis, command=command, files=self["files"])),
             "diagnosis.json": json_text(self.to_dict()),
         }
 
     def _document(self, *, brief: bool) -> Document | None:
-        return (
-            None if self.diagnosis is None else of_diagnosis.document(self.diagnosis, brief=brief, files=self["files"])
-        )
-
-    def __str__(self) -> str:
-        """The summary that the command prints."""
         made = self.diagnosis
-        if made is None:
-            return f"{self.dataset}: {self.sentence}\n{self.to_frame().to_string()}\n"
-        return printed(lambda out: of_diagnosis.print_diagnosis(made, console=out, files=self["files"]))
+        return None if made is None else of_diagnosis.document(made, brief=brief, files=self["files"])
+
+    def _read_back(self) -> str:
+        return f"{self.dataset}: {self.sentence}\n{self.to_frame().to_string()}\n"
 
 
 def load_diagnosis(path: str | Path) -> DiagnosisResult:

@@ -8,7 +8,9 @@ import numpy as np
 
 from robolaser.data.atomic_write import write_text
 from robolaser.errors import UsageError
-from robolaser.report import difference as of_difference
+from robolaser.report.console import printed
+from robolaser.report.difference import document
+from robolaser.report.page import render
 from robolaser.results.contents import numbers_of, read_result, robot_in
 from robolaser.robot.kinematics import Robot
 
@@ -37,11 +39,11 @@ class Difference(dict[str, Any]):
         Raises:
             OutputError: The file cannot be written.
         """
-        write_text(Path(path), of_difference.page(self))
+        write_text(Path(path), render(document(self)))
 
     def __repr__(self) -> str:
         """What `robolaser diff` prints."""
-        return of_difference.printed(self)
+        return printed(document(self)).rstrip("\n")
 
 
 def difference(first: str | Path, second: str | Path) -> Difference:

@@ -9,7 +9,8 @@ from robolaser.motion.fit import MotionFit
 from robolaser.motion.result_json import motion_calibration_json, motion_json
 from robolaser.report import motion as of_motion
 from robolaser.report.document import Document
-from robolaser.results import PAGE, Files, FittedResult, printed
+from robolaser.report.page import render
+from robolaser.results import PAGE, Files, FittedResult
 from robolaser.results.diagnosis import FINDING
 
 if TYPE_CHECKING:
@@ -45,15 +46,11 @@ class MotionResult(FittedResult):
         return {
             "diagnosis.json": json.dumps(found, indent=1) + "\n",
             servo_table.FILE: servo_table.servo_table(found["effects"]),
-            PAGE: of_motion.page(self.diagnosis, command=command),
+            PAGE: render(of_motion.document(self.diagnosis.fit, self.diagnosis, command=command)),
         }
 
     def _document(self, *, brief: bool) -> Document:
-        return of_motion.document(self.diagnosis)
-
-    def __str__(self) -> str:
-        """The summary that the command prints."""
-        return printed(lambda out: of_motion.print_motion(self.diagnosis, console=out))
+        return of_motion.document(self.diagnosis.fit, self.diagnosis)
 
 
 @final
@@ -85,12 +82,8 @@ class MotionCalibrationResult(FittedResult):
         """calibration.json and the page."""
         return {
             "calibration.json": json.dumps(self.to_dict(), indent=1) + "\n",
-            PAGE: of_motion.calibration_page(self.fit, command=command),
+            PAGE: render(of_motion.document(self.fit, command=command)),
         }
 
     def _document(self, *, brief: bool) -> Document:
-        return of_motion.calibration_document(self.fit)
-
-    def __str__(self) -> str:
-        """The summary that the command prints."""
-        return printed(lambda out: of_motion.print_calibration(self.fit, console=out))
+        return of_motion.document(self.fit)

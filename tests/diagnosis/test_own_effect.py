@@ -17,7 +17,8 @@ from robolaser.diagnosis.result import Diagnosis
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.stages import Stage
-from robolaser.report.diagnosis import page
+from robolaser.report.diagnosis.page import document
+from robolaser.report.page import render
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
@@ -101,7 +102,7 @@ def test_an_effect_of_all_joints_with_many_nonlinear_values_is_tried() -> None:
 
 
 def test_its_title_stands_in_the_report(diagnosis: Diagnosis) -> None:
-    assert "dragged along by the joint before it" in page(diagnosis, command="robolaser diagnose")
+    assert "dragged along by the joint before it" in render(document(diagnosis, command="robolaser diagnose"))
 
 
 def test_it_is_part_of_the_corrected_model(diagnosis: Diagnosis) -> None:

@@ -81,6 +81,19 @@ def is_closed_and_its_ids_are_its_own(text):
         assert not link.startswith("#") or link[1:] in read.ids
 
 
+def is_whole(text):
+    """A page can be mailed: it needs nothing else, is small, closed, and runs no script of others."""
+    needs_nothing_from_elsewhere(text)
+    is_small(text)
+    runs_only_our_own_scripts(text)
+    is_closed_and_its_ids_are_its_own(text)
+
+
+def said(text):
+    """What can be read on a page, in one line."""
+    return " ".join("".join(Reader(text).texts).split()).replace("\u2212", "-")
+
+
 def charts(page):
     """The specifications of a page's charts."""
     read = page if isinstance(page, Reader) else Reader(page)

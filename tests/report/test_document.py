@@ -1,11 +1,8 @@
 """One document says the same on a page, on a terminal and in a notebook."""
 
-import io
-
 from page_claims import HOSTILE, Reader
-from rich.console import Console
 
-from robolaser.report.console import plain_unless_terminal, print_document
+from robolaser.report.console import printed
 from robolaser.report.document import Cell, Column, Document, Figure, Figures, Notes, Section, Table, Text
 from robolaser.report.page import fragment, render
 
@@ -27,12 +24,6 @@ def made(word="thing"):
         ],
         prints_lead=True,
     )
-
-
-def printed(document):
-    file = io.StringIO()
-    print_document(document, plain_unless_terminal(Console(file=file)))
-    return file.getvalue()
 
 
 def test_each_way_of_showing_has_answer_figures_notes_and_the_tables_that_matter():

@@ -11,10 +11,10 @@ from diagnosed import MADE
 from page_claims import scenes, titled
 from PIL import Image
 
-from robolaser.report.calibration import page as calibration_page
+from robolaser.report.calibration.page import document as calibration_document
 from robolaser.report.chart import FITTED
-from robolaser.report.comparison import page as comparison_page
-from robolaser.report.diagnosis import page as diagnosis_page
+from robolaser.report.comparison.page import document as comparison_document
+from robolaser.report.diagnosis.page import document as diagnosis_document
 from robolaser.report.document import Document, Section
 from robolaser.report.page import render
 from robolaser.report.scene import Scene, dots
@@ -25,20 +25,18 @@ MARKS = ".mark-symbol path, .mark-line path, .mark-rule line, .mark-rect path"
 
 def compared():
     comparison = pair()
-    return comparison_page(comparison, judged(comparison))
+    return comparison_document(comparison, judged(comparison))
 
 
 def scanned():
     points = np.random.default_rng(0).uniform(size=(200, 3))
     shapes = [dots(points, FITTED, size=2.0)]
-    return render(
-        Document("cloud", "scanned", "", "Points.", "", [], [Section("Cloud", [Scene("t", "c", "a", shapes)])])
-    )
+    return Document("cloud", "scanned", "", "Points.", "", [], [Section("Cloud", [Scene("t", "c", "a", shapes)])])
 
 
 PAGES = {
-    "calibration": lambda: calibration_page(KINDS["stripe"]()),
-    "diagnosis": lambda: diagnosis_page(MADE["explained"]()),
+    "calibration": lambda: calibration_document(KINDS["stripe"]()),
+    "diagnosis": lambda: diagnosis_document(MADE["explained"]()),
     "comparison": compared,
     "scan": scanned,
 }
@@ -46,7 +44,7 @@ PAGES = {
 
 @pytest.fixture(scope="module")
 def pages():
-    return {name: make() for name, make in PAGES.items()}
+    return {name: render(make()) for name, make in PAGES.items()}
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -154,7 +152,7 @@ def test_a_click_on_a_mark_shows_its_pose_and_its_image_in_the_scene(browser, sh
     images = tuple(f"images/{name}.png" for name in dataset.poses.names)
     dataset = replace(dataset, folder=tmp_path, poses=replace(dataset.poses, image=images))
     made = replace(calibration, model=replace(calibration.model, dataset=dataset))
-    pages["with images"] = calibration_page(made)
+    pages["with images"] = render(calibration_document(made))
     tab, complaints = shown("with images")
     figure = tab.locator("figure.chart", has_text="Errors of each pose")
     figure.locator(".mark-symbol path").nth(3).click()

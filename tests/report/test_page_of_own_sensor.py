@@ -14,9 +14,10 @@ from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
-from robolaser.report.calibration import page
-from robolaser.report.diagnosis import page as diagnosis_page
+from robolaser.report.calibration.page import document
+from robolaser.report.diagnosis.page import document as diagnosis_document
 from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.report.page import render
 
 FOCAL_PX, DEPTH_M = 800.0, 0.5
 
@@ -54,7 +55,7 @@ def calibration():
 
 def test_its_errors_are_lengths_and_its_words_its_own(calibration):
     calibration = replace(calibration, noise={"pixel": 0.2})
-    text = page(calibration)
+    text = render(document(calibration))
     is_closed_and_its_ids_are_its_own(text)
     assert "pinhole camera" in text
     assert "the camera sees the mark" in text
@@ -67,5 +68,5 @@ def test_its_errors_are_lengths_and_its_words_its_own(calibration):
 
 
 def test_it_is_drawn_in_a_diagnosis(calibration):
-    text = diagnosis_page(of(with_effects(calibration, ()), "unexplained"))
+    text = render(diagnosis_document(of(with_effects(calibration, ()), "unexplained")))
     assert len(scenes(text)) == 1

@@ -9,12 +9,13 @@ from calibrated import arm, stripe
 from rich.console import Console
 
 from robolaser.estimation.identifiability import Unidentifiable
-from robolaser.report.calibration import print_summary
+from robolaser.report.calibration.page import document
+from robolaser.report.console import print_document
 
 
 def printed(calibration, folder=None):
     file = io.StringIO()
-    print_summary(calibration, folder, console=Console(file=file))
+    print_document(document(calibration, brief=True), folder, console=Console(file=file))
     return file.getvalue()
 
 

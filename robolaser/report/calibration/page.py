@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from rich.console import Console
-
 from robolaser.calibration.result import Calibration
 from robolaser.report.calibration import words
 from robolaser.report.calibration.distribution_chart import distribution
@@ -11,14 +9,12 @@ from robolaser.report.calibration.image_chart import image
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.calibration.search_charts import convergence, parameters
 from robolaser.report.chart import Chart
-from robolaser.report.console import plain_unless_terminal, print_document, print_line, print_page
 from robolaser.report.delivered_files import Delivered, files_section
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain
 from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
 from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.page import render
 from robolaser.report.pose_errors import pose_errors
 from robolaser.report.setting import disturbed, noise_table, origin
 
@@ -67,7 +63,14 @@ def _in_unit(rms: float | None, unit: str) -> str:
     return "" if rms is None or unit == "m" else f"; {rms:.3g} {unit}"
 
 
-def document(calibration: Calibration, *, command: str = "", brief: bool = False, files: Delivered = ()) -> Document:
+def document(
+    calibration: Calibration,
+    *,
+    command: str = "",
+    brief: bool = False,
+    files: Delivered = (),
+    folder: Path | None = None,
+) -> Document:
     """The report.
 
     Args:
@@ -75,6 +78,7 @@ def document(calibration: Calibration, *, command: str = "", brief: bool = False
         command: What to type to repeat it.
         brief: Leave out what only a page shows.
         files: As `files` of calibration.json.
+        folder: Where it was written, for the terminal.
     """
     analysis = ErrorAnalysis(calibration)
     dataset = calibration.model.dataset
@@ -93,7 +97,7 @@ def document(calibration: Calibration, *, command: str = "", brief: bool = False
             Section("What these data cannot determine", _undetermined(calibration)),
             Section("Parameters", _parameters(calibration)),
             files_section(files),
-            *([] if brief else _evidence(analysis)),
+            *([Section("Remarks", _remarks(calibration, folder))] if brief else _evidence(analysis)),
         ],
         command=command,
         footer=origin(dataset),
@@ -148,17 +152,6 @@ def _parameters(calibration: Calibration) -> list[Block]:
     return blocks
 
 
-def page(calibration: Calibration, *, command: str = "", files: Delivered = ()) -> str:
-    """The page as HTML.
-
-    Args:
-        calibration: The result.
-        command: What to type to repeat it.
-        files: As `files` of calibration.json.
-    """
-    return render(document(calibration, command=command, files=files))
-
-
 def poses(analysis: ErrorAnalysis) -> Chart:
     """Root-mean-square error of each pose, fitted and held out."""
     of_fit, errors = analysis.compared
@@ -166,30 +159,17 @@ def poses(analysis: ErrorAnalysis) -> Chart:
     return pose_errors(of_fit, errors, reading=reading)
 
 
+def _remarks(calibration: Calibration, folder: Path | None) -> list[Block]:
+    """What the terminal says of what is not determined, and where ROS finds its files."""
+    groups = [one.parameters for one in calibration.unidentifiable]
+    together = [", ".join(names) for names in groups if len(names) > 1]
+    alone = [names[0] for names in groups if len(names) == 1]
+    said = [f"These data cannot separate: {'; '.join(together)}"] if together else []
+    said += [f"These data hardly determine: {', '.join(alone)}"] if alone else []
+    if folder is not None and (folder / "static_transform.sh").exists():
+        *others, last = (name for name in FOR_ROS if (folder / name).exists())
+        said.append(f"For ROS: {', '.join(others)} and {last} in {folder}")
+    return [Text(line, "quiet", printed=True) for line in said]
+
+
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
-
-
-def print_summary(
-    calibration: Calibration, folder: Path | None = None, *, console: Console | None = None, files: Delivered = ()
-) -> None:
-    """Print errors, parameters and where the page is; plain text unless on a terminal.
-
-    Args:
-        calibration: The result.
-        folder: Where it was written.
-        console: Where to print; standard output by default.
-        files: As `files` of calibration.json.
-    """
-    out = plain_unless_terminal(console)
-    print_document(document(calibration, brief=True, files=files), out)
-    together = [", ".join(found.parameters) for found in calibration.unidentifiable if len(found.parameters) > 1]
-    alone = [found.parameters[0] for found in calibration.unidentifiable if len(found.parameters) == 1]
-    if together:
-        print_line(f"These data cannot separate: {'; '.join(together)}", out, "dim")
-    if alone:
-        print_line(f"These data hardly determine: {', '.join(alone)}", out, "dim")
-    if folder is not None:
-        if (folder / "static_transform.sh").exists():
-            *others, last = (name for name in FOR_ROS if (folder / name).exists())
-            print_line(f"For ROS: {', '.join(others)} and {last} in {folder}", out, "dim")
-        print_page(folder, out)

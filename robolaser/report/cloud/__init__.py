@@ -1,5 +1,1 @@
-"""A cloud of points for people: a few lines on the terminal, and a page."""
-
-from robolaser.report.cloud.page import page, print_cloud
-
-__all__ = ["page", "print_cloud"]
+"""A cloud of points for people: one self-contained page, and a few lines on the terminal."""

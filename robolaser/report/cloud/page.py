@@ -1,15 +1,10 @@
 """A scan for people: a page, and a few lines on the terminal."""
 
-from pathlib import Path
-
 import numpy as np
-from rich.console import Console
 
 from robolaser.report.cloud.charts import CHARTS
-from robolaser.report.console import plain_unless_terminal, print_figures, print_line
 from robolaser.report.digits import measured, millimetres, plain
 from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
-from robolaser.report.page import render
 from robolaser.report.scene import Scene, dots
 from robolaser.report.viewer.downsampling import CLEAR, by_height
 from robolaser.scan import Scan
@@ -22,19 +17,17 @@ READING = (
 )
 
 
-def document(scan: Scan, quality: Quality, *, command: str = "") -> Document:
+def document(scan: Scan, quality: Quality, *, command: str = "", brief: bool = False) -> Document:
     """The report.
 
     Args:
         scan: Done.
         quality: Of its cloud.
         command: What to type to repeat it.
+        brief: Leave out what only a page shows.
     """
     warnings = (*scan.warnings, *quality.doubts, *map(str, quality.missing))
-    lines, counts = figures(scan, quality), scan.cloud.counts
-    used = f"{len(quality.vertices)} of {counts.points} points, evenly taken, were used for these figures."
-    left_out: list[Block] = [Text(used, "quiet")] if len(quality.vertices) < counts.points else []
-    scene = cloud_scene(quality)
+    lines = figures(scan, quality)
     return Document(
         scan.recording.name,
         "scanned",
@@ -44,10 +37,17 @@ def document(scan: Scan, quality: Quality, *, command: str = "") -> Document:
         [Figures(lines), Text(READING, "quiet")],
         [
             Section("Warnings", [Notes(warnings, "warnings")] if warnings else []),
-            Section("The cloud", [*([scene] if scene else []), *charts([make(quality) for make in CHARTS]), *left_out]),
+            Section("The cloud", [] if brief else _evidence(quality, scan.cloud.counts.points)),
         ],
         command=command,
     )
+
+
+def _evidence(quality: Quality, points: int) -> list[Block]:
+    scene, shown = cloud_scene(quality), charts([make(quality) for make in CHARTS])
+    used = f"{len(quality.vertices)} of {points} points, evenly taken, were used for these figures."
+    left_out = [Text(used, "quiet")] if len(quality.vertices) < points else []
+    return [*([scene] if scene else []), *shown, *left_out]
 
 
 def lead(quality: Quality) -> str:
@@ -55,17 +55,6 @@ def lead(quality: Quality) -> str:
     if quality.scatter_m != quality.scatter_m:  # NaN
         return "How far noise moves the points is not known."
     return f"Noise moves half of the points by less than {millimetres(quality.scatter_m)}."
-
-
-def page(scan: Scan, quality: Quality, *, command: str = "") -> str:
-    """The page as HTML.
-
-    Args:
-        scan: Done.
-        quality: Of its cloud.
-        command: What to type to repeat it.
-    """
-    return render(document(scan, quality, command=command))
 
 
 BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
@@ -133,18 +122,3 @@ def cloud_scene(quality: Quality) -> Scene | None:
         f"A cloud of {len(positions)} points, {size[0]:.3g} by {size[1]:.3g} by {size[2]:.3g} mm.",
         [dots(positions, colours, size=2.0)],
     )
-
-
-def print_cloud(scan: Scan, quality: Quality, *written: Path, console: Console | None = None) -> None:
-    """Print what a scan gave.
-
-    Args:
-        scan: Done.
-        quality: Of its cloud.
-        written: Where it is to be found.
-        console: Where to print; standard output by default.
-    """
-    out = plain_unless_terminal(console)
-    print_line(f"{scan.recording.name}: {heading(scan)}", out, "bold")
-    print_figures(Figures(figures(scan, quality)), out)
-    print_line(f"Wrote {' and '.join(map(str, written))}", out)

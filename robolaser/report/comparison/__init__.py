@@ -1,5 +1,1 @@
-"""What a comparison looks like: page, terminal, tables for a paper."""
-
-from robolaser.report.comparison.page import document, page, print_comparison
-
-__all__ = ["document", "page", "print_comparison"]
+"""What a person sees of a comparison: one self-contained page, and a few lines on the terminal."""

@@ -3,18 +3,13 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-
-from rich.console import Console
 
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import names
 from robolaser.report.comparison import tables, words
 from robolaser.report.comparison.charts import AlgorithmLines, attained, solved
-from robolaser.report.console import plain_unless_terminal, print_document, print_page
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
-from robolaser.report.page import render
 
 LONG = 140
 """Letters of a sentence that is too long for large type."""
@@ -50,32 +45,6 @@ def document(
         command=command,
         prints_lead=True,
     )
-
-
-def page(comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "") -> str:
-    """The page as HTML."""
-    return render(document(comparison, judged, command=command))
-
-
-def print_comparison(
-    comparison: BenchmarkResult,
-    judged: Sequence[Standings],
-    folder: Path | None = None,
-    *,
-    console: Console | None = None,
-) -> None:
-    """Print setting, verdict, standings, targets and failures; plain text unless on a terminal.
-
-    Args:
-        comparison: What was run.
-        judged: The standings of each family of problems.
-        folder: Where it was written.
-        console: Where to print; standard output by default.
-    """
-    out = plain_unless_terminal(console)
-    print_document(document(comparison, judged, brief=True), out)
-    if folder is not None:
-        print_page(folder, out)
 
 
 def _unbroken(text: str) -> str:

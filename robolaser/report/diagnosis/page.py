@@ -1,15 +1,11 @@
 """The report of a diagnosis: a page, and twenty lines on the terminal."""
 
 from collections.abc import Mapping
-from pathlib import Path
-
-from rich.console import Console
 
 from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.chart import Chart
-from robolaser.report.console import plain_unless_terminal, print_document, print_line, print_page
 from robolaser.report.delivered_files import Delivered, best_file, files_section
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
@@ -29,7 +25,6 @@ from robolaser.report.document import (
 from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.page import render
 from robolaser.report.pose_errors import pose_errors
 from robolaser.report.setting import noise_table, origin
 
@@ -76,24 +71,13 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, fi
             Section("What to do", [Notes(steps, "steps", MOST_ADVICE)] if steps else []),
             files_section(files),
             Section("What is not certain", [table for table in doubts if table.rows]),
-            *([Section("Noise", _remarks(diagnosis))] if brief else _evidence(diagnosis)),
+            *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
         tag=(VERDICTS[diagnosis.verdict], diagnosis.verdict),
         command=command,
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
     )
-
-
-def page(diagnosis: Diagnosis, *, command: str = "", files: Delivered = ()) -> str:
-    """The page as HTML.
-
-    Args:
-        diagnosis: The result.
-        command: What to type to repeat it.
-        files: As `files` of diagnosis.json.
-    """
-    return render(document(diagnosis, command=command, files=files))
 
 
 def _used(diagnosis: Diagnosis) -> str:
@@ -212,32 +196,10 @@ def poses(diagnosis: Diagnosis) -> Chart:
     return pose_errors(diagnosis.observed, errors, reading=reading, noise_m=diagnosis.gap.noise_floor_m)
 
 
-def print_diagnosis(
-    diagnosis: Diagnosis,
-    folder: Path | None = None,
-    *,
-    console: Console | None = None,
-    files: Delivered = (),
-) -> None:
-    """Print verdict, gap, effects, sites and what to do; plain text unless on a terminal.
-
-    Args:
-        diagnosis: The result.
-        folder: Where it was written.
-        console: Where to print; standard output by default.
-        files: As `files` of diagnosis.json.
-    """
-    out = plain_unless_terminal(console)
-    print_document(document(diagnosis, brief=True, files=files), out)
-    if untested := _untested(diagnosis):
-        print_line(f"Not testable: {', '.join(untested)}", out, "dim")
-    if folder is not None:
-        print_page(folder, out)
-
-
-def _untested(diagnosis: Diagnosis) -> list[str]:
-    """Effects that could be tested at none of their locations."""
+def _untested(diagnosis: Diagnosis) -> list[Block]:
+    """Effects that could be tested at none of their locations, for the terminal."""
     seen = [limit for limit in diagnosis.limits if limit.size is not None or limit.is_imitated]
     tested = {limit.candidate_effect.effect.name for limit in seen}
     tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
-    return [name.replace("_", " ") for name in diagnosis.not_testable if name not in tested]
+    names = [name.replace("_", " ") for name in diagnosis.not_testable if name not in tested]
+    return [Text(f"Not testable: {', '.join(names)}", "quiet", printed=True)] if names else []

@@ -14,6 +14,7 @@ from robolaser.model.effects.joints import moving_joints
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, comparison, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Cell, Column, Table
+from robolaser.report.setting import untestable
 
 MOST_MEMBERS: Final = 8
 """Members of a class that are listed."""
@@ -170,9 +171,9 @@ def untestable_table(diagnosis: Diagnosis) -> Table:
     """What could not be tested, each reason once: effects, and why."""
     effects: dict[str, list[str]] = {}
     for name, reason in diagnosis.not_testable.items():
-        effects.setdefault(reason, []).append(name.replace("_", " "))
-    rows = [(sentence_case(", ".join(names)), reason) for reason, names in effects.items()]
-    return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, "What these data cannot test")
+        effects.setdefault(reason, []).append(name)
+    listed = {sentence_case(", ".join(names)): reason for reason, names in effects.items()}
+    return untestable(listed, "What these data cannot test")
 
 
 def pose_table(diagnosis: Diagnosis) -> Table:
