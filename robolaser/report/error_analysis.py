@@ -16,8 +16,6 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.stages import Perturbation
-from robolaser.parameters import Values
 from robolaser.report.chart import Spec, records
 
 ENOUGH_ROWS = 20_000
@@ -32,42 +30,24 @@ class ErrorAnalysis:
     calibration: Calibration
 
     @cached_property
-    def values(self) -> Values:
-        """The parameters found, (1,) each."""
-        return self.calibration.model.parameters.values(self.calibration.x[None])
-
-    @cached_property
-    def perturb(self) -> Perturbation:
-        """The effects in the model."""
-        return self.calibration.model.perturb(self.values)
-
-    @cached_property
-    def fitted_m(self) -> Array:
-        """Residuals at the points' places, (m, j) [m]."""
-        return self.calibration.errors_m
-
-    @cached_property
-    def held_out_m(self) -> Array | None:
-        """The same on poses left out of the fit."""
-        return self.calibration.held_out
-
-    @cached_property
     def compared(self) -> tuple[Dataset, dict[str, Array]]:
         """The rows of the fit, and their errors, fitted and, where poses were left out, held out, (m', j) [m]."""
-        of_fit, x = self.calibration.fitted_model, self.calibration.x
-        is_whole = of_fit is self.calibration.model
-        errors = {"fitted": self.fitted_m if is_whole else of_fit.in_metres(x, of_fit.residuals(x[None])[0])}
-        return of_fit.dataset, errors | ({} if self.held_out_m is None else {"held out": self.held_out_m})
+        found, of_fit = self.calibration, self.calibration.fitted_model
+        fitted = found.errors_m
+        if of_fit is not found.model:
+            fitted = of_fit.in_metres(found.x, of_fit.residuals(found.x[None])[0])
+        errors = {"fitted": fitted} | ({} if found.held_out is None else {"held out": found.held_out})
+        return of_fit.dataset, errors
 
     @cached_property
     def fitted_mm(self) -> Array:
         """Length of each residual, (m,) [mm]."""
-        return lengths_mm(self.fitted_m)
+        return lengths_mm(self.calibration.errors_m)
 
     @cached_property
     def held_out_mm(self) -> Array | None:
         """The same on poses left out of the fit."""
-        return None if self.held_out_m is None else lengths_mm(self.held_out_m)
+        return None if self.calibration.held_out is None else lengths_mm(self.calibration.held_out)
 
     @cached_property
     def _some(self) -> Model:
@@ -111,12 +91,6 @@ class ErrorAnalysis:
 
     def _in_metres(self, residuals: Array) -> Array:
         return self._some.in_metres(self.calibration.x, residuals)
-
-    @cached_property
-    def known(self) -> Array | None:
-        """Where points are known or were measured to be, (m, 3) [m], in the base or a tracker's frame; or None."""
-        known = known_points(self.calibration.model, self.calibration.x)
-        return known if self.fitted_m.shape[1] == 3 else None
 
     def named(self, rows: Ints, **columns: Any) -> list[Spec]:
         """Records of some rows of points.csv for a chart, with the names of their poses and points."""

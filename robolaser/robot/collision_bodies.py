@@ -46,7 +46,7 @@ def arm_length(robot: Robot | None) -> float:
     return float(sum(np.linalg.norm(step) for step in steps)) or USUAL_ARM_M
 
 
-def link_radius(robot: Robot) -> float:
+def link_radius(robot: Robot | None) -> float:
     """Radius that links without geometry are given [m]."""
     return float(np.clip(SHARE_OF_ARM * arm_length(robot), LEAST_RADIUS_M, MOST_RADIUS_M))
 

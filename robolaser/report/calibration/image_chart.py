@@ -20,7 +20,7 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     calibration = analysis.calibration
     dataset, pixel = calibration.model.dataset, calibration.model.dataset.points.pixel
     cell = CellPoses(calibration.model, calibration.x, np.arange(len(dataset.poses)))
-    misses = cell.misses(analysis.fitted_m)
+    misses = cell.misses(analysis.calibration.errors_m)
     if misses is None or pixel is None or dataset.image_px is None:
         return None
     width, height = dataset.image_px
@@ -75,10 +75,10 @@ def _colour(depth_mm: Array) -> dict[str, Any]:
 
 def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:
     """Errors of estimates along the view, (m,) [mm]; 0 for rows that say nothing of it, None if all are such."""
-    across = cell.across_view(analysis.fitted_m)
+    across = cell.across_view(analysis.calibration.errors_m)
     if cell.cameras is None or across.all():
         return None
     along = np.einsum(
-        "mj,mj->m", cell.cameras[analysis.calibration.model.dataset.points.pose, :3, 2], analysis.fitted_m
+        "mj,mj->m", cell.cameras[analysis.calibration.model.dataset.points.pose, :3, 2], analysis.calibration.errors_m
     )
     return np.where(across, 0.0, -1e3 * along)

@@ -106,9 +106,8 @@ def document(
 
 def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     calibration = analysis.calibration
-    cell = cell_scene(
-        calibration.model, calibration.x, {"errors of the fit": analysis.fitted_m}, title="Each pose, and its errors"
-    )
+    errors = {"errors of the fit": calibration.errors_m}
+    cell = cell_scene(calibration.model, calibration.x, errors, title="Each pose, and its errors")
     return [
         Section("Which errors are odd", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),

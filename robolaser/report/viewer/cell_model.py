@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, final
+from typing import final
 
 import numpy as np
 
@@ -44,40 +44,6 @@ class CellFrames:
     projector: Array | None = None
     light: Array | None = None
     stripe: Array | None = None
-
-
-class ShownCell(Protocol):
-    """A cell by a model, as the viewer shows it."""
-
-    @property
-    def name(self) -> str:
-        """What the viewer calls the model."""
-
-    @property
-    def dataset(self) -> Dataset:
-        """What was measured."""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the user should know about it."""
-
-    @property
-    def points(self) -> Array:
-        """Where the model has points, (m, 3) [m]."""
-
-    @property
-    def target(self) -> Array:
-        """Where they are known to be, (m, 3) [m]."""
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """What of the sensor is drawn."""
-
-    def at_pose(self, number: int, /) -> CellFrames:
-        """The cell at a pose of the data set."""
-
-    def at(self, q: Array, /) -> CellFrames:
-        """The cell at other joint angles, (j,) [rad or m]."""
 
 
 @final

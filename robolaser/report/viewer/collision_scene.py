@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.cell.plan_validation import Violation, collisions
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.viewer.shapes import Colour, Shape, Solid
+from robolaser.report.viewer.shapes import Colour, Shape, solid
 from robolaser.robot.collision_bodies import Body
 from robolaser.robot.collisions import CollisionModel
 
@@ -52,9 +52,9 @@ class CollisionScene:
         boxes = {i for i, body in enumerate(self.model.bodies) if body.kind == "box" and body.name != body.link}
         T = self.model.placements(q)
         shapes = [
-            solid
+            shape
             for i in sorted(red | boxes)
-            for solid in _solids(f"bodies/{i}", self.model.bodies[i], T[i], is_hit=i in red)
+            for shape in _solids(f"bodies/{i}", self.model.bodies[i], T[i], is_hit=i in red)
         ]
         return "; ".join(str(hit).removeprefix("here: ") for hit in hits) or "nothing is hit", tuple(shapes)
 
@@ -64,8 +64,8 @@ def _solids(name: str, body: Body, T: Array, *, is_hit: bool) -> Iterator[Shape]
     is_round = body.kind in ("cylinder", "capsule")  # grown about their axes
     size = (grown * body.size[0], body.size[1]) if is_round else tuple(grown * edge for edge in body.size)
     kind = "cylinder" if is_round else body.kind
-    yield Solid(name, kind, size, T, colour, OPACITY)
+    yield solid(name, kind, size, T, colour, OPACITY)
     if body.kind == "capsule":
         for number, side in enumerate((-0.5, 0.5)):
             end = T @ pose(np.eye(3), np.array([0.0, 0.0, side * body.size[1]]))
-            yield Solid(f"{name}/end_{number}", "sphere", size[:1], end, colour, OPACITY)
+            yield solid(f"{name}/end_{number}", "sphere", size[:1], end, colour, OPACITY)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.arrays import Array
-from robolaser.report.viewer.shapes import Dots
+from robolaser.report.viewer.shapes import Shape, dots
 from robolaser.scan.ply import Vertices, positions_of
 
 MOST = 1_000_000  # points: a browser still turns them smoothly, and gets them within a second
@@ -18,7 +18,7 @@ VIRIDIS = (
 LEAST_M, MOST_M = 1e-4, 3e-3  # sizes of dots: smaller ones are not seen, larger ones hide edges
 
 
-def downsampled(vertices: Vertices, most: int = MOST) -> Dots | None:
+def downsampled(vertices: Vertices, most: int = MOST) -> Shape | None:
     """Evenly spaced points of a cloud; None where it has none."""
     every = max(1, -(-len(vertices) // most))
     positions = positions_of(vertices[::every])
@@ -27,7 +27,7 @@ def downsampled(vertices: Vertices, most: int = MOST) -> Dots | None:
     low, high = np.percentile(positions, CLEAR, axis=0)
     sides = np.sort(high - low)[1:]
     size = SPACING * float(np.sqrt(sides.prod() / len(positions)))
-    return Dots("cloud", positions, by_height(positions[:, 2], low[2], high[2]), float(np.clip(size, LEAST_M, MOST_M)))
+    return dots("cloud", positions, by_height(positions[:, 2], low[2], high[2]), float(np.clip(size, LEAST_M, MOST_M)))
 
 
 def by_height(z: Array, low: float, high: float) -> NDArray[np.uint8]:

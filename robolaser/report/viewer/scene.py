@@ -7,9 +7,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.viewer.cell_model import CellFrames, ShownCell
-from robolaser.report.viewer.shapes import Colour, Dots, Lines, Mesh, Shape, Solid, ball, bar
-from robolaser.robot.collision_bodies import LEAST_RADIUS_M, MOST_RADIUS_M, SHARE_OF_ARM
+from robolaser.report.viewer.cell_model import CellFrames, CellModel
+from robolaser.report.viewer.fitted_cell import FittedCell
+from robolaser.report.viewer.shapes import Colour, Shape, ball, bar, dots, lines, sheet, solid
+from robolaser.robot.collision_bodies import link_radius
+
+ShownCell = CellModel | FittedCell
+"""A cell by a model, as the viewer shows it."""
 
 ARM: Colour = (178, 186, 196)
 JOINT: Colour = (88, 98, 112)
@@ -25,15 +29,14 @@ DOT = 0.006  # size of a point as a share of the extent of the target
 LEAST_DOT_M, MOST_DOT_M = 2e-4, 3e-3
 
 
-def moving_shapes(model: ShownCell, frames: CellFrames, arm_m: float) -> tuple[Shape, ...]:
+def moving_shapes(model: ShownCell, frames: CellFrames) -> tuple[Shape, ...]:
     """Shapes that move with the joints: arm, scanner and laser plane.
 
     Args:
         model: Of the cell.
         frames: At one pose.
-        arm_m: Length of the arm, to which sizes are relative [m].
     """
-    radius = float(np.clip(SHARE_OF_ARM * arm_m, LEAST_RADIUS_M, MOST_RADIUS_M))
+    radius = link_radius(model.dataset.robot)
     return (*_arm(model.dataset, frames, radius), *_scanner(frames, radius))
 
 
@@ -50,9 +53,9 @@ def fixed_shapes(model: ShownCell, others: tuple[ShownCell, ...]) -> tuple[Shape
     seen = model.points[np.isfinite(model.points).all(axis=1)]
     shapes: list[Shape] = []
     if len(known):
-        shapes.append(Dots("target/points", known, TARGET, 0.8 * size))
+        shapes.append(dots("target/points", known, TARGET, 0.8 * size))
     if len(seen):
-        shapes.append(Dots("points/measured", seen, MODEL_COLOURS[model.name], size))
+        shapes.append(dots("points/measured", seen, MODEL_COLOURS[model.name], size))
     return tuple(shapes)
 
 
@@ -69,14 +72,14 @@ def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
             name, across = f"robot/{robot.joints[i]}", 1.5 * radius * T[:3, :3] @ robot.axes[i]
             hub = T[:3, 3] - across, T[:3, 3] + across
             shapes.append(
-                Solid(name, "box", (3.0 * radius,) * 3, T, JOINT)
+                solid(name, "box", (3.0 * radius,) * 3, T, JOINT)
                 if robot.prismatic[i]
                 else bar(name, hub, 1.25 * radius, JOINT)
             )
-        shapes.append(Solid("robot/foot", "cylinder", (2.6 * radius, 0.6 * radius), np.eye(4), JOINT))
+        shapes.append(solid("robot/foot", "cylinder", (2.6 * radius, 0.6 * radius), np.eye(4), JOINT))
     ends = np.stack([np.repeat(frames.flange[None, :3, 3], 3, axis=0),
                      frames.flange[:3, 3] + 4.0 * radius * frames.flange[:3, :3].T], axis=1)  # fmt: skip
-    shapes.append(Lines("robot/flange", ends, np.repeat(AXES[:, None], 2, axis=1), 3.0))
+    shapes.append(lines("robot/flange", ends, np.repeat(AXES[:, None], 2, axis=1), 3.0))
     return shapes
 
 
@@ -89,10 +92,10 @@ def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
     body = T @ pose(np.eye(3), np.array([0.0, 0.0, -0.8 * size]))
     held = {"sensor/bracket": frames.flange[:3, 3]} | ({} if lamp is None else {"sensor/arm": lamp})
     shapes: list[Shape] = [
-        Solid("sensor/camera", "box", (size, size, 1.6 * size), body, CAMERA),
+        solid("sensor/camera", "box", (size, size, 1.6 * size), body, CAMERA),
         *(bar(name, (body[:3, 3], end), 0.3 * radius, JOINT) for name, end in held.items()
           if np.linalg.norm(end - body[:3, 3]) > 0.0),
-        Lines("sensor/view", _frustum(eye, corners), VIEW, 1.5),
+        lines("sensor/view", _frustum(eye, corners), VIEW, 1.5),
     ]  # fmt: skip
     if lamp is None or light is None:
         return shapes
@@ -101,11 +104,11 @@ def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
         fan = np.concatenate([lamp[None], light])
         i = np.arange(1, len(light))
         faces = np.column_stack([np.zeros_like(i), i, i + 1])
-        shapes.append(Mesh("light/sheet", fan, faces, LASER, 0.22))
-        shapes.append(Lines("light/edge", np.stack([light[:-1], light[1:]], axis=1), LASER, 1.5))
+        shapes.append(sheet("light/sheet", fan, faces, LASER, 0.22))
+        shapes.append(lines("light/edge", np.stack([light[:-1], light[1:]], axis=1), LASER, 1.5))
     stripe = frames.stripe
     if stripe is not None and len(stripe) > 1:
-        shapes.append(Lines("light/stripe", np.stack([stripe[:-1], stripe[1:]], axis=1), LASER, 4.0))
+        shapes.append(lines("light/stripe", np.stack([stripe[:-1], stripe[1:]], axis=1), LASER, 4.0))
     return shapes
 
 

@@ -12,10 +12,9 @@ import rich
 
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
-from robolaser.report.viewer.cell_model import ShownCell
 from robolaser.report.viewer.collision_scene import CollisionScene
-from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import Dots, Shape, draw
+from robolaser.report.viewer.scene import ShownCell, fixed_shapes, moving_shapes
+from robolaser.report.viewer.shapes import Shape, draw
 from robolaser.robot.collision_bodies import arm_length
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ class ViewerApp:
     def __init__(
         self,
         models: tuple[ShownCell, ...],
-        cloud: Dots | None = None,
+        cloud: Shape | None = None,
         port: int | None = None,
         collisions: CollisionScene | None = None,
     ) -> None:
@@ -172,7 +171,7 @@ class ViewerApp:
     def _show_moving(self) -> None:
         model = self._current
         frames = model.at(self._q()) if self._pose is None else model.at_pose(self._pose)
-        self._show(("robot", "sensor", "light"), moving_shapes(model, frames, self._arm_m))
+        self._show(("robot", "sensor", "light"), moving_shapes(model, frames))
         if self._collisions is not None:
             q = self._q() if self._pose is None else model.dataset.arm[1][self._pose]
             self._hits.value, shapes = self._collisions.at(q)

@@ -1,6 +1,6 @@
-"""What a scene is made of, each with a name and a colour, and how viser draws it."""
+"""What a scene is made of: shapes by name, each with what viser takes to draw it, in metres."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, final
 
@@ -14,133 +14,78 @@ if TYPE_CHECKING:
     from viser import SceneApi
 
 Colour = tuple[int, int, int]
+Colours = Colour | NDArray[np.uint8]
 
 
 @final
-@dataclass(frozen=True)
-class Mesh:
-    """A surface of triangles.
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A thing in the scene.
 
     Attributes:
         name: Its place in the tree of the scene.
-        vertices: (n, 3) [m].
-        faces: (f, 3).
-        colour: Red, green, blue.
-        opacity: From 0 to 1.
-    """
-
-    name: str
-    vertices: Array
-    faces: Ints
-    colour: Colour
-    opacity: float = 1.0
-
-
-@final
-@dataclass(frozen=True)
-class Lines:
-    """Straight lines.
-
-    Attributes:
-        name: Its place in the tree of the scene.
-        ends: Both ends of each, (n, 2, 3) [m].
-        colours: One for all, or of each end of each line, (n, 2, 3).
-        width_px: On the screen.
-    """
-
-    name: str
-    ends: Array
-    colours: Colour | NDArray[np.uint8]
-    width_px: float = 2.0
-
-
-@final
-@dataclass(frozen=True)
-class Dots:
-    """Points.
-
-    Attributes:
-        name: Its place in the tree of the scene.
-        positions: (n, 3) [m].
-        colours: One for all, or one for each, (n, 3).
-        size_m: Of a dot.
-    """
-
-    name: str
-    positions: Array
-    colours: Colour | NDArray[np.uint8]
-    size_m: float
-
-
-@final
-@dataclass(frozen=True)
-class Solid:
-    """A box, a sphere or a cylinder.
-
-    Attributes:
-        name: Its place in the tree of the scene.
-        kind: "box", "sphere" or "cylinder".
-        size: A box's edges, a sphere's (radius,), a cylinder's (radius, length along z) [m].
-        T: T_base_centre, (4, 4).
-        colour: Red, green, blue.
-        opacity: From 0 to 1.
+        kind: Which of viser's things it is, as `box` of `add_box`.
+        look: What viser takes for it.
     """
 
     name: str
     kind: str
-    size: tuple[float, ...]
-    T: Array
-    colour: Colour
-    opacity: float = 1.0
-
-
-Shape = Solid | Mesh | Lines | Dots
-
-
-def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> Solid:
-    """A round bar between two different points (3,)."""
-    along = ends[1] - ends[0]
-    length = float(np.linalg.norm(along))
-    T = pose(rotation_to_axis(along / length), (ends[0] + ends[1]) / 2)
-    return Solid(name, "cylinder", (radius, length), T, colour)
-
-
-def ball(name: str, centre: Array, radius: float, colour: Colour) -> Solid:
-    """A sphere about a point (3,)."""
-    return Solid(name, "sphere", (radius,), pose(np.eye(3), centre), colour)
+    look: Mapping[str, Any]
 
 
 def draw(scene: "SceneApi", shape: Shape) -> Any:
     """Draw a shape, replacing any other of its name; returns viser's handle."""
-    match shape:
-        case Solid():
-            of_kind: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
-                "box": (scene.add_box, {"dimensions": shape.size}),
-                "sphere": (scene.add_icosphere, {"radius": shape.size[0]}),
-                "cylinder": (scene.add_cylinder, {"radius": shape.size[0], "height": shape.size[-1]}),
-            }
-            make, sizes = of_kind[shape.kind]
-            look = {"color": shape.colour, "opacity": shape.opacity if shape.opacity < 1 else None}
-            place = {"position": shape.T[:3, 3], "wxyz": np.roll(to_quaternion(shape.T[:3, :3]), 1)}
-            return make(shape.name, **sizes, **look, **place)
-        case Mesh():
-            return scene.add_mesh_simple(
-                shape.name,
-                shape.vertices.astype(np.float32),
-                shape.faces.astype(np.uint32),
-                color=shape.colour,
-                opacity=shape.opacity if shape.opacity < 1 else None,
-                side="double",
-                flat_shading=shape.opacity < 1,
-                cast_shadow=shape.opacity == 1,
-            )
-        case Lines():
-            return scene.add_line_segments(
-                shape.name, shape.ends.astype(np.float32), shape.colours, thickness=shape.width_px,
-                thickness_units="screen",
-            )  # fmt: skip
-        case Dots():
-            return scene.add_point_cloud(
-                shape.name, shape.positions.astype(np.float32), shape.colours, point_size=shape.size_m,
-                point_shape="circle", precision="float32",
-            )  # fmt: skip
+    return getattr(scene, f"add_{shape.kind}")(shape.name, **shape.look)
+
+
+def solid(name: str, kind: str, size: tuple[float, ...], T: Array, colour: Colour, opacity: float = 1.0) -> Shape:
+    """A box, a sphere or a cylinder at T_base_centre, (4, 4).
+
+    Args:
+        name: Its place in the tree of the scene.
+        kind: "box", "sphere" or "cylinder".
+        size: A box's edges, a sphere's (radius,), a cylinder's (radius, length along z) [m].
+        T: Where it is.
+        colour: Red, green, blue.
+        opacity: From 0 to 1.
+    """
+    of_kind: dict[str, tuple[str, dict[str, Any]]] = {
+        "box": ("box", {"dimensions": size}),
+        "sphere": ("icosphere", {"radius": size[0]}),
+        "cylinder": ("cylinder", {"radius": size[0], "height": size[-1]}),
+    }
+    drawn, sizes = of_kind[kind]
+    place = {"position": T[:3, 3], "wxyz": np.roll(to_quaternion(T[:3, :3]), 1)}
+    return Shape(name, drawn, {**sizes, **place, "color": colour, "opacity": opacity if opacity < 1 else None})
+
+
+def bar(name: str, ends: tuple[Array, Array], radius: float, colour: Colour) -> Shape:
+    """A round bar between two different points (3,)."""
+    along = ends[1] - ends[0]
+    length = float(np.linalg.norm(along))
+    T = pose(rotation_to_axis(along / length), (ends[0] + ends[1]) / 2)
+    return solid(name, "cylinder", (radius, length), T, colour)
+
+
+def ball(name: str, centre: Array, radius: float, colour: Colour) -> Shape:
+    """A sphere about a point (3,)."""
+    return solid(name, "sphere", (radius,), pose(np.eye(3), centre), colour)
+
+
+def sheet(name: str, vertices: Array, faces: Ints, colour: Colour, opacity: float) -> Shape:
+    """A surface of triangles that one sees through: points (n, 3), and the three of each triangle (f, 3)."""
+    look = {"vertices": vertices.astype(np.float32), "faces": faces.astype(np.uint32), "color": colour}
+    more = {"opacity": opacity, "side": "double", "flat_shading": True, "cast_shadow": False}
+    return Shape(name, "mesh_simple", {**look, **more})
+
+
+def lines(name: str, ends: Array, colours: Colours, width_px: float) -> Shape:
+    """Straight lines between both ends of each, (n, 2, 3), of one colour or one of each end, (n, 2, 3)."""
+    look = {"points": ends.astype(np.float32), "colors": colours}
+    return Shape(name, "line_segments", {**look, "thickness": width_px, "thickness_units": "screen"})
+
+
+def dots(name: str, positions: Array, colours: Colours, size_m: float) -> Shape:
+    """Points (n, 3) of one colour, or one each, (n, 3)."""
+    look = {"points": positions.astype(np.float32), "colors": colours, "point_size": size_m}
+    return Shape(name, "point_cloud", {**look, "point_shape": "circle", "precision": "float32"})

@@ -12,13 +12,12 @@ from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError
-from robolaser.geometry.rigid_motion import apply, exp_so3, inverse, pose
+from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
 from robolaser.report.viewer.cell_model import calibrated, nominal
 from robolaser.report.viewer.collision_scene import BOX, HIT, CollisionScene
 from robolaser.report.viewer.downsampling import downsampled
 from robolaser.report.viewer.scene import MODEL_COLOURS, fixed_shapes, moving_shapes
-from robolaser.report.viewer.shapes import Dots, Lines, Mesh, Solid, bar
-from robolaser.robot.collision_bodies import arm_length
+from robolaser.report.viewer.shapes import bar
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
 from robolaser.scan.scanner_model import ScannerModel
@@ -105,9 +104,9 @@ def test_what_a_camera_saw_beside_the_stripe_is_not_put_on_the_laser_plane(data)
 def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(models):
     for model in models:
         shapes = by_name(fixed_shapes(model, models))
-        assert shapes["points/measured"].colours == MODEL_COLOURS[model.name]
-        np.testing.assert_array_equal(shapes["target/points"].positions, model.dataset.points.xyz)
-    sizes = [by_name(fixed_shapes(model, models))["points/measured"].size_m for model in models]
+        assert shapes["points/measured"].look["colors"] == MODEL_COLOURS[model.name]
+        np.testing.assert_allclose(shapes["target/points"].look["points"], model.dataset.points.xyz, rtol=1e-6)
+    sizes = [by_name(fixed_shapes(model, models))["points/measured"].look["point_size"] for model in models]
     assert sizes[0] == sizes[1]
 
 
@@ -118,30 +117,26 @@ def test_a_target_that_is_not_placed_is_laid_where_it_fits(data):
 
 
 def test_shapes_are_finite_and_have_names_of_their_own(model):
-    shapes = [*moving_shapes(model, model.at_pose(1), arm_length(model.dataset.robot)), *fixed_shapes(model, (model,))]
+    shapes = [*moving_shapes(model, model.at_pose(1)), *fixed_shapes(model, (model,))]
     assert len(by_name(shapes)) == len(shapes)
-    assert {type(shape) for shape in shapes} == {Solid, Mesh, Lines, Dots}
     for shape in shapes:
-        if isinstance(shape, Solid):
-            assert np.isfinite(shape.T).all()
-            assert min(shape.size) > 0
-        if isinstance(shape, Mesh):
-            assert np.isfinite(shape.vertices).all()
-            assert shape.faces.min() >= 0
-            assert shape.faces.max() < len(shape.vertices)
+        for value in shape.look.values():
+            assert not isinstance(value, np.ndarray) or np.isfinite(value).all()
+    sheet = by_name(shapes)["light/sheet"].look
+    assert sheet["faces"].max() == len(sheet["vertices"]) - 1
 
 
 def test_flange_poses_without_a_robot_are_shown_too(data):
     poses = Poses(data.poses.names, T_base_flange=data.flange())
     model = nominal(replace(data, robot=None, poses=poses))
-    shapes = by_name(moving_shapes(model, model.at_pose(0), arm_length(model.dataset.robot)))
+    shapes = by_name(moving_shapes(model, model.at_pose(0)))
     assert not [name for name in shapes if name.startswith("robot/link")]
     assert {"robot/flange", "sensor/camera", "light/sheet"} <= set(shapes)
 
 
 def test_other_sensors_show_their_arm(data):
     model = nominal(replace(data, kind="point", parameters={}))
-    shown = set(by_name(moving_shapes(model, model.at_pose(0), 1.0)))
+    shown = set(by_name(moving_shapes(model, model.at_pose(0))))
     assert {"robot/foot", "robot/flange", *(f"robot/{joint}" for joint in data.robot.joints)} < shown
     assert all(name.startswith("robot/") for name in shown)
     assert fixed_shapes(model, (model,)) == ()
@@ -163,8 +158,9 @@ def test_a_scanner_without_its_numbers_is_refused(data):
 def test_a_bar_leads_from_one_end_to_the_other(end):
     start = np.array([0.1, -0.2, 0.3])
     made = bar("bar", (start, np.array(end)), 0.05, HIT)
-    half = np.array([0.0, 0.0, made.size[1] / 2])
-    np.testing.assert_allclose(apply(made.T, np.stack([-half, half])), [start, end], atol=1e-12)
+    half = np.array([0.0, 0.0, made.look["height"] / 2])
+    T = pose(from_quaternion(np.roll(made.look["wxyz"], -1)), made.look["position"])
+    np.testing.assert_allclose(apply(T, np.stack([-half, half])), [start, end], atol=1e-12)
 
 
 @pytest.mark.parametrize("count", [1, 10, 1000, 1001, 2500])
@@ -172,9 +168,9 @@ def test_a_cloud_is_thinned_evenly(count):
     cloud = np.zeros(count, VERTEX)
     cloud["x"] = np.arange(count)
     dots = downsampled(cloud, 1000)
-    assert len(dots.positions) == len(dots.colours) <= 1000
-    assert len(dots.positions) >= min(count, 500)
-    assert dots.positions[0, 0] == 0
+    points = dots.look["points"]
+    assert min(count, 500) <= len(points) == len(dots.look["colors"]) <= 1000
+    assert points[0, 0] == 0
     assert downsampled(cloud[:0]) is None
 
 
@@ -186,9 +182,9 @@ def test_what_is_hit_is_shown_in_red_where_it_is():
     scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01, ())
     words, shapes = scene.at(q[0])
     assert "block overlap by" in words
-    assert {shape.colour for shape in shapes} == {HIT}
-    block = next(shape for shape in shapes if shape.kind == "box" and max(shape.size) < 0.03)
-    np.testing.assert_allclose(block.T[:3, 3], flange[0, :3, 3], atol=1e-12)
+    assert {shape.look["color"] for shape in shapes} == {HIT}
+    block = next(shape for shape in shapes if shape.kind == "box" and max(shape.look["dimensions"]) < 0.03)
+    np.testing.assert_allclose(block.look["position"], flange[0, :3, 3], atol=1e-12)
     words, shapes = scene.at(q[1])
     assert words == "nothing is hit"
-    assert [shape.colour for shape in shapes] == [BOX]
+    assert [shape.look["color"] for shape in shapes] == [BOX]
