@@ -13,8 +13,8 @@ from robolaser.errors import UsageError
 if TYPE_CHECKING:
     from robolaser.data.cell_config import Cell
     from robolaser.data.dataset import Dataset
+    from robolaser.report.cell_poses import CellPoses
     from robolaser.report.viewer.collision_scene import CollisionScene
-    from robolaser.report.viewer.fitted_cell import FittedCell
 
 
 def view(
@@ -75,11 +75,11 @@ def view(
         app.stop()
 
 
-def _fitted(data: "Dataset", calibration: Path) -> "FittedCell":
+def _fitted(data: "Dataset", calibration: Path) -> "CellPoses":
     """The cell by the numbers and effects of a saved calibration."""
     from robolaser.calibration.result import FORMAT
     from robolaser.model.effects import candidate_effects
-    from robolaser.report.viewer.fitted_cell import fitted_cell
+    from robolaser.report.cell_poses import fitted_cell
     from robolaser.results.contents import FILES, numbers_of, read_back
 
     contents, _ = read_back(calibration, FILES[FORMAT], FORMAT)

@@ -28,11 +28,11 @@ from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.report.cell_poses import CellPoses
 from robolaser.report.diagnosis.gap_charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
 from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent
-from robolaser.report.model_scene import CellPoses
 from robolaser.report.page import render
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
@@ -154,7 +154,7 @@ def test_every_suspected_place_is_highlighted_and_without_a_gap_none(diagnosis):
 def test_the_drawn_scanner_hangs_on_the_drawn_flange_in_every_pose():
     diagnosis = of(stripe(robot=arm(), effects=("joint_offset:perturb",)))
     model = diagnosis.model
-    cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
+    cell = CellPoses(model, diagnosis.x)
     values = model.parameters.values(diagnosis.x[None])
     mount = model.blocks.sensor.in_cell(values, model.perturb(values)).mount[0, 0]
     flange = model.flange(values)[0]
@@ -165,7 +165,7 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange_in_every_pose():
 def test_arrows_lead_from_what_is_known_to_where_the_model_puts_it(made):
     diagnosis = made["without_robot"]
     model = diagnosis.model
-    cell = CellPoses(model, diagnosis.x, np.arange(len(model.dataset.poses)))
+    cell = CellPoses(model, diagnosis.x)
     values = model.parameters.values(diagnosis.x[None])
     seen = model.blocks.sensor.in_base(values, model.flange(values, model.perturb(values)), model.perturb(values))[0]
     np.testing.assert_allclose(cell.known + cell.shifts(model.residuals(diagnosis.x[None])[0]), seen, atol=1e-9)
@@ -212,7 +212,7 @@ def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_fr
     found = examine(apart, [], seed=1)
     assert "base.x@session-2" in found.model.parameters.names
     assert page(found)
-    drawn = CellPoses(found.model, found.x, np.arange(len(found.dataset.poses)))
+    drawn = CellPoses(found.model, found.x)
     reach = np.linalg.norm(apart.flange()[:, :3, 3], axis=1).max()
     assert np.linalg.norm(drawn.known, axis=1).max() < reach + 0.3
     assert np.linalg.norm(drawn.tip - drawn.line[:, -1], axis=1).max() < 0.2

@@ -11,7 +11,7 @@ from PIL import Image
 
 from robolaser.geometry.camera import project
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.report.model_scene import CellPoses
+from robolaser.report.cell_poses import CellPoses
 from robolaser.report.pose_photos import MOST, WIDTH_PX, photos
 
 
@@ -53,7 +53,7 @@ def test_a_scanners_miss_leads_to_the_pixel_of_the_known_point(axis):
     calibration = stripe(axis=axis)
     model, x = calibration.model, calibration.x
     errors = model.in_metres(x, model.residuals(x[None])[0])
-    cell = CellPoses(model, x, np.arange(POSES))
+    cell = CellPoses(model, x)
     of_pose = model.dataset.points.pose
     in_camera = apply(inverse(cell.cameras)[of_pose], cell.known)
     predicted = project(in_camera[None], cell.values, axis)[0]
@@ -64,5 +64,5 @@ def test_a_cameras_miss_is_its_residual_turned_round():
     calibration = KINDS["camera"]()
     model, x = calibration.model, calibration.x
     residuals = model.residuals(x[None])[0]
-    misses = CellPoses(model, x, np.arange(POSES)).misses(model.in_metres(x, residuals))
+    misses = CellPoses(model, x).misses(model.in_metres(x, residuals))
     np.testing.assert_allclose(misses, -residuals, atol=1e-9)

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.report.cell_poses import CellPoses
 from robolaser.report.chart import MUTED, Chart, chart, equal_axes, hover, layer, records
 from robolaser.report.error_analysis import ErrorAnalysis, some_rows
-from robolaser.report.model_scene import CellPoses
 from robolaser.report.scene import magnification
 
 MOST = 600  # points that a chart carries
@@ -19,7 +19,7 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     """Errors over the pixel plane: lines across the view, colour along it where a row places a point in space."""
     calibration = analysis.calibration
     dataset, pixel = calibration.model.dataset, calibration.model.dataset.points.pixel
-    cell = CellPoses(calibration.model, calibration.x, np.arange(len(dataset.poses)))
+    cell = CellPoses(calibration.model, calibration.x)
     misses = cell.misses(analysis.calibration.errors_m)
     if misses is None or pixel is None or dataset.image_px is None:
         return None

@@ -13,6 +13,7 @@ from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, rigid_fit
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.stripe import SCANNER
+from robolaser.report.cell_poses import CellFrames
 from robolaser.scan.calibrated import Calibrated
 from robolaser.scan.carry_over import carried_over, scanner_in
 from robolaser.scan.scanner_model import ScannerModel
@@ -20,30 +21,6 @@ from robolaser.scan.sources import points_in_images
 
 USUAL_DEPTH_M = 0.3  # of the work where the laser plane is nowhere in front of the camera
 FAN = 48  # points along the stripe
-
-
-@final
-@dataclass(frozen=True)
-class CellFrames:
-    """The frames of a cell at one pose, in the base frame.
-
-    Attributes:
-        joints: T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured.
-        flange: T_base_flange, (4, 4).
-        camera: T_base_camera, (4, 4); None where there is no scanner.
-        corners: Points that the corners of the image show at the working distance, (4, 3) [m].
-        projector: Position of the laser, (3,) [m].
-        light: Points of the laser plane along the line of pixels where the stripe usually lies, (p, 3) [m].
-        stripe: Line centres of this pose, in order along the stripe, (m, 3) [m].
-    """
-
-    joints: Array
-    flange: Array
-    camera: Array | None = None
-    corners: Array | None = None
-    projector: Array | None = None
-    light: Array | None = None
-    stripe: Array | None = None
 
 
 @final

@@ -7,12 +7,12 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.viewer.cell_model import CellFrames, CellModel
-from robolaser.report.viewer.fitted_cell import FittedCell
+from robolaser.report.cell_poses import CellFrames, CellPoses
+from robolaser.report.viewer.cell_model import CellModel
 from robolaser.report.viewer.shapes import Colour, Shape, ball, bar, dots, lines, sheet, solid
 from robolaser.robot.collision_bodies import link_radius
 
-ShownCell = CellModel | FittedCell
+ShownCell = CellModel | CellPoses
 """A cell by a model, as the viewer shows it."""
 
 ARM: Colour = (178, 186, 196)

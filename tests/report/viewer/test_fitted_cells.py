@@ -5,7 +5,7 @@ import pytest
 
 import robolaser
 from robolaser.cli import main
-from robolaser.report.viewer.fitted_cell import FittedCell
+from robolaser.report.cell_poses import CellPoses
 from robolaser.report.viewer.scene import fixed_shapes, moving_shapes
 
 CELLS = [
@@ -59,7 +59,7 @@ def shown(saved, monkeypatch):
     monkeypatch.setattr("robolaser.report.viewer.serving.ViewerApp", ViewerApp)
     assert main(["view", str(folder / "data"), str(folder / "result"), "--no-browser", "--quiet"]) == 0
     (model,) = seen
-    assert isinstance(model, FittedCell)
+    assert isinstance(model, CellPoses)
     return model
 
 
