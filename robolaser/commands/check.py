@@ -1,5 +1,6 @@
 """robolaser check: what a data set allows, before anyone waits."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
@@ -8,7 +9,6 @@ from robolaser.commands.terminal import TERMINAL, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.diagnosis.data_check import DataCheck
-    from robolaser.motion.checking import MotionCheck
 
 WIDTH = 110
 
@@ -32,9 +32,7 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
     from robolaser.diagnosis.data_check import check_data
 
     found = check_data(load(dataset))
-    if not terminal.json:
-        terminal.warn(*found.dataset.warnings)
-    terminal.show(found.to_dict(), lambda: say(_text(found)))
+    _show(found.to_dict(), found.dataset.warnings, _text(found), terminal)
 
 
 def _check_motion(folder: Path, terminal: Terminal) -> None:
@@ -43,33 +41,18 @@ def _check_motion(folder: Path, terminal: Terminal) -> None:
 
     found = check_motion(load_motion(folder))
     log = found.log
-    if not terminal.json:
-        terminal.warn(*log.warnings)
-    reasons: dict[str, list[str]] = {}
-    for name, reason in found.not_tested.items():
-        reasons.setdefault(reason, []).append(name)
+    places: dict[str, list[str]] = {}
+    for name, where in found.tested.items():
+        places.setdefault("every joint" if where == log.joints else ", ".join(where), []).append(name)
     lines = [
         f"{log.name}: moving arm, {len(log)} rows of {len(log.joints)} joints in {len(log.series)} series",
         f"Rows: {', '.join(found.kinds) or 'none'}",
-        "",
-        f"Diagnosis: {len(found.tested)} of {len(found.tested) + len(found.not_tested)} effects can be tested",
-        *(_item(f"{where}: {', '.join(names)}") for where, names in _by_place(found).items()),
-        *(["", "Not testable"] if reasons else []),
-        *(_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()),
+        *_effects(len(found.tested), places, found.not_tested),
     ]
-    terminal.show(found.to_dict(), lambda: say("\n".join(lines)))
+    _show(found.to_dict(), log.warnings, lines, terminal)
 
 
-def _by_place(found: "MotionCheck") -> dict[str, list[str]]:
-    """Names of effects by where they can be tested."""
-    groups: dict[str, list[str]] = {}
-    for name, where in found.tested.items():
-        place = "every joint" if where == found.log.joints else ", ".join(where)
-        groups.setdefault(place, []).append(name)
-    return groups
-
-
-def _text(found: "DataCheck") -> str:
+def _text(found: "DataCheck") -> list[str]:
     check_json = found.to_dict()
     lines = [
         f"{check_json['dataset']}: {found.dataset.format.title}, {check_json['points']} points in"
@@ -83,19 +66,31 @@ def _text(found: "DataCheck") -> str:
         lines.append(_item(f"{len(found.parameters)} parameters: {', '.join(found.parameters)}"))
         lines += [_item(f"indistinguishable at these poses: {', '.join(names)}") for names in found.inseparable]
     tested = {one.effect: one.locations for one in found.effects if not one.reason}
-    lines += ["", f"Diagnosis: {len(tested)} of {len(found.effects)} effects can be tested"]
-    lines += [_item(f"{effect}: {', '.join(locations)}") for effect, locations in tested.items()]
-    reasons: dict[str, list[str]] = {}
-    for one in found.effects:
-        if one.reason:
-            reasons.setdefault(str(one.reason), []).append(one.effect)
-    if reasons:
-        lines += ["", "Not testable"]
-        lines += [_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()]
+    lines += _effects(len(tested), tested, {one.effect: str(one.reason) for one in found.effects if one.reason})
     if found.missing:
         lines += ["", "More could be tested with"]
         lines += [_item(f"{remedy}: {', '.join(names)}") for remedy, names in found.missing.items()]
-    return "\n".join(lines)
+    return lines
+
+
+def _effects(tested: int, listed: Mapping[str, Sequence[str]], untested: Mapping[str, str]) -> list[str]:
+    """What can be tested where, and what cannot, each reason once."""
+    reasons: dict[str, list[str]] = {}
+    for name, reason in untested.items():
+        reasons.setdefault(reason, []).append(name)
+    return [
+        "",
+        f"Diagnosis: {tested} of {tested + len(untested)} effects can be tested",
+        *(_item(f"{one}: {', '.join(others)}") for one, others in listed.items()),
+        *(["", "Not testable"] if reasons else []),
+        *(_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()),
+    ]
+
+
+def _show(found: Mapping[str, object], warnings: Sequence[str], lines: Sequence[str], terminal: Terminal) -> None:
+    if not terminal.json:
+        terminal.warn(*warnings)
+    terminal.show(found, lambda: say("\n".join(lines)))
 
 
 def _item(text: str) -> str:

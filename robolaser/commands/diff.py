@@ -1,6 +1,5 @@
 """robolaser diff: two results side by side."""
 
-import json
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
@@ -40,6 +39,7 @@ def diff(
     from robolaser.report.console import print_document
     from robolaser.report.difference import document
     from robolaser.report.page import render
+    from robolaser.results.contents import json_text
     from robolaser.results.difference import difference
 
     read = [first, second]
@@ -48,6 +48,6 @@ def diff(
     with writing:
         found = difference(first, second)
         if output:
-            text = json.dumps(found, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-            write_results(output, {"report.html": render(document(found, names, command=typed)), "diff.json": text})
+            page = render(document(found, names, command=typed))
+            write_results(output, {"report.html": page, "diff.json": json_text(found)})
     terminal.show(found, lambda: print_document(document(found, names)))

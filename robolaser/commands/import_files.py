@@ -84,7 +84,10 @@ def import_files(
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.robots import DescriptionOptions, find_robot
-    from robolaser.data.importers.writing import check_apart
+    from robolaser.data.importers.writing import check_apart, checked, preview, write
+    from robolaser.data.result_folder import results_in
+    from robolaser.data.writing import files_of
+    from robolaser.diagnosis.gross_mistakes import gross_mistakes
     from robolaser.geometry.units import FACTORS, TIME
 
     if flange is not None and robot is None:
@@ -119,31 +122,13 @@ def import_files(
                 "--extract": extract, "--kind": kind is not None}  # fmt: skip
         for option in (name for name, given in idle.items() if given):
             raise UsageError(f"{option} is not for logs of moving arms: leave it out.")
-        _import_motion(sources, options.robot, options, output, dry_run, force, terminal)
+        _import_motion(sources, options.robot, options, output, terminal, dry_run=dry_run, force=force)
         return
     importer = importer_for(sources, kind)
     importer.check(options)
     imported = importer.read(sources, options)
     if extract and not imported.images:
         raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
-    _show_and_write(imported, importer.name, output, extract, dry_run, force, terminal)
-
-
-def _show_and_write(
-    imported: "Imported",
-    importer: str,
-    output: Path,
-    extract: bool,  # noqa: FBT001 - passed on as it was typed
-    dry_run: bool,  # noqa: FBT001
-    force: bool,  # noqa: FBT001
-    terminal: Terminal,
-) -> None:
-    """Show how files were read and what is odd about them; write the data set."""
-    from robolaser.data.importers.writing import checked, preview, write
-    from robolaser.data.result_folder import results_in
-    from robolaser.data.writing import files_of
-    from robolaser.diagnosis.gross_mistakes import gross_mistakes
-
     read_back, shown = checked(imported), preview(imported)
     terminal.print(_text(imported, shown))
     if extract and not dry_run:
@@ -159,7 +144,7 @@ def _show_and_write(
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
-        "importer": importer,
+        "importer": importer.name,
         "poses": number,
         "points": rows,
         "columns": [asdict(reading) for reading in imported.readings],
@@ -169,6 +154,35 @@ def _show_and_write(
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
     terminal.show(result, lambda: say(f"{rows} points in {number} poses. {ended}"))
+
+
+def _import_motion(
+    sources: Sequence[Path],
+    arm: "Robot",
+    options: "ImportOptions",
+    output: Path,
+    terminal: Terminal,
+    *,
+    dry_run: bool,
+    force: bool,
+) -> None:
+    """Turn logs of a moving arm into one data set."""
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.importing import import_motion
+    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
+
+    found = import_motion(sources, arm, options)
+    log = found.log
+    if not dry_run:
+        with results_in(output, command="import", files=MOTION_FOLDER, inputs=sources, force=force):
+            write_results(output, dict(motion_texts(log)))
+    done = "" if dry_run else f" Wrote {output}"
+    lines = [f"{column}: {source}" for column, source in found.read_from.items()]
+    lines.append(f"{len(log)} rows in {len(log.series)} series of {arm.name}.{done}")
+    terminal.show(
+        {"dataset": str(output), "rows": len(log), "series": len(log.series), "columns": dict(found.read_from)},
+        lambda: say("\n".join(lines)),
+    )
 
 
 def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
@@ -247,35 +261,3 @@ def _short(cell: str) -> str:
         return f"{float(cell):.{digits}g}" if "." in cell or "e" in cell else cell
     except ValueError:
         return cell
-
-
-def _import_motion(
-    sources: Sequence[Path],
-    arm: "Robot",
-    options: "ImportOptions",
-    output: Path,
-    dry_run: bool,  # noqa: FBT001 - passed on as it was typed
-    force: bool,  # noqa: FBT001
-    terminal: Terminal,
-) -> None:
-    """Turn logs of a moving arm into one data set."""
-    from robolaser.data.result_folder import results_in, write_results
-    from robolaser.motion.importing import import_motion
-    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
-
-    found = import_motion(sources, arm, options)
-    log = found.log
-    if not dry_run:
-        with results_in(output, command="import", files=MOTION_FOLDER, inputs=sources, force=force):
-            write_results(output, dict(motion_texts(log)))
-
-    def print_rows() -> None:
-        for column, source in found.read_from.items():
-            say(f"{column}: {source}")
-        done = "" if dry_run else f" Wrote {output}"
-        say(f"{len(log)} rows in {len(log.series)} series of {arm.name}.{done}")
-
-    terminal.show(
-        {"dataset": str(output), "rows": len(log), "series": len(log.series), "columns": dict(found.read_from)},
-        print_rows,
-    )

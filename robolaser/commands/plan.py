@@ -1,6 +1,5 @@
 """robolaser plan: what poses could tell, before anything is measured in them."""
 
-import json
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -73,12 +72,9 @@ def plan(
     from robolaser.report import motion_plan, pose_plan
     from robolaser.report.console import print_document
     from robolaser.report.page import render
+    from robolaser.results.contents import json_text
 
     writing = results_in(output, command="plan", files=FILES, inputs=[poses], force=force) if output else nullcontext()
-
-    def as_text(contents: object) -> str:
-        return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
     typed_noise = stated(
         pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
     )
@@ -91,7 +87,7 @@ def plan(
                 raise UsageError(f"{poses} is the log of a moving arm: leave out --points and the noise.")
             with writing:
                 motions = plan_motion(load_motion(poses, planned=True))
-                result = as_text(motions.to_dict())
+                result = json_text(motions.to_dict())
                 if output:
                     texts = {"report.html": render(motion_plan.document(motions, command=typed)), "plan.json": result}
                     write_results(output, texts)
@@ -107,7 +103,7 @@ def plan(
     terminal.warn(*dataset.warnings)
     with writing:
         found = examine_plan(dataset, points=points, mount=mount, seed=seed)
-        result = as_text(found.to_dict())
+        result = json_text(found.to_dict())
         if output:
             write_results(
                 output, {"report.html": render(pose_plan.document(found, command=typed)), "plan.json": result}

@@ -1,5 +1,6 @@
 """robolaser simulate: a data set as the real cell would give it."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -68,6 +69,8 @@ def simulate(
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.data.stated_noise import Noise
     from robolaser.data.writing import FOLDER, files_of, texts_of
+    from robolaser.motion.simulation import simulate_motion
+    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
     from robolaser.simulation import CellOptions, sizes_of
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
@@ -88,61 +91,26 @@ def simulate(
     clashing = [option for option, changed in fixed.items() if changed]
     if paper and clashing:
         raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
-    if sensor == "motion":
-        number = sessions if sessions > 1 else None
-        _simulate_motion(robot, flange, output, effects, series=number, seed=seed, force=force, terminal=terminal)
-        return
-    with results_in(output, command="simulate", files=FOLDER, force=force) as claim:
-        arm = find_robot(robot, flange=flange)
+    files = MOTION_FOLDER if sensor == "motion" else FOLDER
+    with results_in(output, command="simulate", files=files, force=force) as claim:
+        arm, name = find_robot(robot, flange=flange), output.resolve().name
         sizes = sizes_of(effects)
-        if paper:
-            made = paper_experiment(arm, effects=sizes, seed=seed)
+        if sensor == "motion":
+            log = simulate_motion(arm, series=sessions if sessions > 1 else 6, effects=sizes, seed=seed, name=name)
+            counts = {"series": len(log.series), "rows": len(log)}
+            write_results(output, dict(motion_texts(log)))
         else:
-            made = simulated(
-                arm,
-                kind=sensor,
-                poses=poses,
-                points=points,
-                noise=Noise(**typed_noise) if typed_noise else None,
-                effects=sizes,
-                options=CellOptions(
-                    repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=output.resolve().name
-                ),
-                seed=seed,
-            )
-        claim(files_of(made.dataset))
-        write_results(output, texts_of(made.dataset))
-    rows, number = len(made.dataset.points), len(made.dataset.poses)
+            make = partial(paper_experiment, arm)
+            if not paper:
+                noise = Noise(**typed_noise) if typed_noise else None
+                options = CellOptions(repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=name)
+                make = partial(simulated, arm, kind=sensor, poses=poses, points=points, noise=noise, options=options)
+            dataset = make(effects=sizes, seed=seed).dataset
+            counts = {"poses": len(dataset.poses), "points": len(dataset.points)}
+            claim(files_of(dataset))
+            write_results(output, texts_of(dataset))
+    (groups, number), (rows, count) = counts.items()
     terminal.show(
-        {"dataset": str(output), "robot": arm.name, "poses": number, "points": rows},
-        lambda: say(f"{rows} points in {number} poses of {arm.name}. Wrote {output}"),
-    )
-
-
-def _simulate_motion(
-    robot: str,
-    flange: str | None,
-    output: Path,
-    effects: tuple[str, ...],
-    *,
-    series: int | None,
-    seed: int,
-    force: bool,
-    terminal: Terminal,
-) -> None:
-    """Make a log of a moving arm."""
-    from robolaser.data.importers.robots import find_robot
-    from robolaser.data.result_folder import results_in, write_results
-    from robolaser.motion.simulation import simulate_motion
-    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
-    from robolaser.simulation import sizes_of
-
-    with results_in(output, command="simulate", files=MOTION_FOLDER, force=force):
-        arm = find_robot(robot, flange=flange)
-        sizes = sizes_of(effects)
-        log = simulate_motion(arm, series=series or 6, effects=sizes, seed=seed, name=output.resolve().name)
-        write_results(output, dict(motion_texts(log)))
-    terminal.show(
-        {"dataset": str(output), "robot": arm.name, "series": len(log.series), "rows": len(log)},
-        lambda: say(f"{len(log)} rows in {len(log.series)} series of {arm.name}. Wrote {output}"),
+        {"dataset": str(output), "robot": arm.name, **counts},
+        lambda: say(f"{count} {rows} in {number} {groups} of {arm.name}. Wrote {output}"),
     )
