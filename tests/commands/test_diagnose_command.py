@@ -16,7 +16,7 @@ from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.corrected_model import corrected, corrected_json
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.export.urdf import corrected_urdf, robot_urdf
+from robolaser.export.urdf import robot_urdf
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
@@ -86,15 +86,6 @@ def test_a_corrected_model_is_what_its_schema_says_and_predicts_as_the_diagnosis
     assert len([one for one in said["warnings"] if "gross" in one]) == bool(len(diagnosis.outliers))
 
 
-def test_geometric_effects_are_in_the_corrected_urdf():
-    diagnosis = MADE["explained"]()
-    model = diagnosis.model
-    text = corrected_urdf(corrected(diagnosis, 1))
-    wanted = model.flange(model.parameters.values(diagnosis.x[None]))[0]
-    found = Robot.from_urdf(text, flange="flange").forward(model.dataset.poses.q[None])[0]
-    np.testing.assert_allclose(found, wanted, atol=1e-9)
-
-
 def test_the_command_writes_a_diagnosis_a_page_and_a_model(result):
     assert {path.name for path in result.iterdir()} >= {
         "diagnosis.json", "report.html", "calibration.json", "robot.urdf", "robot_corrected.urdf",
@@ -135,19 +126,6 @@ def test_an_effect_taken_out_of_the_library_is_not_found(cell, tmp_path):
     said = read(tmp_path / "diagnosis.json")
     assert "joint_offset" not in [one["effect"] for one in said["effects"]]
     assert "--without joint_offset" in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
-def test_an_effect_that_there_is_not_is_wrong_usage(cell, tmp_path, capsys):
-    assert main(["diagnose", str(cell), "--output", str(tmp_path / "new"), "--without", "joint_ofset"]) == 2
-    assert "joint_offset" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("file", ["diagnosis.json", "calibration.json"])
-def test_a_result_is_never_overwritten_silently(cell, tmp_path, capsys, file):
-    (tmp_path / file).write_text("mine")
-    assert main(["diagnose", str(cell), "--output", str(tmp_path)]) == 1
-    assert "--force" in capsys.readouterr().err
-    assert (tmp_path / file).read_text() == "mine"
 
 
 def test_nothing_of_an_overwritten_result_stays(cell, tmp_path):
