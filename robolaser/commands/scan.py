@@ -97,7 +97,7 @@ def scan(
     from robolaser.data.atomic_write import STAGED
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.report.cloud.page import document
+    from robolaser.report.cloud import document
     from robolaser.report.console import print_document
     from robolaser.report.page import render
     from robolaser.scan import merged, prepare, read_calibration

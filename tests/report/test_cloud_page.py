@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "scan"))
 
 from scanned import calibrated, dataset, line_centres, recorded, written
 
-from robolaser.report.cloud.page import document, figures, heading
+from robolaser.report.cloud import document, figures, heading
 from robolaser.report.console import printed
 from robolaser.report.page import render
 from robolaser.scan import prepare, read_calibration

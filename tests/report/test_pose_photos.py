@@ -12,7 +12,7 @@ from PIL import Image
 from robolaser.geometry.camera import project
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.report.cell_poses import CellPoses
-from robolaser.report.pose_photos import MOST, WIDTH_PX, photos
+from robolaser.report.model_scene import MOST_PHOTOS, WIDTH_PX, photos
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def test_each_image_has_its_points_in_its_own_pixels(dataset):
     first = np.flatnonzero(dataset.points.pose == 2)[0]
     errors = np.where(np.arange(POSES * ROWS)[:, None] == first, 2.0, [1.0, 1.0, 1.0])
     found = photos(dataset, range(POSES), errors, np.full((POSES * ROWS, 2), [3.0, 4.0]))
-    assert set(found) == set(dataset.poses.names[:MOST])
+    assert set(found) == set(dataset.poses.names[:MOST_PHOTOS])
     photo = found["p2"]
     assert photo.misses.tolist() == [[3.0, 4.0]] * ROWS
     assert all("5 px from where the model predicts it" in name for name in photo.names)

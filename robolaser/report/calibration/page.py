@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from robolaser.calibration.result import Calibration
-from robolaser.report.calibration import words
-from robolaser.report.calibration.distribution_chart import distribution
-from robolaser.report.calibration.image_chart import image
+from robolaser.report.calibration.charts import convergence, distribution, image, parameters
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
-from robolaser.report.calibration.search_charts import convergence, parameters
 from robolaser.report.chart import Chart
 from robolaser.report.delivered_files import Delivered, files_section
-from robolaser.report.digits import SIGNIFICANT, millimetres, plain
+from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
 from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
 from robolaser.report.error_analysis import ErrorAnalysis
 from robolaser.report.error_groups import group_blocks
@@ -86,11 +85,11 @@ def document(
         dataset.name,
         "calibrated",
         dataset.summary,
-        words.headline(analysis),
-        words.judgement(analysis),
+        headline(analysis),
+        judgement(analysis),
         [
             Figures(figures(analysis)),
-            Text(f"Root mean square of three-dimensional errors. Found by {words.method(analysis)}.", "quiet"),
+            Text(f"Root mean square of three-dimensional errors. Found by {method(analysis)}.", "quiet"),
         ],
         [
             Section("Warnings", [Notes(calibration.warnings, "warnings")] if calibration.warnings else []),
@@ -117,7 +116,7 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
                 [convergence(analysis), parameters(analysis), image(analysis), poses(analysis), distribution(analysis)]
             ),
         ),
-        Section("Noise", [noise_table(calibration.noise, analysis.sources, words.origins(analysis))]),
+        Section("Noise", [noise_table(calibration.noise, analysis.sources, origins(analysis))]),
     ]
 
 
@@ -172,3 +171,95 @@ def _remarks(calibration: Calibration, folder: Path | None) -> list[Block]:
 
 
 FOR_ROS = ("camera.yaml", "robot.urdf", "static_transform.sh", "easy_handeye2.calib")
+
+
+WEIGHTING = {"plain": "plain: all points weighted alike", "noise": "points weighted by their noise"}
+"""What a calibration's option `weights` does."""
+NOISE_ALONE = 1.1
+"""Excess over noise up to which all is well: stated noise is seldom known better."""
+CHANCE = 2.0
+"""Standard errors of the excess that are allowed for on top."""
+UNMODELLED = 2.0
+"""Excess over noise from which no doubt about the noise explains it."""
+OVERFITTED = 1.5
+"""Error on new poses over error on fitted ones from which the parameters are more than the poses can carry."""
+
+
+def headline(analysis: ErrorAnalysis) -> str:
+    """Error on new poses beside what noise alone would give."""
+    calibration = analysis.calibration
+    does = calibration.model.blocks.sensor.format.task
+    noise = analysis.noise_m
+    if calibration.held_out_rms_m is None:
+        first = "The error on new poses is unknown: there are too few poses to hold any out"
+    else:
+        first = f"On held-out poses, {does} {millimetres(calibration.held_out_rms_m)} off"
+    if noise is None:
+        return f"{first}; these data do not show how much of that is noise."
+    return f"{first}; measurement noise alone would give {millimetres(noise)}."
+
+
+def judgement(analysis: ErrorAnalysis) -> str:
+    """What the two figures together mean."""
+    calibration, noise = analysis.calibration, analysis.noise_m
+    error = calibration.held_out_rms_m
+    said = []
+    if calibration.setup_warning is not None:
+        said.append(calibration.setup_warning)
+    elif noise is None:
+        said.append(
+            "State the known noise under `[noise]` in `dataset.toml`: then this report separates it from the errors of"
+            " the model."
+        )
+    elif error is None:
+        said.append("Take more poses: the training error says little.")
+    else:
+        said.append(_against_noise(*excess(analysis, noise), error / noise))
+    if error is not None and error > OVERFITTED * calibration.rms_m:
+        said.append(
+            f"The error on new poses is {times(error / calibration.rms_m)} times the training error:"
+            " the poses are too few or too similar for this many parameters."
+        )
+    return " ".join(said)
+
+
+def excess(analysis: ErrorAnalysis, noise_m: float) -> tuple[float, float]:
+    """How many times larger the residuals are than noise leaves them in a fit, and the standard error of that.
+
+    Fitted parameters swallow a part of the noise, which the degrees of freedom make up for; the error on new poses
+    would not do here, since few poses raise it without anything being unmodelled.
+    """
+    calibration = analysis.calibration
+    numbers = int(calibration.model.blocks.row_numbers.sum())
+    free = max(1, numbers - len(calibration.x) + len(calibration.model.blocks.held))
+    ratio = calibration.rms_m / noise_m * float(np.sqrt(numbers / free))
+    return ratio, ratio / float(np.sqrt(2 * free))
+
+
+def _against_noise(over: float, chance: float, ratio: float) -> str:
+    if over <= NOISE_ALONE + CHANCE * chance:
+        return "The remaining error is noise: the model is complete for these data."
+    if over < UNMODELLED:
+        return (
+            f"That is {times(ratio)} times the noise: a small effect is unmodelled, or the noise is larger than stated."
+            " `robolaser diagnose` finds which."
+        )
+    return (
+        f"That is {times(ratio)} times the noise: something is unmodelled, and no choice of these parameters"
+        " removes it. `robolaser diagnose` finds where it is, and which effects explain it."
+    )
+
+
+def method(analysis: ErrorAnalysis) -> str:
+    """How the parameters were found."""
+    calibration = analysis.calibration
+    return (
+        f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
+        f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
+    )
+
+
+def origins(analysis: ErrorAnalysis) -> dict[str, str]:
+    """How the size of each source of noise is known."""
+    estimated = "estimated from the residuals, including what is unmodelled"
+    return {name: analysis.known_noise.get(name, estimated) for name in analysis.calibration.noise}

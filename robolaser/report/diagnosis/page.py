@@ -9,7 +9,7 @@ from robolaser.report.chart import Chart
 from robolaser.report.delivered_files import Delivered, best_file, files_section
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.report.diagnosis.effect_charts import effect_charts
+from robolaser.report.diagnosis.explained_errors import effect_charts
 from robolaser.report.diagnosis.gap_charts import waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import (

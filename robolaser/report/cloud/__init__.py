@@ -1,1 +1,0 @@
-"""A cloud of points for people: one self-contained page, and a few lines on the terminal."""
