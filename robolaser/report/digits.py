@@ -112,25 +112,14 @@ def duration(seconds: float) -> str:
 
 
 def many(ratio: float) -> str:
-    """How many times the first's."""
-    return f"{manifold(ratio)} ×"
-
-
-def manifold(ratio: float) -> str:
-    """How many times, with two digits that matter."""
-    if ratio < TEN:
-        return f"{ratio:.1f}"
-    return f"{round(ratio, 1 - math.floor(math.log10(ratio))):,.0f}"
+    """How many times the first's, with two digits that matter."""
+    said = f"{ratio:.1f}" if ratio < TEN else f"{round(ratio, 1 - math.floor(math.log10(ratio))):,.0f}"
+    return f"{said} ×"
 
 
 def rate(share: float) -> str:
     """A share of runs in whole per cent."""
     return "" if math.isnan(share) else f"{100 * share:.0f} %"
-
-
-def interval(low: float, high: float) -> str:
-    """From one share to another."""
-    return "" if math.isnan(low + high) else f"{100 * low:.0f} to {100 * high:.0f} %"
 
 
 def _rounded(value: float, last: int) -> str:

@@ -9,7 +9,8 @@ from robolaser.motion.gap import KindGap
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Finding
 from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
-from robolaser.report.chart import Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.digits import SIGNIFICANT, plain
 from robolaser.report.document import (
     Block,
     Cell,
@@ -88,10 +89,6 @@ def _counted(effects: int) -> str:
     return "No effect was" if not effects else "One effect was" if effects == 1 else f"{effects} effects were"
 
 
-def _size(gap: KindGap, value: float) -> str:
-    return f"{TURN * value:.3g}°" if gap.unit == "rad" else f"{value:.3g} Nm"
-
-
 def _figures(fit: MotionFit) -> list[Figure]:
     rows = []
     for gap in fit.gaps:
@@ -99,7 +96,9 @@ def _figures(fit: MotionFit) -> list[Figure]:
         for kind, label, name in (("", "before", "calibrated"), ("held-out", "with the effects", "after"),
                                   ("noise", "noise alone", "noise_floor")):  # fmt: skip
             value = gap.whole(name)
-            rows.append(Figure(kind, label, _size(gap, value), WHAT[gap.kind], 100.0 * value / largest))
+            rows.append(
+                Figure(kind, label, plain(value, gap.unit, SIGNIFICANT), WHAT[gap.kind], 100.0 * value / largest)
+            )
     at_flange = gap_mm(fit)
     if at_flange["after"] is not None:
         low, high = at_flange["after_ci95"]
@@ -190,7 +189,13 @@ def _where(found: MotionDiagnosis) -> list[Block]:
 def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
     columns = [Column("Joint", "name"), *(Column(title, "number") for title in ("Nominal", "Before", "After", "Noise"))]
     rows: list[tuple[Cell | str, ...]] = [
-        (joint, *(Cell(_size(gap, value), order=value) for value in (getattr(gap, name)[j] for name in NAMES)))
+        (
+            joint,
+            *(
+                Cell(plain(value, gap.unit, SIGNIFICANT), order=value)
+                for value in (getattr(gap, name)[j] for name in NAMES)
+            ),
+        )
         for j, joint in enumerate(joints)
         if np.isfinite(gap.calibrated[j])
     ]
@@ -223,6 +228,6 @@ def _along_time(fit: MotionFit) -> Chart | None:
         " model had not seen.",
         f"Errors of {log.joints[joint]} along time, before and after.",
         [layer(line(), data, x=quantity("time", "time [s]"), y=quantity("error", "error [°]"),
-               color=colours({"before": "var(--fitted)", "after, unseen": "var(--held-out)"}),
+               color=colours({"before": FITTED, "after, unseen": HELD_OUT}),
                tooltip=hover("series", time="time [s]", error="error [°]"))],
     )  # fmt: skip

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.model.effects import EFFECTS
 from robolaser.report.digits import measured, plain
 from robolaser.report.document import Bounds, Cell
 
@@ -50,7 +49,7 @@ def effect_rows(calibration: Calibration) -> list[Sequence[Cell]]:
             which = f"{named(one)}, {item.name.rpartition('.')[2].replace('_', ' ')}"
             rows.append(
                 (
-                    Cell(which, below=[effect_meaning(one.effect.name)]),
+                    Cell(which, below=[one.effect.title]),
                     Cell(_measured(calibration, i)),
                     Cell("" if away is None else f"{away:.1f}", order=away),
                     Cell(note=note(calibration, i)),
@@ -139,8 +138,3 @@ def meaning(name: str) -> str:
         "ball": f"ball {which}",
     }
     return f"{meanings[kind]}, {part}" if kind in meanings else ""
-
-
-def effect_meaning(effect: str) -> str:
-    """What an effect is."""
-    return {kind.name: kind.title for kind in EFFECTS}.get(effect, "")
