@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import App, Parameter
 
 from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import TERMINAL, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -204,20 +204,21 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         "95 % intervals that hold the truth": scored["coverage_95"],
     }
     closed = scored["gap_closed"]
-    lines = _table([(f"worlds: {scored['worlds']}", "right", "share", "95 %"), *map(_share, shares, shares.values())])
+    head = (f"worlds: {scored['worlds']}", "right", "share", "95 %")
+    lines = aligned([head, *map(_share, shares, shares.values())], str.rjust)
     lines += ["" if closed is None else f"gap closed, median: {closed:.3f}", ""]
     kinds = [
         (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
         for kind, part in scored["kinds"].items()
     ]
-    lines += [*_table([("kind", "worlds", *COLUMNS.values()), *kinds]), ""]
+    lines += [*aligned([("kind", "worlds", *COLUMNS.values()), *kinds], str.rjust), ""]
     stated = [
         (f"{names['from']:4.2f} to {names['to']:4.2f}", *_stated(names), *_stated(classes))
         for names, classes in zip(scored["reliability"], scored["reliability_of_classes"], strict=True)
         if names["of"] or classes["of"]
     ]
-    head = ("stated probability", "names: stated", "right", "", "classes: stated", "right", "")
-    return lines + (_table([head, *stated]) if stated else []) + _confusions(scored)
+    titles = ("stated probability", "names: stated", "right", "", "classes: stated", "right", "")
+    return lines + (aligned([titles, *stated], str.rjust) if stated else []) + _confusions(scored)
 
 
 def _confusions(scored: Mapping[str, Any]) -> list[str]:
@@ -232,13 +233,6 @@ def _confusions(scored: Mapping[str, Any]) -> list[str]:
         if column != "unexplained" or true in MODELLED
     ]
     return [f"{times:4d} x {text}" for times, text in sorted(taken, reverse=True)[:MOST_ROWS]]
-
-
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: the first column to the left, the others to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    justified = [[row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])] for row in rows]
-    return ["  ".join(row).rstrip() for row in justified]
 
 
 def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
 from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import TERMINAL, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -241,8 +241,7 @@ def _text(imported: "Imported", shown: Mapping[str, Mapping[str, Sequence[str]]]
     for table, columns in shown.items():
         rows.append([f"{table}:", "read from", "first rows, in SI units"])
         rows += [[f"  {name}", sources.get((table, name), ""), _line(cells)] for name, cells in columns.items()]
-    widths = [max(len(row[i]) for row in rows) for i in range(2)]
-    lines = [f"{row[0]:{widths[0]}}  {row[1]:{widths[1]}}  {row[2]}".rstrip() for row in rows]
+    lines = aligned(rows)
     for reading in imported.readings:
         if reading.table not in shown:
             unit = f" [{reading.unit}]" if reading.unit else ""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import TERMINAL, Terminal, aligned, say
 
 
 def list_family(
@@ -23,13 +23,9 @@ def list_family(
     """
     titles, members = FAMILIES[family]
     rows = list(members())
-    widths = [max(len(row[i]) for row in rows) for i in range(len(titles))]
-
-    def print_rows() -> None:
-        for row in rows:
-            say("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
-
-    terminal.show({family: [dict(zip(titles, row, strict=True)) for row in rows]}, print_rows)
+    terminal.show(
+        {family: [dict(zip(titles, row, strict=True)) for row in rows]}, lambda: say("\n".join(aligned(rows)))
+    )
 
 
 def _robots() -> Iterable[tuple[str, ...]]:

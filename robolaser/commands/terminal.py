@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import final
@@ -15,6 +15,13 @@ from robolaser.report.printable import printable
 def say(text: str) -> None:
     """Print text on standard output; control characters in it are written out."""
     print(printable(text), flush=True)
+
+
+def aligned(rows: Sequence[Sequence[str]], side: Callable[[str, int], str] = str.ljust) -> list[str]:
+    """Lines of a table: the first column to the left, the others to the `side`."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    justified = [[row[0].ljust(widths[0]), *map(side, row[1:], widths[1:])] for row in rows]
+    return ["  ".join(row).rstrip() for row in justified]
 
 
 @final

@@ -71,7 +71,6 @@ def test_the_page_is_written_where_it_was_asked_for(folder: Path, tmp_path: Path
 def test_results_in_python_are_compared_as_their_files_are(folder: Path, tmp_path: Path) -> None:
     before, after = (robolaser.load_calibration(folder / name) for name in ("plain", "rolled"))
     found = before.compare(after)
-    assert "changed by more than 3 standard errors" in repr(found)
     found.report(tmp_path / "page.html")
     assert "What moved" in (tmp_path / "page.html").read_text(encoding="utf-8")
 

@@ -85,16 +85,6 @@ def test_a_map_says_height_and_scatter_under_the_pointer_and_stays_within_ten_th
         assert 100 < layer["data"]["values"].count("\n") < 12_000
 
 
-def test_names_from_data_stay_text(text):
-    read = Reader(text)
-    assert not [tag for tag, _ in read.tags if tag == "b"]
-    assert "<b>beware</b>" in "".join(read.texts)
-
-
-def test_the_same_cloud_gives_the_same_page(scan, pages):
-    assert render(document(scan, QUALITIES["flat"](), command=HOSTILE)) == pages["flat"]
-
-
 @pytest.mark.parametrize("name", QUALITIES)
 def test_the_terminal_says_what_the_page_says(scan, pages, name):
     words = " ".join(printed(document(scan, QUALITIES[name](), brief=True)).split())

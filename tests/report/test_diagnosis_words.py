@@ -199,10 +199,6 @@ def test_the_terminal_takes_some_twenty_lines_of_plain_text(diagnosis):
         assert named(found.candidate_effect).lower() in text.lower()
 
 
-def test_names_are_not_taken_for_markup():
-    assert "[bold]x[/bold]" in terminal(of(stripe(name="[bold]x[/bold]", robot=arm()), "no_gap"))
-
-
 @pytest.mark.parametrize(("share", "said"), [(0.998, "99.8 %"), (1.0, "> 99.9 %"), (0.0, "< 0.1 %"), (0.5, "50 %")])
 def test_nothing_is_certain(share, said):
     assert percent(share) == said

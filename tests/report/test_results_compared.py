@@ -6,7 +6,6 @@ import pytest
 
 import robolaser
 from robolaser.data.stated_noise import Noise
-from robolaser.errors import UsageError
 from robolaser.simulation import simulate
 
 
@@ -31,9 +30,3 @@ def test_what_moved_is_told_in_standard_errors(tmp_path: Path) -> None:
     monday.save(tmp_path / "monday")
     again = robolaser.load_calibration(tmp_path / "monday").compare(friday)
     assert again["rows"] == found["rows"]
-
-
-def test_a_calibration_is_not_compared_with_a_diagnosis() -> None:
-    data = measured(0.001, 1)
-    with pytest.raises(UsageError, match="one kind"):
-        robolaser.calibrate(data, seed=0).compare(robolaser.diagnose(data, seed=0))  # type: ignore[arg-type]
