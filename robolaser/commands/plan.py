@@ -69,7 +69,7 @@ def plan(
     from robolaser.diagnosis.pose_plan import examine_plan
     from robolaser.motion.plan import plan_motion
     from robolaser.motion.reading import is_motion, load_motion
-    from robolaser.report import motion_plan, pose_plan
+    from robolaser.report import motion, pose_plan
     from robolaser.report.console import print_document
     from robolaser.report.page import render
     from robolaser.results.contents import json_text
@@ -89,9 +89,9 @@ def plan(
                 motions = plan_motion(load_motion(poses, planned=True))
                 result = json_text(motions.to_dict())
                 if output:
-                    texts = {"report.html": render(motion_plan.document(motions, command=typed)), "plan.json": result}
+                    texts = {"report.html": render(motion.plan_document(motions, command=typed)), "plan.json": result}
                     write_results(output, texts)
-            terminal.show(result, lambda: print_document(motion_plan.document(motions), output))
+            terminal.show(result, lambda: print_document(motion.plan_document(motions), output))
             return
         dataset = load(poses)
     else:

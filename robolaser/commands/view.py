@@ -47,9 +47,9 @@ def view(
     from robolaser.data.loading import load
     from robolaser.model.sensors import sensor_class
     from robolaser.report.viewer.cell_model import calibrated, has_nominal, nominal
-    from robolaser.report.viewer.downsampling import downsampled
     from robolaser.report.viewer.scene import ShownCell
     from robolaser.report.viewer.serving import ViewerApp
+    from robolaser.report.viewer.shapes import downsampled
     from robolaser.scan import read_calibration
     from robolaser.scan.ply import map_ply
 

@@ -1,11 +1,12 @@
-"""What several reports say: of noise, of what could not be tested, and of where the data are from."""
+"""What several reports say: of noise, of what could not be tested, of files, and of where the data are from."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 from robolaser.data.dataset import Dataset
 from robolaser.model.error_source import ErrorSource
-from robolaser.report.digits import plain
-from robolaser.report.document import Column, Table
+from robolaser.report.digits import millimetres, plain
+from robolaser.report.document import Cell, Column, Section, Table
 
 SOURCES: Mapping[str, str] = {
     "pixel": "position in the image",
@@ -59,3 +60,43 @@ def origin(dataset: Dataset) -> str:
     """Where the data are from, for the end of a page."""
     source = f"Data: {dataset.source}." if dataset.source else ""
     return f"{source} Licence of the data: {dataset.licence}." if dataset.licence else source
+
+
+Delivered = Sequence[Mapping[str, Any]]
+"""As `files` of calibration.json and diagnosis.json."""
+
+UNLIKE = 1.1
+"""Ratio of errors, from which on files are told apart. A judgement."""
+
+
+def best_file(files: Delivered) -> list[str]:
+    """Which file to take, where they deliver unlike."""
+    known = sorted((one["held_out_mm"], one["file"]) for one in files if one["held_out_mm"] is not None)
+    if len(known) < 2 or known[-1][0] < UNLIKE * known[0][0]:
+        return []
+    return [f"Use `{known[0][1]}` where you can: it delivers most, {millimetres(known[0][0] / 1e3)} on new poses."]
+
+
+def files_section(files: Delivered) -> Section:
+    """What each file delivers on new poses, read by the program that it is for."""
+
+    def named(pairs: Sequence[Sequence[str]]) -> str:
+        return ", ".join(f"{effect.replace('_', ' ')} at {where}" for effect, where in pairs) or "nothing"
+
+    rows: list[tuple[Cell | str, ...]] = [
+        (
+            Cell(one["file"], link=one["file"]),
+            "not known" if one["held_out_mm"] is None else millimetres(one["held_out_mm"] / 1e3),
+            named(one["contains"]),
+            named(one["lacks"]),
+        )
+        for one in files
+    ]
+    columns = [
+        Column("File", "name", 24, "file"),
+        Column("Error on new poses", brief="error on new poses"),
+        Column("Contains"),
+        Column("Lacks", brief="lacks"),
+    ]
+    note = "Each was written without some poses, read back, and held against these; base and tool were fitted anew."
+    return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)] if files else [])

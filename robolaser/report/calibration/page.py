@@ -8,14 +8,12 @@ from robolaser.calibration.result import Calibration
 from robolaser.report.calibration.charts import convergence, distribution, image, parameters
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.chart import Chart
-from robolaser.report.delivered_files import Delivered, files_section
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
 from robolaser.report.document import Block, Column, Document, Figure, Figures, Notes, Section, Table, Text, charts
 from robolaser.report.error_analysis import ErrorAnalysis
-from robolaser.report.error_groups import group_blocks
+from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.pose_errors import pose_errors
-from robolaser.report.setting import disturbed, noise_table, origin
+from robolaser.report.setting import Delivered, disturbed, files_section, noise_table, origin
 
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""

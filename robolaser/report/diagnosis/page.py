@@ -6,7 +6,6 @@ from robolaser.diagnosis.cause_words import place
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.chart import Chart
-from robolaser.report.delivered_files import Delivered, best_file, files_section
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.explained_errors import effect_charts
@@ -23,10 +22,9 @@ from robolaser.report.document import (
     charts,
 )
 from robolaser.report.error_analysis import enough_rows
-from robolaser.report.error_groups import group_blocks
+from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.pose_errors import pose_errors
-from robolaser.report.setting import noise_table, origin
+from robolaser.report.setting import Delivered, best_file, files_section, noise_table, origin
 
 VERDICTS = {
     "no_gap": "no gap",

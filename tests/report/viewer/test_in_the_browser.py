@@ -10,8 +10,8 @@ from scanned import calibrated as made
 from scanned import dataset, written
 
 from robolaser.report.viewer.cell_model import calibrated, nominal
-from robolaser.report.viewer.downsampling import downsampled
 from robolaser.report.viewer.serving import ViewerApp
+from robolaser.report.viewer.shapes import downsampled
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
 
