@@ -46,7 +46,7 @@ def document(scan: Scan, quality: Quality, *, command: str = "", brief: bool = F
         "",
         [Figures(lines), Text(READING, "quiet")],
         [
-            Section("Warnings", [Notes(warnings, "warnings")] if warnings else []),
+            Section("Warnings", [Notes(warnings, "warnings")]),
             Section("The cloud", [] if brief else _evidence(quality, scan.cloud.counts.points)),
         ],
         command=command,

@@ -2,19 +2,16 @@
 
 import io
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 from rich import box
-from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook
+from rich.console import Console
 from rich.measure import Measurement
-from rich.segment import Segment
 from rich.table import Column as Heading
 from rich.table import Table as Grid
-from rich.text import Text
+from rich.text import Text as Line
 
-from robolaser.report.document import Block, Document, Figures, Notes, Table
-from robolaser.report.document import Text as Paragraph
+from robolaser.report.document import Block, Document, Figures, Notes, Table, Text
 from robolaser.report.printable import printable
 
 WIDE = 160  # letters in a line of text that goes to a file, unless COLUMNS says otherwise
@@ -23,7 +20,7 @@ STYLES = {"held-out": "bold", "fitted": "dim"}
 BROAD = 10_000  # letters that no matrix has side by side
 
 
-def plain_unless_terminal(console: Console | None) -> Console:
+def _plain_unless_terminal(console: Console | None) -> Console:
     """The console to print to: the given one or standard output, without colours if it is no terminal."""
     out = console or Console(highlight=False)
     if not out.is_terminal:
@@ -33,24 +30,12 @@ def plain_unless_terminal(console: Console | None) -> Console:
             file=out.file, highlight=False, width=width, color_system=None,
             force_terminal=False, force_jupyter=False,
         )  # fmt: skip
-    out.push_render_hook(_Printable())
     return out
 
 
-class _Printable(RenderHook):
-    """Writes out control characters that come from data; rich's own are no part of the text."""
-
-    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
-        return [_PrintableText(renderable) for renderable in renderables]
-
-
-class _PrintableText:
-    def __init__(self, renderable: ConsoleRenderable) -> None:
-        self._renderable = renderable
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Segment]:
-        for text, style, control in console.render(self._renderable, options):
-            yield Segment(text if control else printable(text), style, control)
+def _line(text: str, style: str = "") -> Line:
+    """Text without markup, and with control characters written out, as both come from data."""
+    return Line(printable(text), style)
 
 
 def print_document(document: Document, folder: Path | None = None, *, console: Console | None = None) -> None:
@@ -61,19 +46,18 @@ def print_document(document: Document, folder: Path | None = None, *, console: C
         folder: Where its page is, if it has one.
         console: Where to print; standard output by default.
     """
-    out = plain_unless_terminal(console)
-    out.print(Text(f"{document.name}: {document.setting}", style="bold"))
+    out = _plain_unless_terminal(console)
+    out.print(_line(f"{document.name}: {document.setting}", "bold"))
     if document.prints_lead:
-        out.print(Text(f"{document.lead} {document.sense}".strip()))
+        out.print(_line(f"{document.lead} {document.sense}".strip()))
     for block in document.head:
         _print(block, out)
     if document.sense and not document.prints_lead:
-        out.print(Text(document.sense))
-    for section in document.sections:
-        for block in section.blocks:
-            _print(block, out)
+        out.print(_line(document.sense))
+    for block in (block for section in document.shown for block in section.blocks):
+        _print(block, out)
     if folder is not None:  # its path stays whole however narrow the lines are, to be copied
-        out.print(Text(f"Look at {folder / 'report.html'}"), soft_wrap=True)
+        out.print(_line(f"Look at {folder / 'report.html'}"), soft_wrap=True)
 
 
 def printed(document: Document) -> str:
@@ -85,40 +69,40 @@ def printed(document: Document) -> str:
 
 def _print(block: Block, out: Console) -> None:
     match block:
-        case Paragraph(printed=True):
-            out.print(Text(block.text, style="dim" if block.kind else ""))
+        case Text(printed=True):
+            out.print(_line(block.text, "dim" if block.kind else ""))
         case Notes():
-            for item in block.items[: block.printed]:
-                out.print(Text(f"- {item}"))
+            for item in block.rows[: block.printed]:
+                out.print(_line(f"- {item}"))
         case Figures():
             _print_figures(block, out)
-        case Table() if block.printed and block.rows:
+        case Table() if block.printed:
             if block.title:
-                out.print(Text(block.title, style="bold"))
+                out.print(_line(block.title, "bold"))
             made = _printed(block)
             width = Measurement.get(out, out.options.update(max_width=BROAD), made).maximum
             is_cut = block.kind == "matrix" and width > out.width
-            out.print(Text(f"Not printed: it takes {width} columns.", style="dim") if is_cut else made)
+            out.print(_line(f"Not printed: it takes {width} columns.", "dim") if is_cut else made)
 
 
 def _print_figures(figures: Figures, out: Console) -> None:
     label = 1 + max(len(row.label) for row in figures.rows)
     value = max(LEAST_VALUE, *(len(row.value) for row in figures.rows))
     for row in figures.rows:
-        line = Text(f"  {row.label:<{label}} {row.value:>{value}}   ", style=STYLES.get(row.kind, ""))
-        out.print(line + Text(row.remark, style="dim"))
+        line = _line(f"  {row.label:<{label}} {row.value:>{value}}   ", STYLES.get(row.kind, ""))
+        out.print(line + _line(row.remark, "dim"))
 
 
 def _printed(block: Table) -> Grid:
     """Its first rows; cells with their first line and caveat. Where room is short, the widest columns are broken."""
     headings = {i: column.brief for i, column in enumerate(block.columns) if column.brief is not None}
-    shown, columns = list(headings), (Heading(heading, overflow="fold") for heading in headings.values())
+    shown, columns = list(headings), (Heading(_line(heading), overflow="fold") for heading in headings.values())
     made = Grid(*columns, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     for row in block.cells[: block.printed]:
-        texts = [Text(row[i].text.partition("\n")[0]) for i in shown]
-        notes = [Text(row[i].note.partition("\n")[0], style="dim") for i in shown]
+        texts = [_line(row[i].text.partition("\n")[0]) for i in shown]
+        notes = [_line(row[i].note.partition("\n")[0], "dim") for i in shown]
         made.add_row(
-            *(Text("; " if text and note else "").join((text, note)) for text, note in zip(texts, notes, strict=True))
+            *(_line("; " if text and note else "").join((text, note)) for text, note in zip(texts, notes, strict=True))
         )
     left = len(block.rows) - block.printed
     if left > 0:

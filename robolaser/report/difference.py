@@ -44,9 +44,8 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command
     heads = [Column("", "name", 34, ""), *(Column(name, "number", 0, name) for name in names)]
     columns = [*heads, Column("Change", "number", 0, "change")]
 
-    def table(some: Sequence[Row], note: str = "") -> list[Table]:
-        cells = [_cells(row) for row in some]
-        return [Table(columns, cells, note=note, printed=len(cells))] if cells else []
+    def table(some: Sequence[Row], note: str = "") -> Table:
+        return Table(columns, [_cells(row) for row in some], note=note, printed=len(some))
 
     in_brackets = "A change in brackets is in standard errors of both results together."
     return Document(
@@ -57,10 +56,10 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command
         _sense(rows, names),
         [],
         [
-            Section("Errors", table(errors)),
-            Section("Numbers", [*charts([_moved(numbers)]), *table(numbers, in_brackets)]),
-            Section("In one of them only", table(alone)),
-            Section("How sure", table(sure)),
+            Section("Errors", [table(errors)]),
+            Section("Numbers", [*charts([_moved(numbers)]), table(numbers, in_brackets)]),
+            Section("In one of them only", [table(alone)]),
+            Section("How sure", [table(sure)]),
         ],
         command=command,
         prints_lead=True,

@@ -30,12 +30,12 @@ class Notes:
     """Sentences one below the other.
 
     Attributes:
-        items: The sentences.
+        rows: The sentences.
         kind: "notes", "warnings", or "steps", which are numbered.
         printed: How many of them the terminal shows.
     """
 
-    items: Sequence[str]
+    rows: Sequence[str]
     kind: str = "notes"
     printed: int = 0
 
@@ -183,7 +183,7 @@ Block = Text | Notes | Figures | Table | Charts | Scene
 @final
 @dataclass(frozen=True)
 class Section:
-    """Blocks under a heading; without blocks it is left out."""
+    """Blocks under a heading."""
 
     title: str
     blocks: Sequence[Block]
@@ -223,7 +223,18 @@ class Document:
     @property
     def blocks(self) -> list[Block]:
         """All blocks in their order."""
-        return [*self.head, *(block for section in self.sections for block in section.blocks)]
+        return [*self.head, *(block for section in self.shown for block in section.blocks)]
+
+    @property
+    def shown(self) -> list[Section]:
+        """The sections that have something to say, with those of their blocks that have."""
+        said = [Section(one.title, [block for block in one.blocks if has_rows(block)]) for one in self.sections]
+        return [section for section in said if section.blocks]
+
+
+def has_rows(block: Block) -> bool:
+    """Does a block have something to say?"""
+    return not isinstance(block, Notes | Figures | Table) or bool(block.rows)
 
 
 def charts(made: Sequence[Chart | None]) -> list[Block]:

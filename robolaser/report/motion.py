@@ -50,12 +50,12 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: s
     log, sure = fit.log, found is not None
     lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
     steps, doubts, remarks, where = list[str](), list[Block](), list[Block](), list[Block]()
-    tables = [_effects(fit, sure=sure)] if fit.findings else []
+    tables = [_effects(fit, sure=sure)]
     if found is not None:
         lead, _, sense = sentence(found).partition(". ")
-        tables = [_kinds(found), *tables] if tables else []
+        tables = [_kinds(found), *tables]
         steps, where = _steps(found), _where(found)
-        doubts = [untestable(dict(sorted(found.not_testable.items())))] if found.not_testable else []
+        doubts = [untestable(dict(sorted(found.not_testable.items())))]
         remarks = [Text(remark, "quiet", printed=True) for remark in found.remarks]
     return Document(
         log.name,
@@ -66,7 +66,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: s
         [Figures(_figures(fit))],
         [
             Section("What was found", tables),
-            Section("What to do", [Notes(steps, "steps", 3)] if steps else []),
+            Section("What to do", [Notes(steps, "steps", 3)]),
             Section("Where", where),
             Section("Errors of each joint", [_joints(gap, log.joints) for gap in fit.gaps]),
             Section("Errors along time", charts([_along_time(fit)])),
@@ -270,8 +270,8 @@ def plan_document(plan: MotionPlan, *, command: str = "") -> Document:
                 "Smallest sizes",
                 [Table(columns, [_limit_row(group, log.joints) for group in _groups(plan)], printed=1000)],
             ),
-            Section("Motions to add", [Notes(plan.next_motions, "steps", 8)] if plan.next_motions else []),
-            Section("What these motions cannot test", [untestable(untried)] if untried else []),
+            Section("Motions to add", [Notes(plan.next_motions, "steps", 8)]),
+            Section("What these motions cannot test", [untestable(untried)]),
         ],
         command=command,
         prints_lead=True,

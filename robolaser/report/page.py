@@ -31,10 +31,7 @@ def render(document: Document) -> str:
     """The document as HTML; whatever comes from data is escaped."""
     names = (*FOR_CHARTS, *OURS) if any(isinstance(one, Charts) for one in document.blocks) else OURS
     scripts = [_script(name) for name in names]
-    sections = [section for section in document.sections if section.blocks]
-    text: str = (
-        _environment().get_template("document.html").render(document=document, sections=sections, version=version())
-    )
+    text: str = _environment().get_template("document.html").render(document=document, version=version())
     look = json.dumps(CONFIG, separators=(",", ":"))
     tail = [f'<script type="application/json" id="chart-look">{look}</script>']
     tail += [f"<script>{script}</script>" for script in scripts]

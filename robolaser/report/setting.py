@@ -99,4 +99,4 @@ def files_section(files: Delivered) -> Section:
         Column("Lacks", brief="lacks"),
     ]
     note = "Each was written without some poses, read back, and held against these; base and tool were fitted anew."
-    return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)] if files else [])
+    return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)])

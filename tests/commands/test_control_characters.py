@@ -5,10 +5,10 @@ import json
 
 import pytest
 from rich.console import Console
-from rich.text import Text
 
 from robolaser.cli import main
-from robolaser.report.console import plain_unless_terminal
+from robolaser.report.console import print_document
+from robolaser.report.document import Document
 from robolaser.report.printable import printable
 
 TITLE = "\x1b]0;OWNED\x07\x1b[31mred\x9b2J\u202e"
@@ -27,8 +27,8 @@ def test_json_says_the_same_with_them_written_out():
 @pytest.mark.parametrize("terminal", [True, False])
 def test_a_summary_keeps_its_colours_and_nobody_elses(terminal):
     file = io.StringIO()
-    out = plain_unless_terminal(Console(file=file, force_terminal=terminal, color_system="standard"))
-    out.print(Text(f"name {TITLE}", style="bold"))
+    document = Document(f"name {TITLE}", "", "", "", "", [], [])
+    print_document(document, console=Console(file=file, force_terminal=terminal, color_system="standard"))
     said = file.getvalue()
     assert "\x1b]0;" not in said
     assert "\x1b[31m" not in said

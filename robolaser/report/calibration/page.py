@@ -90,7 +90,7 @@ def document(
             Text(f"Root mean square of three-dimensional errors. Found by {method(analysis)}.", "quiet"),
         ],
         [
-            Section("Warnings", [Notes(calibration.warnings, "warnings")] if calibration.warnings else []),
+            Section("Warnings", [Notes(calibration.warnings, "warnings")]),
             Section("What these data cannot determine", _undetermined(calibration)),
             Section("Parameters", _parameters(calibration)),
             files_section(files),

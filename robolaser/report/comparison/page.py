@@ -68,8 +68,7 @@ def _family(lines: AlgorithmLines, number: int, *, brief: bool) -> Section:
     table = tables.standing_table(comparison, standings, lines.numbers, most)
     blocks: list[Block] = [] if number == 0 else [Text(_unbroken(standings.order.answer), printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
-    if (exchanged := tables.effect_table(standings)) is not None:
-        blocks.append(exchanged)
+    blocks.append(tables.effect_table(standings))
     if not brief:
         blocks += charts([solved(lines, f"Targets reached by evaluations: {title.lower()}")])
         blocks += [tables.pairwise_matrix(standings.order)] if len(standings.by_problem) > 1 else []
@@ -115,15 +114,14 @@ def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[
         tables.refusal_rows(comparison),
     )
     scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in judged)]
-    sections = [
+    return [
         *(section for one in judged for section in _problems(AlgorithmLines(comparison, one))),
         Section("Problems", [_problem_table(comparison, judged)]),
-        Section("Runs that failed", [failed] if failed.rows else []),
-        Section("What could not be run", [refused] if refused.rows else []),
+        Section("Runs that failed", [failed]),
+        Section("What could not be run", [refused]),
         Section("How it was measured", [_terms(words.measured(comparison), "Condition", "As it was")]),
         Section("How to read it", [_terms([*words.READING, *scopes], "Term", "What it means")]),
     ]
-    return [section for section in sections if section.blocks]
 
 
 def _problems(lines: AlgorithmLines) -> list[Section]:

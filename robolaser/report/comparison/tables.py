@@ -161,8 +161,8 @@ def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str
     )
 
 
-def effect_table(standings: Standings) -> Table | None:
-    """A row for each exchanged part; None where no part is exchanged."""
+def effect_table(standings: Standings) -> Table:
+    """A row for each exchanged part."""
     columns = [
         Column("Part", "name", 30, "part"),
         Column("In place of", "text"),
@@ -188,7 +188,7 @@ def effect_table(standings: Standings) -> Table | None:
         " intervals: 50 % of pairs is no effect; below 1 it reaches the target faster. p: van Elteren's test, by Holm"
         " for all parts."
     )
-    return Table(columns, rows, "What each exchanged part does", note, printed=len(rows)) if rows else None
+    return Table(columns, rows, "What each exchanged part does", note, printed=len(rows))
 
 
 def failure_rows(comparison: BenchmarkResult) -> list[tuple[str, str, int, str]]:

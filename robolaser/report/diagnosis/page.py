@@ -64,11 +64,11 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, fi
         sense,
         [Figures(figures(diagnosis))],
         [
-            Section("What was found", [table for table in found if table.rows]),
+            Section("What was found", found),
             Section("Where", _printed_sites(diagnosis) if brief else []),
-            Section("What to do", [Notes(steps, "steps", MOST_ADVICE)] if steps else []),
+            Section("What to do", [Notes(steps, "steps", MOST_ADVICE)]),
             files_section(files),
-            Section("What is not certain", [table for table in doubts if table.rows]),
+            Section("What is not certain", doubts),
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
         tag=(VERDICTS[diagnosis.verdict], diagnosis.verdict),
@@ -129,7 +129,7 @@ def suspected(diagnosis: Diagnosis) -> Mapping[str, str]:
 
 
 def _evidence(diagnosis: Diagnosis) -> list[Section]:
-    model, sites = diagnosis.model, rows.site_table(diagnosis)
+    model = diagnosis.model
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
     cell = cell_scene(model, diagnosis.x, errors, title="The cell, and its errors on new poses",
@@ -142,14 +142,14 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
         {name: source.origin for name, source in diagnosis.noise.items()},
     )
     return [
-        Section(lies, [cell, sites] if sites.rows else [cell]),
+        Section(lies, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
         Section("Errors", charts([poses(diagnosis)])),
-        Section("Other data of the same arm", [rows.validation_table(diagnosis)] if diagnosis.validation else []),
-        Section("Poses to measure next", [rows.pose_table(diagnosis)] if diagnosis.next_poses else []),
-        Section("What was not found", _not_found(diagnosis)),
+        Section("Other data of the same arm", [rows.validation_table(diagnosis)]),
+        Section("Poses to measure next", [rows.pose_table(diagnosis)]),
+        Section("What was not found", [rows.limit_table(diagnosis), rows.untestable_table(diagnosis)]),
         Section("Noise", [noise, *_remarks(diagnosis)]),
     ]
 
@@ -165,11 +165,6 @@ def _highlighted(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "no_gap":
         return " No place is highlighted: what is left is noise."
     return " No place is highlighted: the gap is at none of them alone."
-
-
-def _not_found(diagnosis: Diagnosis) -> list[Block]:
-    tables = (rows.limit_table(diagnosis), rows.untestable_table(diagnosis))
-    return [table for table in tables if table.rows]
 
 
 def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
