@@ -26,7 +26,7 @@ from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.report.cell_poses import CellPoses
-from robolaser.report.diagnosis.gap_charts import steps
+from robolaser.report.diagnosis.charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
 from robolaser.report.diagnosis.rows import limit_table, untestable_table
 from robolaser.report.digits import percent

@@ -10,7 +10,7 @@ import robolaser
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import UsageError
-from robolaser.report.diagnosis.explained_errors import explained_errors
+from robolaser.report.diagnosis.charts import explained_errors
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.simulation import simulate
 

@@ -8,8 +8,7 @@ from robolaser.model.noise.sources import error_sources
 from robolaser.report.chart import Chart
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
-from robolaser.report.diagnosis.explained_errors import effect_charts
-from robolaser.report.diagnosis.gap_charts import waterfall
+from robolaser.report.diagnosis.charts import effect_charts, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
 from robolaser.report.document import (
     Block,
