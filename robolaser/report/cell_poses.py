@@ -1,6 +1,6 @@
 """Where everything of a cell is in each pose, by a model that was fitted: arm, sensor, light and points."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Final, final
@@ -14,8 +14,6 @@ from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.blocks import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.effects.joints import moving_joints
-from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import motion, vector
@@ -56,17 +54,15 @@ class CellFrames:
 @final
 @dataclass(frozen=True)
 class CellPoses:
-    """The cell in some poses (n) of all (p), in the base frame [m].
+    """The cell in all poses (n), in the base frame [m].
 
     Attributes:
         model: Fitted.
         x: Its parameters.
-        some: Numbers of the poses, (n,); None: all.
     """
 
     model: Model
     x: Array
-    some: Ints | None = None
     name: ClassVar[str] = "calibrated"  # and notes: what a viewer says of it
     notes: ClassVar[tuple[str, ...]] = ()
 
@@ -76,18 +72,13 @@ class CellPoses:
         return self.model.dataset
 
     @cached_property
-    def frames(self) -> Ints:
-        """Numbers of the poses, (n,)."""
-        return np.arange(len(self.dataset.poses)) if self.some is None else self.some
-
-    @cached_property
     def values(self) -> Values:
         """The parameters, (1,) each."""
         return self.model.parameters.values(self.x[None])
 
     @cached_property
-    def flanges(self) -> Array:
-        """T_base_flange of all poses, (p, 4, 4)."""
+    def flange(self) -> Array:
+        """T_base_flange, (n, 4, 4)."""
         flange = self.model.flange(self.values, self.model.perturb(self.values))[0]
         return np.broadcast_to(flange, (len(self.dataset.poses), 4, 4))
 
@@ -97,34 +88,24 @@ class CellPoses:
         return not stands(self.model.blocks.sensor.dataset)
 
     @cached_property
-    def cameras(self) -> Array | None:
-        """T_base_camera of all poses, (p, 4, 4); None where there is no camera."""
+    def camera(self) -> Array | None:
+        """T_base_camera, (n, 4, 4); None where there is no camera."""
         mount = mount_of(self.model.blocks, self.values, self.model.perturb(self.values))
         if mount is not None:
-            cameras: Array = self.flanges @ mount[0]
+            cameras: Array = self.flange @ mount[0]
             return cameras
         if "hand_eye.x" not in self.values:
             return None
         placed = motion(self.values, "hand_eye")
-        return self.flanges @ placed[0] if self.rides else np.broadcast_to(placed, self.flanges.shape)
-
-    @property
-    def flange(self) -> Array:
-        """T_base_flange, (n, 4, 4)."""
-        return self.flanges[self.frames]
-
-    @property
-    def camera(self) -> Array | None:
-        """T_base_camera, (n, 4, 4)."""
-        return None if self.cameras is None else self.cameras[self.frames]
+        return self.flange @ placed[0] if self.rides else np.broadcast_to(placed, self.flange.shape)
 
     @cached_property
     def joint_frames(self) -> Array:
-        """T_base_joint of all poses, base first, (p, k, 4, 4); none where flange poses were measured."""
+        """T_base_joint, base first, (n, k, 4, 4); none where flange poses were measured."""
         return self._joint_frames(self.dataset.poses.q)
 
     def _joint_frames(self, q: Array | None) -> Array:
-        """The same at joint angles (p, j)."""
+        """The same at joint angles (n, j)."""
         robot, perturb = self.dataset.robot, self.model.perturb(self.values)
         if robot is None or q is None:
             return np.empty((len(self.dataset.poses), 0, 4, 4))
@@ -135,34 +116,42 @@ class CellPoses:
     @property
     def joints(self) -> Array:
         """Positions of the joints, base first, (n, k, 3); none where flange poses were measured."""
-        return self.joint_frames[self.frames, :, :3, 3]
+        return self.joint_frames[..., :3, 3]
 
     @cached_property
     def tip(self) -> Array:
         """The camera, or the middle of the points on the flange, (n, 3)."""
         if self.camera is not None:
             return self.camera[:, :3, 3]
-        return np.stack([self._tool(int(pose)) for pose in self.frames])
+        tip = np.empty((len(self.dataset.poses), 3))
+        for poses, values in self._sessions():
+            names = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
+            tools = [vector(values, name)[0] for name in names] or [np.zeros(3)]
+            tip[poses] = apply(self.flange[poses], np.mean(tools, axis=0)[None])
+        return tip
 
     @cached_property
     def line(self) -> Array:
         """Base, joints and flange, (n, 2 + joints, 3)."""
-        count = len(self.frames)
-        return np.concatenate([np.zeros((count, 1, 3)), self.joints, self.flange[:, None, :3, 3]], axis=1)
+        flange = self.flange[:, None, :3, 3]
+        return np.concatenate([np.zeros(flange.shape), self.joints, flange], axis=1)
 
-    @cached_property
-    def light(self) -> Array:
-        """The first scanner's projector and points where its stripe falls, (n, 1 + k, 3); empty without a laser."""
+    def light(self, poses: Ints) -> Array:
+        """The first scanner's projector and points where its stripe falls, (p, 1 + k, 3); empty without a laser.
+
+        Args:
+            poses: Numbers of the poses, (p,).
+        """
         scanners = [block for block in self.model.blocks if block.sensor.has_laser_plane()]
         if not scanners:
-            return np.empty((len(self.frames), 0, 3))
-        light = np.full((len(self.frames), 1 + LIGHT_POINTS, 3), np.nan)
+            return np.empty((len(poses), 0, 3))
+        light = np.full((len(poses), 1 + LIGHT_POINTS, 3), np.nan)
         for block in scanners:
             if block.name == scanners[0].name:
-                self._add_light(light, block)
+                self._add_light(light, block, poses)
         return light
 
-    def _add_light(self, light: Array, block: Block) -> None:
+    def _add_light(self, light: Array, block: Block, poses: Ints) -> None:
         """Where the light of one session falls."""
         perturb = self.model.perturb(self.values)
         at = values, _, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
@@ -170,10 +159,10 @@ class CellPoses:
         if known is None or mount is None:
             return
         seen = known - block.sensor.residuals(*at)
-        cameras = (self.flanges @ mount[0])[self.frames]
+        cameras = (self.flange @ mount[0])[poses]
         baseline = np.array([[float(values["b"][0]), 0.0, 0.0]])
         of_pose = block.sensor.dataset.points.pose
-        for i, pose in enumerate(self.frames):
+        for i, pose in enumerate(poses):
             stripe = seen[0, of_pose == pose]
             stripe = stripe[np.isfinite(stripe).all(axis=1)]
             if len(stripe) or np.isnan(light[i, 0]).any():
@@ -197,11 +186,11 @@ class CellPoses:
     def shifts(self, errors_m: Array) -> Array | None:
         """Where the model puts points less where they are, (m, 3); from errors in the sensor's own frame."""
         known, across = known_points(self.model, self.x), self.across_view(errors_m)
-        if known is None or not len(self.known) or (across.any() and self.cameras is None):
+        if known is None or not len(self.known) or (across.any() and self.camera is None):
             return None
         moved = np.zeros(self.known.shape) if across.all() else self._in_base(known - errors_m) - self.known
-        if self.cameras is not None and across.any():
-            R = self.cameras[self.dataset.points.pose[across], :3, :3]
+        if self.camera is not None and across.any():
+            R = self.camera[self.dataset.points.pose[across], :3, :3]
             u, v = -errors_m[across, :2].T
             moved[across] = np.einsum(
                 "mij,mj->mi", R, np.stack([*((v, -u) if self._is_turned else (u, v)), 0 * u], axis=1)
@@ -212,9 +201,9 @@ class CellPoses:
         """From each row's pixel to where the model predicts it, (m, 2) [px]; without the slope of the distortion."""
         view = camera_of(self.model.blocks, self.values, self.model.perturb(self.values))
         shifts, across = self.shifts(errors_m), self.across_view(errors_m)
-        if view is None or shifts is None or self.cameras is None:
+        if view is None or shifts is None or self.camera is None:
             return None
-        T_camera_base = inverse(self.cameras)[self.dataset.points.pose]
+        T_camera_base = inverse(self.camera)[self.dataset.points.pose]
         known, seen = (apply(T_camera_base, points) for points in (self.known, self.known + shifts))
         slopes: Array = known[:, :2] / known[:, 2:] - seen[:, :2] / seen[:, 2:]
         if self._is_turned:
@@ -227,23 +216,10 @@ class CellPoses:
         """Does the camera's frame have x along image v, as that of a scanner whose stripe moves along u?"""
         return self.model.blocks.has_laser_plane and self.dataset.stripe_axis == "u"
 
-    def at_site(self, site: str) -> Array | None:
-        """Where a site is in each pose, (n, 3); None where it is nowhere in space."""
-        joints = moving_joints(self.dataset.robot)
-        if site in joints and self.joints.shape[1]:
-            return self.joints[:, joints.index(site)]
-        hand = "tool" if self.camera is None else "hand_eye"
-        of = {"base": self.line[:, 0], hand: (self.line[:, -1] + self.tip) / 2 if self.rides else self.tip}
-        of |= {} if self.camera is None else {"camera": self.tip}
-        of |= {"laser": self.light[:, 0]} if self.light.shape[1] else {}
-        if len(self.known):
-            of["target"] = np.broadcast_to(self.known.mean(axis=0), (len(self.frames), 3))
-        return of.get(kind_of_site(site))
-
     @property
     def groups(self) -> tuple[str, ...]:
         """What of the sensor a viewer draws."""
-        return () if self.cameras is None else ("sensor",)
+        return () if self.camera is None else ("sensor",)
 
     @cached_property
     def target(self) -> Array:
@@ -260,16 +236,16 @@ class CellPoses:
 
     def at_pose(self, number: int) -> CellFrames:
         """The cell at a pose of the data set."""
-        camera = None if self.cameras is None else self.cameras[number]
-        return self._at(self.joint_frames[number], self.flanges[number], camera)
+        camera = None if self.camera is None else self.camera[number]
+        return self._at(self.joint_frames[number], self.flange[number], camera)
 
     def at(self, q: Array) -> CellFrames:
         """The cell at other joint angles, (j,) [rad or m], with the effects as at the first pose."""
         moved = np.broadcast_to(q, (len(self.dataset.poses), len(q)))
         flange, camera = np.asarray(self.model.flange(self.values, q=moved[None]))[0, 0], None
-        if self.cameras is not None:
-            mounted = inverse(self.flanges[0]) @ self.cameras[0]
-            camera = flange @ mounted if self.rides else self.cameras[0]
+        if self.camera is not None:
+            mounted = inverse(self.flange[0]) @ self.camera[0]
+            camera = flange @ mounted if self.rides else self.camera[0]
         return self._at(self._joint_frames(moved)[0], flange, camera)
 
     def _at(self, joints: Array, flange: Array, camera: Array | None) -> CellFrames:
@@ -284,27 +260,23 @@ class CellPoses:
         K = np.array([[width, 0.0, width / 2], [0.0, width, height / 2], [0.0, 0.0, 1.0]]) if view is None else view.K
         return DEPTH_M * np.linalg.solve(K, np.column_stack([ends, np.ones(len(ends))]).T).T
 
-    def _tool(self, pose: int) -> Array:
-        own = self._values_at(pose)
-        names = dict.fromkeys(name.rpartition(".")[0] for name in own if name.startswith("tool."))
-        tools = [vector(own, name)[0] for name in names] or [np.zeros(3)]
-        middle: Array = apply(self.flanges[pose], np.mean(tools, axis=0)[None])[0]
-        return middle
-
-    def _values_at(self, pose: int) -> Values:
-        """Values by the names that they have without sessions, as in the session of a pose."""
-        dataset = self.dataset
-        sessions, of_pose = dataset.sessions, dataset.poses.session
-        return self.values if sessions is None or of_pose is None else sessions.values_in(self.values, of_pose[pose])
+    def _sessions(self) -> Iterator[tuple[Bools, Values]]:
+        """The poses of each session, (n,), and its values by the names that they have without sessions."""
+        sessions, of_pose = self.dataset.sessions, self.dataset.poses.session
+        if sessions is None or of_pose is None:
+            yield np.ones(len(self.dataset.poses), dtype=bool), self.values
+            return
+        number = self.dataset.session_of_pose
+        for one in np.unique(number):
+            yield number == one, sessions.values_in(self.values, sessions.names[one])
 
     def _in_base(self, points: Array) -> Array:
         """Points (m, 3) of rows in the base frame, where a tracker saw them in its own."""
-        dataset, placed = self.dataset, points.copy()
-        session = dataset.session_of_pose[dataset.points.pose]
-        for rows in (session == number for number in np.unique(session)):
-            own = self._values_at(int(dataset.points.pose[rows][0]))
-            if "base.x" in own:
-                placed[rows] = apply(inverse(motion(own, "base")[0]), points[rows])
+        placed = points.copy()
+        for poses, values in self._sessions():
+            rows = poses[self.dataset.points.pose]
+            if "base.x" in values:
+                placed[rows] = apply(inverse(motion(values, "base")[0]), points[rows])
         return placed
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel, pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
-from robolaser.report.chart import Spec, records
 
 ENOUGH_ROWS = 20_000
 """Rows that tell a root mean square to three digits."""
@@ -38,16 +37,6 @@ class ErrorAnalysis:
             fitted = of_fit.in_metres(found.x, of_fit.residuals(found.x[None])[0])
         errors = {"fitted": fitted} | ({} if found.held_out is None else {"held out": found.held_out})
         return of_fit.dataset, errors
-
-    @cached_property
-    def fitted_mm(self) -> Array:
-        """Length of each residual, (m,) [mm]."""
-        return lengths_mm(self.calibration.errors_m)
-
-    @cached_property
-    def held_out_mm(self) -> Array | None:
-        """The same on poses left out of the fit."""
-        return None if self.calibration.held_out is None else lengths_mm(self.calibration.held_out)
 
     @cached_property
     def _some(self) -> Model:
@@ -91,11 +80,6 @@ class ErrorAnalysis:
 
     def _in_metres(self, residuals: Array) -> Array:
         return self._some.in_metres(self.calibration.x, residuals)
-
-    def named(self, rows: Ints, **columns: Any) -> list[Spec]:
-        """Records of some rows of points.csv for a chart, with the names of their poses and points."""
-        pose, point = point_names(self.calibration.model.dataset, rows)
-        return records(pose=pose, point=point, **columns)
 
 
 def enough_rows(model: Model) -> Model:

@@ -17,12 +17,13 @@ from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.cause_words import place
 from robolaser.errors import DataError
 from robolaser.model.effects.joints import moving_joints
+from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.chart import FITTED, HELD_OUT, INK, MUTED
 from robolaser.report.digits import millimetres
 from robolaser.report.error_analysis import lengths_mm, point_names, some_rows
-from robolaser.report.scene import Photo, Scene, Shape, arrows, dots, labels, magnification, path
+from robolaser.report.scene import Scene, Shape, arrows, dots, labels, magnification, path, photo
 from robolaser.robot.collision_bodies import link_radius
 
 MOST_FRAMES: Final = 60
@@ -59,13 +60,13 @@ def cell_scene(
     dataset, last = model.dataset, list(errors_m.values())[-1]
     of_pose = dataset.points.pose
     frames = _frames(of_pose, last)
-    cell = CellPoses(model, x, frames)
+    cell = CellPoses(model, x)
     shown = some_rows(lengths_mm(last), MOST_POINTS)
     names = _names(model, shown, last)
     shifts = {name: moved[shown] for name, errors in errors_m.items() if (moved := cell.shifts(errors)) is not None}
     number = {int(pose): i for i, pose in enumerate(frames)}
     of_frame = [number.get(int(pose), -1) for pose in of_pose[shown]]
-    shapes = _arm(cell, marked or {})
+    shapes = _arm(cell, frames, marked or {})
     if len(cell.known):
         shapes.append(dots(cell.known[shown], MUTED, names, of_frame, size=3.0))
     colours = COLOURS[:1] if len(shifts) == 1 else COLOURS[::-1]
@@ -81,12 +82,12 @@ def cell_scene(
     misses = cell.misses(last)
     images = photos(dataset, [int(i) for i in frames], last, misses)
     said = "Lines lead from known points to where the model puts them, magnified as the slider says." if shifts else ""
-    photo = " Beside it the image of the pose: rings are points extracted from it" if images else ""
-    photo += ", lines lead to where the model predicts them." if images and misses is not None else "." * bool(images)
+    beside = " Beside it the image of the pose: rings are points extracted from it" if images else ""
+    beside += ", lines lead to where the model predicts them." if images and misses is not None else "." * bool(images)
     longest = 0.0 if misses is None else float(np.nanpercentile(np.linalg.norm(misses, axis=1), 95))
     return Scene(
         title,
-        f"{said}{photo}{remark}".strip(),
+        f"{said}{beside}{remark}".strip(),
         f"The cell in {len(frames)} poses, with {len(shown)} points and their errors.",
         shapes,
         taken,
@@ -97,8 +98,9 @@ def cell_scene(
     )
 
 
-def _arm(cell: CellPoses, marked: Mapping[str, str]) -> list[Shape]:
-    line, tip, camera = cell.line, cell.tip, cell.camera
+def _arm(cell: CellPoses, frames: Ints, marked: Mapping[str, str]) -> list[Shape]:
+    line, tip, light = cell.line[frames], cell.tip[frames], cell.light(frames)
+    camera = None if cell.camera is None else cell.camera[frames]
     extent = line if cell.joints.shape[1] else np.concatenate([tip, cell.known])[None]
     reach = float(np.ptp(extent.reshape(-1, 3), axis=0).max()) or 0.3
     ring = 0.05 * reach * np.array([(np.cos(a), np.sin(a), 0.0) for a in np.linspace(0, 2 * np.pi, 24)])
@@ -114,12 +116,19 @@ def _arm(cell: CellPoses, marked: Mapping[str, str]) -> list[Shape]:
         shapes.append(path(np.stack([line[:, -1], tip], axis=1), INK, width=3))
     if camera is not None:
         shapes += _camera(camera, SENSOR * reach, cell.model.dataset.image_px or (4, 3))
-    if cell.light.shape[1]:
+    if light.shape[1]:
         colour = HELD_OUT if "laser" in marked else "#d62828"
-        shapes += [path(cell.light, colour, width=1, closed=True, opacity=0.18),
-                   path(cell.light[:, 1:], colour, width=2)]  # fmt: skip
-    joints = [name for name in moving_joints(cell.model.dataset.robot) if name not in marked and cell.joints.shape[1]]
-    places = {name: at for name in (*joints, *marked) if (at := cell.at_site(name)) is not None}
+        shapes += [path(light, colour, width=1, closed=True, opacity=0.18)]
+        shapes.append(path(light[:, 1:], colour, width=2))
+    drawn = moving_joints(cell.model.dataset.robot) if cell.joints.shape[1] else ()
+    hand = (line[:, -1] + tip) / 2 if cell.rides else tip
+    places = {joint: line[:, 1 + i] for i, joint in enumerate(drawn)}
+    sites = {"base": line[:, 0], "tool" if camera is None else "hand_eye": hand}
+    sites |= {} if camera is None else {"camera": tip}
+    sites |= {"laser": light[:, 0]} if light.shape[1] else {}
+    sites |= {"target": np.broadcast_to(cell.known.mean(axis=0), tip.shape)} if len(cell.known) else {}
+    places |= {site: sites[kind] for site in marked if (kind := kind_of_site(site)) in sites}
+    joints = [name for name in drawn if name not in marked]
     for names, colour, size, bold in ((joints, MUTED, 3.5, False), (list(marked), HELD_OUT, 7.0, True)):
         here = [name for name in names if name in places]
         if here:
@@ -179,7 +188,7 @@ QUALITY: Final = 55
 """Of JPEG: an image takes 10 to 40 kB."""
 
 
-def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Array | None) -> Mapping[str, Photo]:
+def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Array | None) -> Mapping[str, Shape]:
     """Images of some of these poses by their names, the worst first; none where there are none to be read.
 
     Args:
@@ -191,7 +200,7 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Arr
     images, pixel, of_pose = dataset.poses.image, dataset.points.pixel, dataset.points.pose
     if images is None or dataset.folder is None or pixel is None or dataset.image_px is None:
         return {}
-    made: dict[str, Photo] = {}
+    made: dict[str, Shape] = {}
     for pose in sorted(frames, key=lambda pose: -rms(errors_m[of_pose == pose])):
         source = (
             _small(dataset.folder / images[pose], dataset.image_px) if images[pose] and len(made) < MOST_PHOTOS else ""
@@ -206,7 +215,7 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Arr
                 + (f"\n{px:.2g} px from where the model predicts it" if np.isfinite(px) else "")
                 for row, length, px in zip(rows, lengths, np.linalg.norm(off, axis=1), strict=True)
             ]
-            made[dataset.poses.names[pose]] = Photo(source, dataset.image_px, pixel[rows], off, names)
+            made[dataset.poses.names[pose]] = photo(source, dataset.image_px, pixel[rows], off, names)
     return made
 
 

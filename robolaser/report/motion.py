@@ -29,7 +29,6 @@ from robolaser.report.document import (
 )
 from robolaser.report.setting import untestable
 
-VERDICTS = {"no_gap": "no gap", "explained": "explained", "unexplained": "unexplained"}
 SHOWN_ROWS = 400  # of a run, in a chart
 WHAT = {
     "tracking": "readings against commands",
@@ -73,7 +72,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: s
             Section("What was not tested", doubts),
             Section("Noise", remarks),
         ],
-        tag=(VERDICTS[found.verdict], found.verdict) if found else ("", ""),
+        tag=(found.verdict.replace("_", " "), found.verdict) if found else ("", ""),
         command=command,
         footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
         f" {log.source} {log.licence}".strip(),

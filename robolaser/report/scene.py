@@ -17,26 +17,6 @@ Shape = Mapping[str, Any]
 
 @final
 @dataclass(frozen=True)
-class Photo:
-    """The image of a pose, small enough for a page, with what was extracted from it.
-
-    Attributes:
-        source: The image as a data URI.
-        size_px: Width and height of the image that was taken.
-        points: What was extracted, (m, 2) [px].
-        misses: From there to where the model predicts them, (m, 2) [px]; NaN where it does not.
-        names: Of the points, each with its error.
-    """
-
-    source: str
-    size_px: tuple[int, int]
-    points: Array
-    misses: Array
-    names: Sequence[str]
-
-
-@final
-@dataclass(frozen=True)
 class Scene:
     """Shapes in space.
 
@@ -60,24 +40,14 @@ class Scene:
     start: int = 0
     magnification: float = 0.0
     in_photos: float = 1.0
-    photos: Mapping[str, Photo] = field(default_factory=dict)
+    photos: Mapping[str, Shape] = field(default_factory=dict)
 
     @property
     def json(self) -> str:
         """All of it as text that may stand in a script element."""
-        photos = {
-            name: {
-                "source": one.source,
-                "size": one.size_px,
-                "points": _listed(one.points, 1.0),
-                "misses": _listed(one.misses, 1.0, 3),
-                "names": one.names,
-            }
-            for name, one in self.photos.items()
-        }
         return embedded(
             {"alt": self.alt, "shapes": self.shapes, "frames": self.frames, "start": self.start,
-             "magnification": self.magnification, "inPhotos": self.in_photos, "photos": photos}
+             "magnification": self.magnification, "inPhotos": self.in_photos, "photos": self.photos}
         )  # fmt: skip
 
 
@@ -117,6 +87,20 @@ def labels(places: Array, names: Sequence[str], colour: str, *, size: float = 5.
     """Named marks (k, 3), or others in each frame, (n, k, 3) [m]."""
     of_frames = places if places.ndim == 3 else places[None]
     return {"kind": "labels", "at": _listed(of_frames), "names": names, "colour": colour, "size": size, "bold": bold}
+
+
+def photo(source: str, size_px: tuple[int, int], points: Array, misses: Array, names: Sequence[str]) -> Shape:
+    """The image of a pose, small enough for a page, with what was extracted from it.
+
+    Args:
+        source: The image as a data URI.
+        size_px: Width and height of the image that was taken.
+        points: What was extracted, (m, 2) [px].
+        misses: From there to where the model predicts them, (m, 2) [px]; NaN where it does not.
+        names: Of the points, each with its error.
+    """
+    seen, off = _listed(points, 1.0), _listed(misses, 1.0, 3)
+    return {"source": source, "size": size_px, "points": seen, "misses": off, "names": names}
 
 
 def magnification(error: float, extent: float) -> float:

@@ -16,7 +16,7 @@ from robolaser.model.sensors.sensor import REGISTERED, Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.report.calibration.page import document
 from robolaser.report.diagnosis.page import document as diagnosis_document
-from robolaser.report.error_analysis import ErrorAnalysis
+from robolaser.report.error_analysis import ErrorAnalysis, lengths_mm
 from robolaser.report.page import render
 
 FOCAL_PX, DEPTH_M = 800.0, 0.5
@@ -63,7 +63,7 @@ def test_its_errors_are_lengths_and_its_words_its_own(calibration):
     assert sound_charts(text)
     analysis = ErrorAnalysis(calibration)
     pixels = np.linalg.norm(calibration.residuals, axis=1)
-    np.testing.assert_allclose(analysis.fitted_mm, 1e3 * pixels * DEPTH_M / FOCAL_PX)
+    np.testing.assert_allclose(lengths_mm(calibration.errors_m), 1e3 * pixels * DEPTH_M / FOCAL_PX)
     assert analysis.noise_m == pytest.approx(np.sqrt(2) * 0.2 * DEPTH_M / FOCAL_PX, rel=1e-3)
 
 

@@ -25,7 +25,7 @@ from robolaser.report.chart import (
     rule,
 )
 from robolaser.report.digits import millimetres
-from robolaser.report.error_analysis import ErrorAnalysis, some_rows
+from robolaser.report.error_analysis import ErrorAnalysis, lengths_mm, point_names, some_rows
 from robolaser.report.scene import magnification
 
 
@@ -120,16 +120,18 @@ def image(analysis: ErrorAnalysis) -> Chart | None:
     calibration = analysis.calibration
     dataset, pixel = calibration.model.dataset, calibration.model.dataset.points.pixel
     cell = CellPoses(calibration.model, calibration.x)
-    misses = cell.misses(analysis.calibration.errors_m)
+    misses, errors_mm = cell.misses(calibration.errors_m), lengths_mm(calibration.errors_m)
     if misses is None or pixel is None or dataset.image_px is None:
         return None
     width, height = dataset.image_px
     depth_mm = _along_view(analysis, cell)
-    rows = some_rows(analysis.fitted_mm, MOST_DOTS)
+    rows = some_rows(errors_mm, MOST_DOTS)
+    pose, point = point_names(dataset, rows)
     factor = magnification(float(np.percentile(np.linalg.norm(misses, axis=-1), 95)), float(width))
     end = pixel + factor * misses
-    data = analysis.named(
-        rows, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1], error=analysis.fitted_mm[rows],
+    data = records(
+        pose=pose, point=point, x=pixel[rows, 0], y=pixel[rows, 1], x2=end[rows, 0], y2=end[rows, 1],
+        error=errors_mm[rows],
         **({} if depth_mm is None else {"depth": depth_mm[rows]}),
     )  # fmt: skip
     corners = np.array([[-0.5, -0.5], [width - 0.5, height - 0.5]])
@@ -176,10 +178,10 @@ def _colour(depth_mm: Array) -> dict[str, Any]:
 def _along_view(analysis: ErrorAnalysis, cell: CellPoses) -> Array | None:
     """Errors of estimates along the view, (m,) [mm]; 0 for rows that say nothing of it, None if all are such."""
     across = cell.across_view(analysis.calibration.errors_m)
-    if cell.cameras is None or across.all():
+    if cell.camera is None or across.all():
         return None
     along = np.einsum(
-        "mj,mj->m", cell.cameras[analysis.calibration.model.dataset.points.pose, :3, 2], analysis.calibration.errors_m
+        "mj,mj->m", cell.camera[analysis.calibration.model.dataset.points.pose, :3, 2], analysis.calibration.errors_m
     )
     return np.where(across, 0.0, -1e3 * along)
 
@@ -190,10 +192,10 @@ DRAWN = 40_000  # errors of noise, for a smooth curve
 
 def distribution(analysis: ErrorAnalysis) -> Chart | None:
     """Lengths of the errors beside those that known noise would make."""
-    times = max(1, DRAWN // len(analysis.fitted_mm))
-    noise = analysis.drawn_noise_mm(times, np.random.default_rng(0))
-    of = {"noise alone": noise, "fitted": analysis.fitted_mm, "held out": analysis.held_out_mm}
-    errors = {name: part for name, part in of.items() if part is not None}
+    fitted, held_out = analysis.calibration.errors_m, analysis.calibration.held_out
+    errors = {"fitted": lengths_mm(fitted)} | ({} if held_out is None else {"held out": lengths_mm(held_out)})
+    noise = analysis.drawn_noise_mm(max(1, DRAWN // len(fitted)), np.random.default_rng(0))
+    errors = errors if noise is None else {"noise alone": noise} | errors
     everything = np.concatenate(list(errors.values()))
     everything = everything[everything > 0]
     if not len(everything):

@@ -25,11 +25,6 @@ from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import Delivered, best_file, files_section, noise_table, origin
 
-VERDICTS = {
-    "no_gap": "no gap",
-    "explained": "explained",
-    "unexplained": "unexplained",
-}
 LEAST_SHARE = 0.1
 """Share of the gap from which on a place is suspected."""
 PRINTED_SHARE = 0.05
@@ -70,7 +65,7 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, fi
             Section("What is not certain", doubts),
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
-        tag=(VERDICTS[diagnosis.verdict], diagnosis.verdict),
+        tag=(diagnosis.verdict.replace("_", " "), diagnosis.verdict),
         command=command,
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
