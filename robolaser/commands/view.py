@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from robolaser.data.cell_config import Cell
     from robolaser.data.dataset import Dataset
     from robolaser.report.cell_poses import CellPoses
-    from robolaser.report.viewer.collision_scene import CollisionScene
+    from robolaser.report.viewer.scene import CollisionScene
 
 
 def view(
@@ -106,7 +106,7 @@ def _collisions(cell: "Cell", data: "Dataset") -> "CollisionScene":
     """What the poses of a data set would hit in a cell."""
     from robolaser.cell.cell_collisions import collision_model
     from robolaser.cell.plan_validation import cell_violations
-    from robolaser.report.viewer.collision_scene import CollisionScene
+    from robolaser.report.viewer.scene import CollisionScene
 
     if data.robot is None or data.robot.joints != cell.robot.joints or data.poses.q is None:
         raise UsageError(f"The data set's joints are not those of --cell ({', '.join(cell.robot.joints)}).")

@@ -12,8 +12,7 @@ import rich
 
 from robolaser.arrays import Array
 from robolaser.errors import DependencyMissing, RobolaserError
-from robolaser.report.viewer.collision_scene import CollisionScene
-from robolaser.report.viewer.scene import ShownCell, fixed_shapes, moving_shapes
+from robolaser.report.viewer.scene import CollisionScene, ShownCell, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Shape, draw
 from robolaser.robot.collision_bodies import arm_length
 

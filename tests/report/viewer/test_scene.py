@@ -14,8 +14,7 @@ from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
 from robolaser.report.viewer.cell_model import calibrated, nominal
-from robolaser.report.viewer.collision_scene import BOX, HIT, CollisionScene
-from robolaser.report.viewer.scene import MODEL_COLOURS, fixed_shapes, moving_shapes
+from robolaser.report.viewer.scene import BOX, HIT, MODEL_COLOURS, CollisionScene, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import bar, downsampled
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
