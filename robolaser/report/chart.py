@@ -61,13 +61,11 @@ class Chart:
     Attributes:
         title: A few words.
         caption: What it shows and what to look for.
-        alt: Its content in a sentence, for those who cannot see it or whose browser runs no scripts.
-        spec: In Vega-Lite's language, with its data.
+        spec: In Vega-Lite's language, with its data; its description is for those who cannot see it.
     """
 
     title: str
     caption: str
-    alt: str
     spec: Spec
 
     @property
@@ -101,7 +99,6 @@ def chart(
     return Chart(
         title,
         caption,
-        alt,
         {
             "$schema": SCHEMA,
             "description": alt,

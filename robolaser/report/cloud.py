@@ -136,7 +136,7 @@ def heights(quality: Quality) -> Chart | None:
         f"Each cell is the mean of the points in it, {what}. Steps between neighbouring stripes, or copies of one edge,"
         " mean that the calibration does not fit this recording."
     )
-    return _map("Heights", caption, across, along, 1e3 * out, "viridis", "height [mm]")
+    return _map("Heights", caption, across, along, 1e3 * out, "height [mm]")
 
 
 def scatter(quality: Quality) -> Chart | None:
@@ -150,7 +150,7 @@ def scatter(quality: Quality) -> Chart | None:
         " through the arm. It grows where rays meet the laser plane at a shallow angle. What the calibrated model did"
         " not explain counts as noise of the joints; errors that all points share are not in it."
     )
-    return _map("Scatter of the points", caption, across, along, 1e3 * std, "viridis", "std [mm]")
+    return _map("Scatter of the points", caption, across, along, 1e3 * std, "std [mm]")
 
 
 def off_plane(quality: Quality) -> Chart | None:
@@ -205,7 +205,7 @@ def _view(quality: Quality) -> tuple[tuple[str, Array], tuple[str, Array], Array
 
 
 def _map(
-    title: str, caption: str, across: tuple[str, Array], along: tuple[str, Array], value: Array, scheme: str, unit: str
+    title: str, caption: str, across: tuple[str, Array], along: tuple[str, Array], value: Array, unit: str
 ) -> Chart:
     sides = [1e3 * np.percentile(one, CLEAR) for _, one in (across, along)]
     margin = 0.03 * max(float(np.ptp(side)) for side in sides) or 1.0
@@ -226,7 +226,7 @@ def _map(
         "field": "value",
         "type": "quantitative",
         "title": unit,
-        "scale": {"scheme": scheme, "domain": [float(least), float(most)], "clamp": True},
+        "scale": {"scheme": "viridis", "domain": [float(least), float(most)], "clamp": True},
         "legend": {"gradientLength": 180, "format": ".3~g"},
     }
     ends = {"x2": {"field": "x2"}, "y2": {"field": "y2"}}

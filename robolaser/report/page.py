@@ -46,11 +46,7 @@ def fragment(document: Document) -> str:
 
 def charts_in(page: str) -> list[Chart]:
     """The charts of a page that was written."""
-    found = []
-    for title, spec, caption in CHART.findall(page):
-        read = json.loads(spec)
-        found.append(Chart(unescape(title), unescape(caption), read["description"], read))
-    return found
+    return [Chart(unescape(title), unescape(caption), json.loads(spec)) for title, spec, caption in CHART.findall(page)]
 
 
 def version() -> str:

@@ -44,6 +44,7 @@ from robolaser.report.chart import (
     records,
     rule,
 )
+from robolaser.report.diagnosis.advice import sentence_case
 from robolaser.report.digits import human, millimetres
 
 MOST_STEPS = 7
@@ -324,10 +325,9 @@ def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
     colour = colours({name: looks[name][0] for name in series})
     said = hover("pose", "series", error=f"error [{unit}]")
     before, after = (float(np.sqrt(np.square(series[name]).mean())) for name in (BEFORE, AFTER))
-    title = named(one.candidate_effect)
     no_other = one.coordinate.name == FORESEEN
     return chart(
-        title[:1].upper() + title[1:],
+        sentence_case(named(one.candidate_effect)),
         f"The error of {one.of} that each {'pose' if one.of == one.candidate_effect.where else 'row'} shows, with"
         " everything else in the model: without this effect, and what is left with it. If the dots follow those of"
         " the effect, and nothing of that shape is left, the effect has the right form."

@@ -1,16 +1,14 @@
 """Tables of a diagnosis: values with their errors and caveats."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Final
 
 import numpy as np
 
-from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import named, noun, place
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
-from robolaser.model.effects.joints import moving_joints
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, comparison, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Cell, Column, Table
@@ -124,7 +122,9 @@ def _effect(one: Finding | Alternative) -> tuple[Cell, Cell]:
 
 def _value(number: Estimate) -> str:
     """A number with its error; one that the data do not determine with one digit."""
-    return plain(number.value, number.unit, 1) if doubt(number) == UNDETERMINED else with_error(number)
+    if doubt(number) == UNDETERMINED:
+        return plain(number.value, number.unit, 1)
+    return measured(number.value, np.nan if number.std is None else number.std, number.unit)
 
 
 def _clarity(number: Estimate) -> float:
@@ -179,9 +179,10 @@ def untestable_table(diagnosis: Diagnosis) -> Table:
 def pose_table(diagnosis: Diagnosis) -> Table:
     """Next poses: joints as columns, values for people as rows."""
     joints = list(dict.fromkeys(joint for pose in diagnosis.next_poses for joint in pose))
-    units = joint_units(diagnosis.dataset)
+    robot = diagnosis.dataset.robot
+    slides = {} if robot is None else dict(zip(robot.joints, robot.prismatic, strict=True))
     rows = [
-        [str(number), *(plain(round(pose[joint], 5), units.get(joint, "rad")) if joint in pose else ""
+        [str(number), *(plain(round(pose[joint], 5), "m" if slides.get(joint) else "rad") if joint in pose else ""
                         for joint in joints)]
         for number, pose in enumerate(diagnosis.next_poses, 1)
     ]  # fmt: skip
@@ -221,19 +222,6 @@ def validation_table(diagnosis: Diagnosis) -> Table:
         f" {diagnosis.dataset.name}."
     )
     return Table(columns, rows, note=note)
-
-
-def joint_units(dataset: Dataset) -> Mapping[str, str]:
-    """SI unit of each moving joint."""
-    robot = dataset.robot
-    if robot is None:
-        return {}
-    return {name: "m" if robot.prismatic[robot.joints.index(name)] else "rad" for name in moving_joints(dataset.robot)}
-
-
-def with_error(number: Estimate) -> str:
-    """A number as people read it."""
-    return measured(number.value, np.nan if number.std is None else number.std, number.unit)
 
 
 def _chance(p: float) -> str:
