@@ -214,9 +214,7 @@ class Fit:
 
     def size_of(self, noise: NoiseModel) -> float:
         """Root-mean-square 3-D error of a row by noise alone [m]."""
-        roots = np.asarray(np.linalg.cholesky(noise.covariances), dtype=np.float64)
-        squares = [np.square(self.in_metres(roots[:, :, i])).sum(axis=-1) for i in range(roots.shape[2])]
-        return float(np.sqrt(np.sum(squares, axis=0).mean()))
+        return noise.size_m(self.in_metres)
 
     @cached_property
     def release(self) -> Array:

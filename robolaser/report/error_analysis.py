@@ -66,11 +66,7 @@ class ErrorAnalysis:
     @cached_property
     def noise_m(self) -> float | None:
         """Root-mean-square error that this noise alone would give at the points' places [m]."""
-        if self.noise is None:
-            return None
-        roots = np.linalg.cholesky(self.noise.covariances).astype(np.float64)
-        moved = [self._in_metres(roots[..., column]) for column in range(roots.shape[-1])]
-        return float(np.sqrt(sum((part**2).sum() for part in moved) / len(roots)))
+        return None if self.noise is None else self.noise.size_m(self._in_metres)
 
     def drawn_noise_mm(self, times: int, rng: np.random.Generator) -> Array | None:
         """Lengths of errors as the known noise would make them, (times m,) [mm]."""

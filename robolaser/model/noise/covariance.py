@@ -1,6 +1,6 @@
 """How much of a residual is measurement error: its sources, their sizes, and residuals made comparable by them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, final
@@ -150,6 +150,16 @@ class NoiseModel:
             effect = self.sigmas[source.name] * source.effect
             total += effect @ np.swapaxes(effect, -1, -2)
         return total
+
+    def size_m(self, in_metres: Callable[[Array], Array]) -> float:
+        """Root-mean-square 3-D error of a row by this noise alone [m].
+
+        Args:
+            in_metres: Errors in a row's unit, (m, k), as they are at the point's place, (m, j) [m].
+        """
+        roots = np.asarray(np.linalg.cholesky(self.covariances), dtype=np.float64)
+        squares = [np.square(in_metres(roots[:, :, i])).sum(axis=-1) for i in range(roots.shape[2])]
+        return float(np.sqrt(np.sum(squares, axis=0).mean()))
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
         """Errors as this noise would make them, (count, m, k) [row's unit]."""
