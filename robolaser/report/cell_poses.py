@@ -17,9 +17,8 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.placements import motion, vector
-from robolaser.model.stages import Stage
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
-from robolaser.report.error_analysis import known_points
 
 LIGHT_POINTS: Final = 16
 """Of the stripe, between which the laser plane is filled."""
@@ -77,9 +76,13 @@ class CellPoses:
         return self.model.parameters.values(self.x[None])
 
     @cached_property
+    def _perturb(self) -> Perturbation:
+        return self.model.perturb(self.values)
+
+    @cached_property
     def flange(self) -> Array:
         """T_base_flange, (n, 4, 4)."""
-        flange = self.model.flange(self.values, self.model.perturb(self.values))[0]
+        flange = self.model.flange(self.values, self._perturb)[0]
         return np.broadcast_to(flange, (len(self.dataset.poses), 4, 4))
 
     @property
@@ -90,7 +93,7 @@ class CellPoses:
     @cached_property
     def camera(self) -> Array | None:
         """T_base_camera, (n, 4, 4); None where there is no camera."""
-        mount = mount_of(self.model.blocks, self.values, self.model.perturb(self.values))
+        mount = mount_of(self.model.blocks, self.values, self._perturb)
         if mount is not None:
             cameras: Array = self.flange @ mount[0]
             return cameras
@@ -106,7 +109,7 @@ class CellPoses:
 
     def _joint_frames(self, q: Array | None) -> Array:
         """The same at joint angles (n, j)."""
-        robot, perturb = self.dataset.robot, self.model.perturb(self.values)
+        robot, perturb = self.dataset.robot, self._perturb
         if robot is None or q is None:
             return np.empty((len(self.dataset.poses), 0, 4, 4))
         placements = perturb(Stage.LINKS, robot.placements[None, None])
@@ -153,8 +156,8 @@ class CellPoses:
 
     def _add_light(self, light: Array, block: Block, poses: Ints) -> None:
         """Where the light of one session falls."""
-        perturb = self.model.perturb(self.values)
-        at = values, _, effects = block.at(self.values, self.model.flange(self.values, perturb), perturb)
+        flange = self.model.flange(self.values, self._perturb)
+        at = values, _, effects = block.at(self.values, flange, self._perturb)
         known, mount = block.sensor.known(*at), block.sensor.in_cell(values, effects).mount
         if known is None or mount is None:
             return
@@ -173,10 +176,15 @@ class CellPoses:
                 light[i, 1:] = stripe[order[np.linspace(0, len(order) - 1, LIGHT_POINTS).round().astype(int)]]
 
     @cached_property
+    def _known(self) -> Array | None:
+        """Known or measured points of all rows, (m, 3), in the base or a tracker's frame; None: rows are no points."""
+        known = self.model.blocks.known(self.values, self.model.flange(self.values, self._perturb), self._perturb)
+        return None if known is None else known[0]
+
+    @cached_property
     def known(self) -> Array:
-        """Known or measured points of all rows, (m, 3); empty where rows are no points."""
-        known = known_points(self.model, self.x)
-        return np.empty((0, 3)) if known is None else self._in_base(known)
+        """The same in the base frame; none where rows are no points."""
+        return np.empty((0, 3)) if self._known is None else self._in_base(self._known)
 
     def across_view(self, errors_m: Array) -> Bools:
         """Rows that say where a point is across the view alone, along image u and v, as a camera's do, (m,)."""
@@ -185,7 +193,7 @@ class CellPoses:
 
     def shifts(self, errors_m: Array) -> Array | None:
         """Where the model puts points less where they are, (m, 3); from errors in the sensor's own frame."""
-        known, across = known_points(self.model, self.x), self.across_view(errors_m)
+        known, across = self._known, self.across_view(errors_m)
         if known is None or not len(self.known) or (across.any() and self.camera is None):
             return None
         moved = np.zeros(self.known.shape) if across.all() else self._in_base(known - errors_m) - self.known
@@ -199,7 +207,7 @@ class CellPoses:
 
     def misses(self, errors_m: Array) -> Array | None:
         """From each row's pixel to where the model predicts it, (m, 2) [px]; without the slope of the distortion."""
-        view = camera_of(self.model.blocks, self.values, self.model.perturb(self.values))
+        view = camera_of(self.model.blocks, self.values, self._perturb)
         shifts, across = self.shifts(errors_m), self.across_view(errors_m)
         if view is None or shifts is None or self.camera is None:
             return None
@@ -254,7 +262,7 @@ class CellPoses:
     @cached_property
     def _view(self) -> Array:
         """The corners of the image at some depth, in the camera's frame, (4, 3) [m]."""
-        view = camera_of(self.model.blocks, self.values, self.model.perturb(self.values))
+        view = camera_of(self.model.blocks, self.values, self._perturb)
         width, height = self.dataset.image_px or (4, 3)
         ends = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]) - 0.5
         K = np.array([[width, 0.0, width / 2], [0.0, width, height / 2], [0.0, 0.0, 1.0]]) if view is None else view.K

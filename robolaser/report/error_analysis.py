@@ -85,14 +85,6 @@ def enough_rows(model: Model) -> Model:
     return with_rows(model, rows_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses))))
 
 
-def known_points(model: Model, x: Array) -> Array | None:
-    """Where points are known or were measured to be, (m, 3) [m], in the base or a tracker's frame; None: no points."""
-    values = model.parameters.values(x[None])
-    perturb = model.perturb(values)
-    known = model.blocks.known(values, model.flange(values, perturb), perturb)
-    return None if known is None else known[0]
-
-
 def lengths_mm(errors: Array) -> Array:
     """Lengths of errors (m, j) [m], (m,) [mm]."""
     lengths: Array = 1e3 * np.linalg.norm(errors, axis=-1)

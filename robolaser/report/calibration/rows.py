@@ -89,7 +89,7 @@ def note(calibration: Calibration, i: int) -> str:
     return f"given {' and '.join(sorted(held))}" if shared else started
 
 
-_SCANNER: Mapping[str, str] = {
+_OF_CAMERAS: Mapping[str, str] = {
     "f": "effective focal length",
     "s_u": "pixel pitch along image u",
     "s_v": "pixel pitch along image v",
@@ -104,8 +104,6 @@ _SCANNER: Mapping[str, str] = {
     "t_x": "camera on the flange, x",
     "t_y": "camera on the flange, y",
     "t_z": "camera on the flange, z",
-}
-_CAMERA: Mapping[str, str] = {
     "fx": "focal length along image u",
     "fy": "focal length along image v",
     "cx": "principal point, u",
@@ -122,7 +120,7 @@ _IN_SESSION = re.compile(r"(?P<parameter>.+\.(?:x|y|z|w|phi|psi))@(?P<session>.+
 
 def meaning(name: str) -> str:
     """What a sensor's parameter is; empty for an unknown name."""
-    if own := _SCANNER.get(name) or _CAMERA.get(name):
+    if own := _OF_CAMERAS.get(name):
         return own
     if matched := _IN_SESSION.fullmatch(name):
         return f"{meaning(matched['parameter'])}, session {matched['session']}"

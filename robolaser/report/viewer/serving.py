@@ -3,8 +3,8 @@
 import io
 import socket
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Callable, Iterable
+from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -146,10 +146,13 @@ class ViewerApp:
         """Show a pose of the data set."""
         self._pose = min(int(self._number.value), len(self._current.dataset.poses) - 1)
         self._name.value = self._current.dataset.poses.names[self._pose]
-        with self._deaf_to_sliders():
+        self._hears_sliders = False
+        try:
             for joint, slider in enumerate(self._sliders):
                 _, q = self._current.dataset.arm
                 slider.value = round(float(self._unit(joint)[1] * q[self._pose, joint]), 1)
+        finally:
+            self._hears_sliders = True
         self._show_moving()
 
     def _follow_sliders(self) -> None:
@@ -158,14 +161,6 @@ class ViewerApp:
             self._pose = None
             self._name.value = ""
             self._show_moving()
-
-    @contextmanager
-    def _deaf_to_sliders(self) -> Iterator[None]:
-        self._hears_sliders = False
-        try:
-            yield
-        finally:
-            self._hears_sliders = True
 
     def _show_moving(self) -> None:
         model = self._current
