@@ -10,6 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.errors import DataError
+from robolaser.geometry.camera import metric, rays
 from robolaser.geometry.rigid_motion import apply, rigid_fit
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.stripe import SCANNER
@@ -115,24 +116,18 @@ class CellModel:
         seen = light[np.isfinite(light).all(axis=1)]
         depth = float(np.median(seen[:, 2])) if len(seen) else USUAL_DEPTH_M
         ends = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]) - 0.5
+        to_ends = rays(metric(ends[None], scanner.values), scanner.values["f"], self.dataset.stripe_axis)[0]
         normal, offset = scanner.laser_plane[number, :3], scanner.laser_plane[number, 3]
         own = scanner.dataset.points.pose == number
         stripe = self.points[own] if len(scanner.dataset.points) else np.empty((0, 3))
         return replace(
             frames,
             camera=T,
-            corners=apply(T, depth * self._directions(ends, scanner)),
+            corners=apply(T, depth * to_ends / to_ends[:, 2:]),
             projector=apply(T, np.array([offset / normal[0] if normal[0] else 0.0, 0.0, 0.0])),
             light=apply(T, seen),
             stripe=self._along_stripe(stripe, own),
         )
-
-    def _directions(self, pixel: Array, scanner: ScannerModel) -> Array:
-        """Viewing rays with z = 1 of some pixels, by the nominal lens without distortion, (p, 3)."""
-        f, s_u, s_v, u_0, v_0 = (float(scanner.values[name][0]) for name in ("f", "s_u", "s_v", "u_0", "v_0"))
-        u, v = (pixel[:, 0] - u_0) * s_u / f, (pixel[:, 1] - v_0) * s_v / f
-        x, y = (v, -u) if self.dataset.stripe_axis == "u" else (u, v)
-        return np.stack([x, y, np.ones(len(pixel))], axis=-1)
 
     def _along_stripe(self, stripe: Array, own: Array) -> Array:
         pixel = self.dataset.points.pixel

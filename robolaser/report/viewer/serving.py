@@ -11,7 +11,9 @@ import numpy as np
 import rich
 
 from robolaser.arrays import Array
+from robolaser.calibration.result import rms
 from robolaser.errors import DependencyMissing, RobolaserError
+from robolaser.report.digits import millimetres
 from robolaser.report.viewer.scene import CollisionScene, ShownCell, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import Shape, draw
 from robolaser.robot.collision_bodies import arm_length
@@ -225,15 +227,13 @@ def _rms_note(models: Iterable[ShownCell]) -> str:
                 f"Only the arm is drawn: a {model.dataset.format.title} has neither camera nor light. Name a"
                 " calibration to see its points."
             )
-        apart = np.linalg.norm(model.points - model.target, axis=-1) if len(model.target) else np.empty(0)
-        apart = apart[np.isfinite(apart)]
+        apart = model.points - model.target if len(model.target) else np.empty((0, 3))
+        apart = apart[np.isfinite(apart).all(axis=1)]
         if len(apart):
-            parts.append(f"{model.name}: **{_millimetres(float(np.sqrt(np.mean(apart**2))))}**")
+            size = rms(apart)
+            said = millimetres(size) if size > SMALLEST_M else f"below {millimetres(SMALLEST_M)}"
+            parts.append(f"{model.name}: **{said}**")
     return f"Points from the target, root mean square: {'; '.join(parts)}" if parts else "No points were measured."
-
-
-def _millimetres(length_m: float) -> str:
-    return f"{1e3 * length_m:.3g} mm" if length_m > SMALLEST_M else f"below {1e3 * SMALLEST_M:g} mm"
 
 
 def _server(port: int | None) -> "ViserServer":
