@@ -1,4 +1,4 @@
-"""What is on app stays whole, however fast and from how many sides it is asked for."""
+"""A viewer's scene stays whole, however fast and from how many sides it is asked for, and it says nothing."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -55,3 +55,10 @@ def test_a_hail_of_changes_from_many_threads_ends_where_the_last_one_says(app):
     np.testing.assert_allclose(starts, flange[None].repeat(len(starts), 0), atol=1e-6)
     assert app._hears_sliders
     assert app._pose == 3
+
+
+def test_a_viewer_starts_and_stops_in_silence(capfd):
+    """So that `robolaser view --json` prints JSON alone."""
+    app = ViewerApp((nominal(dataset(poses=4)),))
+    app.stop()
+    assert capfd.readouterr().out == ""

@@ -42,23 +42,11 @@ def saved(request, tmp_path_factory):
 
 
 @pytest.fixture
-def shown(saved, monkeypatch):
+def shown(saved, served):
     """The model that is shown."""
     folder, _ = saved
-    seen = []
-
-    class ViewerApp:
-        url = "http://nowhere"
-
-        def __init__(self, models, *_):
-            seen.extend(models)
-
-        def wait(self):
-            """Until the user is tired of it."""
-
-    monkeypatch.setattr("robolaser.report.viewer.serving.ViewerApp", ViewerApp)
     assert main(["view", str(folder / "data"), str(folder / "result"), "--no-browser", "--quiet"]) == 0
-    (model,) = seen
+    (((model,), *_),) = served
     assert isinstance(model, CellPoses)
     return model
 

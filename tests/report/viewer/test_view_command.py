@@ -21,24 +21,6 @@ def cell(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
-def served(monkeypatch):
-    """No server: what would be shown."""
-    shown = []
-
-    class ViewerApp:
-        url = "http://nowhere"
-
-        def __init__(self, *what):
-            shown.append(what)
-
-        def wait(self):
-            """Until the user is tired of it."""
-
-    monkeypatch.setattr("robolaser.report.viewer.serving.ViewerApp", ViewerApp)
-    return shown
-
-
 @pytest.mark.parametrize("port", ["70000", "0", "-1", "http"])
 def test_a_port_that_there_is_not_is_wrong_usage(port, cell, capsys):
     assert main(["view", str(cell / "data"), f"--port={port}"]) == 2
