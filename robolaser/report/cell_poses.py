@@ -102,24 +102,20 @@ class CellPoses:
         placed = motion(self.values, "hand_eye")
         return self.flange @ placed[0] if self.rides else np.broadcast_to(placed, self.flange.shape)
 
-    @cached_property
-    def joint_frames(self) -> Array:
-        """T_base_joint, base first, (n, k, 4, 4); none where flange poses were measured."""
-        return self._joint_frames(self.dataset.poses.q)
+    def joint_frames(self, poses: Ints, q: Array | None = None) -> Array:
+        """T_base_joint, base first, (p, k, 4, 4); none where flange poses were measured.
 
-    def _joint_frames(self, q: Array | None) -> Array:
-        """The same at joint angles (n, j)."""
-        robot, perturb = self.dataset.robot, self._perturb
+        Args:
+            poses: Numbers of the poses, (p,): of a long path not all are shown.
+            q: Joint values in the place of those read, (n, j).
+        """
+        robot, q = self.dataset.robot, self.dataset.poses.q if q is None else q
         if robot is None or q is None:
-            return np.empty((len(self.dataset.poses), 0, 4, 4))
-        placements = perturb(Stage.LINKS, robot.placements[None, None])
-        frames: Array = robot.joint_frames(perturb(Stage.JOINTS, q[None]), placements)[0]
+            return np.empty((len(poses), 0, 4, 4))
+        placements = self._perturb(Stage.LINKS, robot.placements[None, None])
+        own = placements if placements.shape[1] == 1 else placements[:, poses]
+        frames: Array = robot.joint_frames(self._perturb(Stage.JOINTS, q[None])[:, poses], own)[0]
         return frames
-
-    @property
-    def joints(self) -> Array:
-        """Positions of the joints, base first, (n, k, 3); none where flange poses were measured."""
-        return self.joint_frames[..., :3, 3]
 
     @cached_property
     def tip(self) -> Array:
@@ -133,11 +129,10 @@ class CellPoses:
             tip[poses] = apply(self.flange[poses], np.mean(tools, axis=0)[None])
         return tip
 
-    @cached_property
-    def line(self) -> Array:
-        """Base, joints and flange, (n, 2 + joints, 3)."""
-        flange = self.flange[:, None, :3, 3]
-        return np.concatenate([np.zeros(flange.shape), self.joints, flange], axis=1)
+    def line(self, poses: Ints) -> Array:
+        """Base, joints and flange in some poses (p,), (p, 2 + joints, 3)."""
+        flange = self.flange[poses, None, :3, 3]
+        return np.concatenate([np.zeros(flange.shape), self.joint_frames(poses)[..., :3, 3], flange], axis=1)
 
     def light(self, poses: Ints) -> Array:
         """The first scanner's projector and points where its stripe falls, (p, 1 + k, 3); empty without a laser.
@@ -245,7 +240,7 @@ class CellPoses:
     def at_pose(self, number: int) -> CellFrames:
         """The cell at a pose of the data set."""
         camera = None if self.camera is None else self.camera[number]
-        return self._at(self.joint_frames[number], self.flange[number], camera)
+        return self._at(self.joint_frames(np.array([number]))[0], self.flange[number], camera)
 
     def at(self, q: Array) -> CellFrames:
         """The cell at other joint angles, (j,) [rad or m], with the effects as at the first pose."""
@@ -254,7 +249,7 @@ class CellPoses:
         if self.camera is not None:
             mounted = inverse(self.flange[0]) @ self.camera[0]
             camera = flange @ mounted if self.rides else self.camera[0]
-        return self._at(self._joint_frames(moved)[0], flange, camera)
+        return self._at(self.joint_frames(np.array([0]), moved)[0], flange, camera)
 
     def _at(self, joints: Array, flange: Array, camera: Array | None) -> CellFrames:
         return CellFrames(joints, flange, camera, None if camera is None else apply(camera, self._view))

@@ -99,13 +99,14 @@ def cell_scene(
 
 
 def _arm(cell: CellPoses, frames: Ints, marked: Mapping[str, str]) -> list[Shape]:
-    line, tip, light = cell.line[frames], cell.tip[frames], cell.light(frames)
+    line, tip, light = cell.line(frames), cell.tip[frames], cell.light(frames)
+    has_joints = line.shape[1] > len(("base", "flange"))
     camera = None if cell.camera is None else cell.camera[frames]
-    extent = line if cell.joints.shape[1] else np.concatenate([tip, cell.known])[None]
+    extent = line if has_joints else np.concatenate([tip, cell.known])[None]
     reach = float(np.ptp(extent.reshape(-1, 3), axis=0).max()) or 0.3
     ring = 0.05 * reach * np.array([(np.cos(a), np.sin(a), 0.0) for a in np.linspace(0, 2 * np.pi, 24)])
     shapes: list[Shape] = []
-    if cell.joints.shape[1]:
+    if has_joints:
         shapes += [
             path(ring, MUTED, width=2, closed=True, opacity=0.5),
             path(line, BODY, width=6, radius=link_radius(cell.model.dataset.arm[0])),
@@ -120,7 +121,7 @@ def _arm(cell: CellPoses, frames: Ints, marked: Mapping[str, str]) -> list[Shape
         colour = HELD_OUT if "laser" in marked else "#d62828"
         shapes += [path(light, colour, width=1, closed=True, opacity=0.18)]
         shapes.append(path(light[:, 1:], colour, width=2))
-    drawn = moving_joints(cell.model.dataset.robot) if cell.joints.shape[1] else ()
+    drawn = moving_joints(cell.model.dataset.robot) if has_joints else ()
     hand = (line[:, -1] + tip) / 2 if cell.rides else tip
     places = {joint: line[:, 1 + i] for i, joint in enumerate(drawn)}
     sites = {"base": line[:, 0], "tool" if camera is None else "hand_eye": hand}

@@ -155,7 +155,7 @@ def test_the_drawn_scanner_hangs_on_the_drawn_flange_in_every_pose():
     values = model.parameters.values(diagnosis.x[None])
     mount = model.blocks.sensor.in_cell(values, model.perturb(values)).mount[0, 0]
     flange = model.flange(values)[0]
-    np.testing.assert_allclose(cell.line[:, -1], flange[:, :3, 3], atol=1e-12)
+    np.testing.assert_allclose(cell.line(np.arange(len(flange)))[:, -1], flange[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose((inverse(flange) @ cell.camera)[:, :3, 3], [mount[:3, 3]] * len(flange), atol=1e-12)
 
 
@@ -202,7 +202,7 @@ def test_the_page_of_several_sessions_draws_what_each_tracker_saw_in_the_base_fr
     drawn = CellPoses(found.model, found.x)
     reach = np.linalg.norm(apart.flange()[:, :3, 3], axis=1).max()
     assert np.linalg.norm(drawn.known, axis=1).max() < reach + 0.3
-    assert np.linalg.norm(drawn.tip - drawn.line[:, -1], axis=1).max() < 0.2
+    assert np.linalg.norm(drawn.tip - drawn.flange[:, :3, 3], axis=1).max() < 0.2
 
 
 def test_where_nobody_gave_a_nominal_model_nothing_is_said_to_come_from_one(made):
