@@ -1,6 +1,7 @@
 """A camera's intrinsics, and where boards stand before it, from their points in images and nothing else."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import final
 
@@ -106,9 +107,10 @@ def _calibrated(views: Sequence[BoardView], image_px: tuple[int, int], held: Map
     pixels = [view.pixels.reshape(-1, 1, 2).astype(np.float32) for view in views]
     for _ in range(2):
         try:
-            _, K, coefficients, _, _, _, _, errors = cv2.calibrateCameraExtended(
-                boards, pixels, image_px, camera_matrix(guess), distortion(guess), flags=flags
-            )
+            with one_thread():
+                _, K, coefficients, _, _, _, _, errors = cv2.calibrateCameraExtended(
+                    boards, pixels, image_px, camera_matrix(guess), distortion(guess), flags=flags
+                )
         except cv2.error:
             return dict(guess, fx=0.0)
         off = np.ravel(errors)
@@ -118,6 +120,19 @@ def _calibrated(views: Sequence[BoardView], image_px: tuple[int, int], held: Map
         boards, pixels = ([one for one, kept in zip(each, good, strict=True) if kept] for each in (boards, pixels))
     lens = np.ravel(coefficients)[:5].tolist()
     return dict(zip(INTRINSICS, (K[0, 0].item(), K[1, 1].item(), K[0, 2].item(), K[1, 2].item(), *lens), strict=True))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Keep OpenCV to one thread: several add up in any order, and the last digits differ from run to run."""
+    import cv2  # noqa: PLC0415 - slow to import
+
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        yield
+    finally:
+        cv2.setNumThreads(threads)
 
 
 def _plane_frame(points: Array) -> tuple[Array, bool]:

@@ -1,7 +1,6 @@
 """The lens that distorted the images of a recording, and where the board's plane lay in each of them."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -9,6 +8,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.geometry.board_views import one_thread
 from robolaser.vision.board import off_pattern
 
 FEWEST_VIEWS = 3  # boards from which focal length and distortion are told apart at all
@@ -99,7 +99,7 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
     best = unknown
     for model, freed in MODELS:
         try:
-            with _one_thread():
+            with one_thread():
                 _, matrix, distortion, _, _, doubts, *_ = cv2.calibrateCameraExtended(
                     boards, pixels, (width_px, height_px), guess.copy(), np.zeros(5), flags=model
                 )
@@ -111,17 +111,6 @@ def find_lens(grids: Sequence[Array], square_m: float, width_px: int, height_px:
         if FOCAL_RANGE[0] < matrix[0, 0] / width_px < FOCAL_RANGE[1] and surely:
             best = lens
     return best
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Keep OpenCV to one thread: several add up in any order, and the last digits differ from run to run."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)
 
 
 def _intrinsics(lens: Lens) -> Array:

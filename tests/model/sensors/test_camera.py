@@ -98,6 +98,18 @@ def test_with_nothing_given_it_starts_from_its_boards_and_ends_at_the_truth(moun
     assert rows.held_out_rms == pytest.approx(np.sqrt(2) * NOISE.pixel_px, rel=0.2)
 
 
+def test_it_starts_from_the_same_bits_however_many_threads_opencv_has() -> None:
+    dataset = cell(poses=30, noise=NOISE).dataset
+    threads, starts = cv2.getNumThreads(), []
+    try:
+        for count in (1, 2, 2, 2):
+            cv2.setNumThreads(count)
+            starts.append(Model(dataset).parameters.nominal)
+    finally:
+        cv2.setNumThreads(threads)
+    assert all(np.array_equal(starts[0], start) for start in starts)
+
+
 def test_a_bracket_that_is_half_a_turn_off_is_found_and_not_fitted_around() -> None:
     made = cell(poses=16, noise=NOISE)
     turned = made.truth["hand_eye.w"] - np.deg2rad(171.0)
