@@ -10,7 +10,7 @@ from robolaser.arrays import Array
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids
+from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids, rigid_moves
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -60,10 +60,9 @@ def moved_with_pose(blocks: Blocks, values: Values, T_base_flange: Array, pertur
     turn are distinguished by what they do there, and neither grows to cancel the other over the arm between.
     """
     at = values, T_base_flange, perturb
-    if blocks.one_sensor:
-        parts = [block.sensor.moved_with_pose(*block.at(*at)) for block in blocks]
-        shifts, turns = zip(*parts, strict=True)
-        return blocks.together(shifts, axis=0), blocks.together(turns, axis=0)
+    known, declared = blocks.known(*at) if blocks.one_sensor else None, blocks.sensor.format
+    if known is not None and declared.unit == "m" and declared.numbers - declared.angles == 3:
+        return rigid_moves(known[0], blocks.dataset.points.pose, declared.numbers)
     flange = in_six_ways(T_base_flange, _pivots(blocks, *at))
     moved: Any = blocks.residuals(values, cast("Array", flange), perturb)
     slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)

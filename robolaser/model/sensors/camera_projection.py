@@ -1,8 +1,11 @@
 """OpenCV's camera: from points to pixels through a pinhole and Brown's distortion, and how pixels move."""
 
+from typing import Any
+
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.duals import Dual
 from robolaser.geometry.board_views import INTRINSICS
 from robolaser.parameters import Values
 
@@ -27,19 +30,6 @@ def distort(straight: Array, values: Values) -> Array:
     return np.stack([x * radial + decentred_x, y * radial + decentred_y], axis=-1)
 
 
-def distortion_by_place(straight: Array, values: Values) -> Array:
-    """Derivatives of `distort` by the straight image points, (c, m, 2, 2)."""
-    x, y = straight[..., 0], straight[..., 1]
-    k1, k2, p1, p2, k3 = (values[name][:, None] for name in INTRINSICS[4:])
-    r2 = x * x + y * y
-    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    growth = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3))
-    mixed = growth * x * y + 2.0 * p1 * x + 2.0 * p2 * y
-    along = radial + growth * x * x + 2.0 * p1 * y + 6.0 * p2 * x
-    across = radial + growth * y * y + 6.0 * p1 * y + 2.0 * p2 * x
-    return np.stack([np.stack([along, mixed], axis=-1), np.stack([mixed, across], axis=-1)], axis=-2)
-
-
 def to_pixels(distorted: Array, values: Values) -> Array:
     """Distorted image points at unit focal length to pixels, (c, m, 2) [px]."""
     focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
@@ -59,11 +49,12 @@ def straighten(pixel: Array, values: Values) -> Array:
     """
     focal = np.stack([values["fx"], values["fy"]], axis=-1)[:, None]
     wanted = (pixel - np.stack([values["cx"], values["cy"]], axis=-1)[:, None]) / focal
-    straight = wanted.copy()
+    straight, by_axis = wanted.copy(), np.eye(2)[:, None, None]
     with np.errstate(all="ignore"):
         for _ in range(INVERSIONS):
-            missing = wanted - distort(straight, values)
-            by_place = distortion_by_place(straight, values)
+            moving: Any = Dual(straight, np.broadcast_to(by_axis, (2, *straight.shape)), (0, 1))
+            bent: Any = distort(moving, values)
+            missing, by_place = wanted - bent.value, np.moveaxis(bent.slopes, 0, -1)
             determinant = by_place[..., 0, 0] * by_place[..., 1, 1] - by_place[..., 0, 1] * by_place[..., 1, 0]
             across = by_place[..., ::-1, ::-1].swapaxes(-1, -2) * np.array([[1.0, -1.0], [-1.0, 1.0]])
             straight = straight + (across @ missing[..., None])[..., 0] / determinant[..., None]

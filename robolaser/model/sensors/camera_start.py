@@ -10,8 +10,12 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import EstimationError
 from robolaser.geometry.board_views import INTRINSICS, BoardView, board_pose, find_intrinsics
-from robolaser.geometry.hand_eye import LEAST_TURN, robot_world_hand_eye, turn_about_second_axis
-from robolaser.geometry.hand_eye_by_travel import hand_eye_by_travel
+from robolaser.geometry.hand_eye import (
+    LEAST_TURN,
+    hand_eye_by_travel,
+    robot_world_hand_eye,
+    turn_about_second_axis,
+)
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.sensors.placements import SIX, motion, six_of
 from robolaser.parameters import Values

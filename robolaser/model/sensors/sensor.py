@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any, ClassVar, cast, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import stands
 from robolaser.model.sensors.new_poses import NamedPoints, NewPoses
 from robolaser.model.sensors.placements import vector
-from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids, rigid_moves
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -110,28 +109,6 @@ class Sensor(ABC):
         A row of three numbers in metres is that place less the predicted one.
         """
         return None
-
-    @final
-    def pivots(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """What poses turn about where they are off as a whole: the middle of their points, else the flange, (n, 3)."""
-        known = self.known(values, T_base_flange, perturb)
-        flange: Array = T_base_flange[0, :, :3, 3]
-        return flange if known is None else pose_centroids(known[0], self.dataset.points.pose, len(flange))
-
-    @final
-    def moved_with_pose(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> tuple[Array, Array]:
-        """Move of each row by shifts and by turns of its pose, one candidate, (m, k, 3) [unit/m] and [unit/rad].
-
-        Turns are about the middle of the pose's points, or about the flange where nothing is known of points: shift
-        and turn are told apart by what they do there, and neither grows to cancel the other over the arm between.
-        """
-        known, numbers = self.known(values, T_base_flange, perturb), self.format.numbers
-        if known is not None and self.format.unit == "m" and numbers - self.format.angles == 3:
-            return rigid_moves(known[0], self.dataset.points.pose, numbers)
-        flange = in_six_ways(T_base_flange, self.pivots(values, T_base_flange, perturb))
-        moved: Any = self.residuals(values, cast("Array", flange), perturb)
-        slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
-        return slopes[..., :3], slopes[..., 3:]
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """Where its parts are, one candidate: by default points `tool.NAME` as `tool_NAME` on the flange."""

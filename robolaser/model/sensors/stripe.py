@@ -6,9 +6,10 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
+from robolaser.arrays import Array, Bools
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import PIXEL, XYZ, SensorFormat
+from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.in_cell import InCell
@@ -18,7 +19,6 @@ from robolaser.model.sensors.scanner_start import laser_start, spans, target_by_
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters, not_given
 from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
-from robolaser.model.sensors.stripe_new_poses import StripeNewPoses
 from robolaser.model.sensors.stripe_similarity import StripeReduction
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
@@ -31,6 +31,7 @@ NO_START = (
     " Or give none: with the board's corners as a second sensor, as `robolaser extract --output` writes them, all start"
     " from closed forms."
 )
+SEEN_ALONG = 5  # points of the stripe that stand for all of them, at poses that are planned
 LEAST_TARGET_M = 1e-5
 """No printed target is better, and rows from images of a board, whose residuals lie along their rays by the way they
 are made, would else seem to know everything across them."""
@@ -142,3 +143,30 @@ class Stripe(Sensor):
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         return self.known(values, T_base_flange, perturb) - self.in_base(values, T_base_flange, perturb)
+
+
+@final
+class StripeNewPoses(NewPoses):
+    """Poses are good where the stripe lies on the target and in the image."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        self._dataset = dataset
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """Some points along the stripe on the middle level of the target."""
+        view, xyz = scanner_geometry.view_of(self._dataset, values), self._dataset.points["xyz"]
+        T_base_target = np.eye(4) if self._dataset.placed else motion(values, "target")[0]
+        T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
+        level = float(np.median(xyz[:, 2]))
+        lit = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), SEEN_ALONG)[None])
+        pixel, shown = view.pixels(lit), apply(T_target_camera[:, None], lit)
+        low, high = xyz.min(axis=0), xyz.max(axis=0)
+        good = ((shown >= low) & (shown <= high))[..., :2].all(axis=(1, 2)) & view.contains(pixel).all(axis=1)
+        poses = len(T_base_flange)
+        points = Points(
+            np.repeat(np.arange(poses), SEEN_ALONG),
+            tuple(map(str, range(SEEN_ALONG))) * poses,
+            pixel=pixel.reshape(-1, 2),
+            xyz=shown.reshape(-1, 3),
+        )
+        return points, np.asarray(good)
