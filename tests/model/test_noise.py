@@ -15,8 +15,7 @@ from robolaser.model.noise.condensing import PoseErrors, condensed
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.noise.two_units import size_of_errors
-from robolaser.model.sensors.stripe import Stripe
-from robolaser.model.sensors.stripe_errors import board_errors, pixel_moves
+from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

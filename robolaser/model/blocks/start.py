@@ -154,10 +154,8 @@ def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Pe
 
 def conditionally_linear(blocks: Blocks) -> tuple[str, ...]:
     """Free parameters that `solve_conditional` finds from the other free ones; none where sensors share them."""
-    each = ((block, block.sensor.parameters.reduction) for block in blocks.one_sensor)
-    return tuple(
-        dict.fromkeys(block.named[name] for block, reduction in each if reduction for name in reduction.linear)
-    )
+    each = blocks.one_sensor
+    return tuple(dict.fromkeys(block.named[name] for block in each for name in block.sensor.parameters.linear))
 
 
 def solve_conditional(
@@ -176,12 +174,12 @@ def solve_conditional(
     """
     linear: dict[str, Array] = {}
     for block in _largest_first(blocks.one_sensor):
-        reduction = block.sensor.parameters.reduction
-        if reduction is None or all(block.named[name] in linear for name in reduction.linear):
+        parameters = block.sensor.parameters
+        if parameters.solve is None or all(block.named[name] in linear for name in parameters.linear):
             continue
-        own = reduction.solve(*block.at(values, T_base_flange, perturb), block.values(bounds))
+        own = parameters.solve(*block.at(values, T_base_flange, perturb), block.values(bounds))
         if len(blocks) == 1:
             return block.of_problem(own)
-        linear = {**{block.named[name]: own[name] for name in reduction.linear}, **linear}
+        linear = {**{block.named[name]: own[name] for name in parameters.linear}, **linear}
     others = {name: value for name, value in values.items() if name not in blocks.derived}
     return {**linear, **initialize(blocks, {**others, **linear}, T_base_flange, perturb)}

@@ -6,24 +6,30 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
+from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
-from robolaser.geometry.rigid_motion import carry, common_length, inverse, pose
+from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
-from robolaser.model.sensors.profile_new_poses import ProfileNewPoses
-from robolaser.model.sensors.profile_start import circles, sensor_and_balls
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.tracker_fit import base_and_tools
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 
 ENOUGH_PROFILES = 600  # profiles that start values are found from
+ROUNDS = 20  # of sides and places in turns, where these start
+GUESSES = 4  # of the sides, by chance, beside that of balls cut through their middle
+LEAST_ROWS = 3  # of a profile on a ball: a circle has three numbers
+ARC = np.radians(60.0)  # half the arc of a ball that a sensor sees
+MOST_CUT = 0.75
+"""Distance of a ball's middle from the profile's plane, over its radius, up to which the ball is seen well."""
+ROWS = 24  # of a profile that would be seen
 
 
 @final
@@ -52,22 +58,22 @@ class Profile(Sensor):
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._measured = np.insert(dataset.points["profile"], 1, 0.0, axis=1)[None]
-        self._balls = tuple(dict.fromkeys(dataset.points.names))
-        self._ball = dataset.points.number
-        self._radius = np.array([dataset.radius_m[name] for name in self._balls])[self._ball]
-        self._stands = stands(dataset)
+        self.balls = tuple(dict.fromkeys(dataset.points.names))
+        self.ball = dataset.points.number
+        self._radius = np.array([dataset.radius_m[name] for name in self.balls])[self.ball]
+        self.stands = stands(dataset)
 
     @cached_property
     def parameters(self) -> SensorParameters:
         """The sensor's place on the flange or in the cell, and the balls at the other end."""
-        balls = (f"ball.{name}.{part}" for name in self._balls for part in "xyz")
+        balls = (f"ball.{name}.{part}" for name in self.balls for part in "xyz")
         return SensorParameters(derived=(*six_names("hand_eye"), *balls), two_axes=True)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """From the circles in which the sensor's plane cuts the balls."""
         seen = perturb(Stage.TARGET, self._measured)
         of_pose = self.dataset.points.pose
-        _, first, profile = np.unique(of_pose * len(self._balls) + self._ball, return_index=True, return_inverse=True)
+        _, first, profile = np.unique(of_pose * len(self.balls) + self.ball, return_index=True, return_inverse=True)
         each = range(common_length(seen, T_base_flange))
         found = []
         for candidate in each:
@@ -76,10 +82,10 @@ class Profile(Sensor):
             some = some[evenly(len(some), ENOUGH_PROFILES)]
             beside = np.sqrt(np.maximum(self._radius[first[some]] ** 2 - radius[some] ** 2, 0.0))
             T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
-            T = T if self._stands else inverse(T)
-            found.append(sensor_and_balls(centre[some], beside, T[None], self._ball[first[some]]))
+            T = T if self.stands else inverse(T)
+            found.append(sensor_and_balls(centre[some], beside, T[None], self.ball[first[some]]))
         R, shift, balls = (np.concatenate(parts) for parts in zip(*found, strict=True))
-        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self._balls)
+        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.balls)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""
@@ -98,8 +104,8 @@ class Profile(Sensor):
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """The middles of the balls, in the base frame, (c, m, 3) [m]."""
-        balls = places(values, "ball", self._balls)[:, self._ball]
-        return carry(T_base_flange, self.dataset.points.pose, balls) if self._stands else balls
+        balls = places(values, "ball", self.balls)[:, self.ball]
+        return carry(T_base_flange, self.dataset.points.pose, balls) if self.stands else balls
 
     def _mount(self, values: Values, perturb: Perturbation) -> Array:
         return perturb(Stage.MOUNT, motion(values, "hand_eye")[:, None])
@@ -112,27 +118,125 @@ class Profile(Sensor):
 
     def _sensor_in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """T_base_sensor, (c, n or 1, 4, 4)."""
-        return motion(values, "hand_eye")[:, None] if self._stands else T_base_flange @ self._mount(values, perturb)
+        return motion(values, "hand_eye")[:, None] if self.stands else T_base_flange @ self._mount(values, perturb)
 
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
         """`point` [m], alike along x and z of the sensor, each row's own."""
         normals = self._normals(values, T_base_flange, perturb)[0]
         axes = self._sensor_in_base(values, T_base_flange, perturb)[0, :, :3, :3:2]
-        effect = normals[:, None] @ (axes if self._stands else axes[self.dataset.points.pose])
+        effect = normals[:, None] @ (axes if self.stands else axes[self.dataset.points.pose])
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
     @property
     def new_poses(self) -> NewPoses:
         """Profiles of the balls."""
-        return ProfileNewPoses(self, stands=self._stands)
+        return ProfileNewPoses(self)
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""
-        if not self._stands:
+        if not self.stands:
             mount = self._mount(values, perturb)
             sensor = {"profile_sensor": mount[0, 0]}
             return InCell(sensor, published=sensor, mount=mount)
         sensor = {"profile_sensor": motion(values, "hand_eye")[0]}
-        middles = zip(self._balls, places(values, "ball", self._balls)[0], strict=True)
+        middles = zip(self.balls, places(values, "ball", self.balls)[0], strict=True)
         balls = {f"ball_{name}": pose(np.eye(3), middle) for name, middle in middles}
         return InCell(balls, sensor, published=sensor)
+
+
+@final
+class ProfileNewPoses(NewPoses):
+    """Poses are good where the sensor's plane cuts a ball near its middle, within the range that was measured."""
+
+    def __init__(self, sensor: Profile) -> None:
+        self._sensor = sensor
+
+    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
+        """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
+        of_pose = self._sensor.dataset.points.pose
+        _, first = np.unique(of_pose * len(self._sensor.balls) + self._sensor.ball, return_index=True)
+        there = self._sensor.known(values, T_base_flange[None], Perturbation())[0, first]
+        return apply(inverse(T_base_flange[of_pose[first]]), there), there
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """A profile of the ball that is nearest to the sensor's plane, where points lie within the range measured."""
+        balls = places(values, "ball", self._sensor.balls)[0]
+        radii = np.array([self._sensor.dataset.radius_m[name] for name in self._sensor.balls])
+        hand_eye = motion(values, "hand_eye")
+        there = apply(T_base_flange[:, None], balls) if self._sensor.stands else balls
+        T_base_sensor = hand_eye if self._sensor.stands else T_base_flange @ hand_eye
+        there = apply(inverse(T_base_sensor)[:, None], there)
+        measured = self._sensor.dataset.points["profile"]
+        low, high = measured.min(axis=0), measured.max(axis=0)
+        near = there - radii[:, None] * (0.0, 0.0, 1.0)
+        inside = ((near[..., ::2] >= low) & (near[..., ::2] <= high)).all(axis=-1)
+        beside = np.where(inside, np.abs(there[..., 1]) / radii, np.inf)
+        nearest, poses = beside.argmin(axis=1), np.arange(len(T_base_flange))
+        x, y, z = there[poses, nearest].T[..., None]
+        radius, angle = np.sqrt(np.maximum(radii[nearest, None] ** 2 - y**2, 0.0)), np.linspace(-ARC, ARC, ROWS)
+        profile = np.stack([x + radius * np.sin(angle), z - radius * np.cos(angle)], axis=-1)
+        names = tuple(self._sensor.balls[ball] for ball in nearest.repeat(ROWS).tolist())
+        points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
+        return points, np.asarray(beside[poses, nearest] < MOST_CUT)
+
+
+def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
+    """Circles through points, by linear least squares (Kåsa 1976).
+
+    Args:
+        points: (m, 2) [m].
+        group: Of each point, (m,), each from 0 on.
+
+    Returns:
+        Centres (g, 2) and radii (g,) [m], and which groups have points enough.
+    """
+    order = np.argsort(group, kind="stable")
+    counts = np.bincount(group)
+    starts = np.cumsum(counts) - counts
+
+    def sums(rows: Array) -> Array:
+        return np.add.reduceat(rows[order], starts, axis=0)
+
+    mean = sums(points) / counts[:, None]
+    local = points - mean[group]
+    A = np.column_stack([2.0 * local, np.ones(len(local))])
+    normal, right = sums(A[:, :, None] * A[:, None]), sums(A * (local**2).sum(axis=1, keepdims=True))
+    solved = (np.linalg.pinv(normal, hermitian=True) @ right[..., None])[..., 0]
+    radius = np.sqrt(np.maximum(solved[:, 2] + (solved[:, :2] ** 2).sum(axis=1), 0.0))
+    return mean + solved[:, :2], radius, counts >= LEAST_ROWS
+
+
+def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints, seed: int = 0) -> tuple[Array, Array, Array]:
+    """R and s with R (T ball) + s where profiles put the balls, and the balls.
+
+    A profile does not say on which side of its plane the ball's centre lies. Sides and places are found in turns, from
+    several guesses of the sides; the one that leaves least is taken.
+
+    Args:
+        centre: Of the circle in each profile, along x and z of the sensor, (g, 2) [m].
+        beside: Distance of the ball's centre from the profile's plane, (g,) [m].
+        T: Motions that bring balls from where they are fixed to the frame that the sensor is fixed in, (c, g, 4, 4).
+        ball: Of each profile, (g,).
+        seed: Of the guesses.
+
+    Returns:
+        R (c, 3, 3), s (c, 3) [m] and the balls where they are fixed, (c, b, 3) [m].
+    """
+    c, g = len(T), len(beside)
+    rng = np.random.default_rng(seed)
+    sides = np.concatenate([np.zeros((1, g)), rng.choice([-1.0, 1.0], (GUESSES, g))])
+    side = np.tile(sides, (c, 1))
+    repeated = np.repeat(T, len(sides), axis=0)
+    measured = np.tile(np.insert(centre, 1, 0.0, axis=1), (len(side), 1, 1))
+    for _ in range(ROUNDS):
+        measured[..., 1] = side * beside
+        R, s, balls = base_and_tools(measured, repeated, ball)
+        there = (repeated[..., :3, :3] @ balls[:, ball][..., None])[..., 0] + repeated[..., :3, 3]
+        predicted = there @ np.swapaxes(R, -1, -2) + s[:, None]
+        before, side = side, np.where(predicted[..., 1] < 0.0, -1.0, 1.0)
+        if (side == before).all():
+            break
+    measured[..., 1] = side * beside
+    left = np.square(measured - predicted).sum(axis=(1, 2)).reshape(c, -1)
+    best = np.arange(c) * len(sides) + np.argmin(left, axis=1)
+    return R[best], s[best], balls[best]

@@ -154,9 +154,8 @@ class Sensor(ABC):
     @final
     def costs(self, values: Values, T_base_flange: Array) -> Array:
         """The same without effects."""
-        reduction = self.parameters.reduction
-        short = None if reduction is None else reduction.costs(values, T_base_flange)
-        return self.squares(values, T_base_flange, Perturbation()) if short is None else short
+        short = self.parameters.costs
+        return self.squares(values, T_base_flange, Perturbation()) if short is None else short(values, T_base_flange)
 
     @final
     @property

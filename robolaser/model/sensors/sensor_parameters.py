@@ -1,6 +1,5 @@
 """The parameters of a sensor: which must be given, which follow from the data, which no data can tell."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
@@ -10,32 +9,6 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.errors import DataError
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
-
-
-class Reduction(ABC):
-    """How searches get by with fewer parameters, and with fewer operations."""
-
-    @property
-    @abstractmethod
-    def linear(self) -> tuple[str, ...]:
-        """Free parameters that `solve` finds from the other free ones."""
-
-    @abstractmethod
-    def solve(
-        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
-    ) -> Values:
-        """The linear and the derived parameters that fit best with the others, (c,) each.
-
-        Args:
-            values: All parameters; those to be found are where the model is linearized.
-            T_base_flange: (c or 1, n, 4, 4).
-            perturb: The effects of the model.
-            bounds: All parameters by name.
-        """
-
-    @abstractmethod
-    def costs(self, values: Values, T_base_flange: Array) -> Array | None:
-        """J of eq. 18 without effects by few operations, (c,) [unit²]; None where there is no shorter way."""
 
 
 def _as_they_are(values: Values) -> Values:
@@ -63,7 +36,12 @@ class SensorParameters:
             leaves out by a metre or half a turn.
         two_axes: Whether the flange must turn about two axes for any fit to find them: unknown places at both ends of
             the arm, A X = Z B.
-        reduction: How searches get by with fewer of them.
+        linear: Free parameters that `solve` finds from the other free ones: searches get by with these.
+        solve: From all values, T_base_flange (c or 1, n, 4, 4), the effects of the model and all parameters by name to
+            the linear and the derived parameters that fit best with the others, (c,) each; the model is linearized
+            where the values have them.
+        costs: J of eq. 18 without effects by few operations, from all values and T_base_flange, (c,) [unit²]; None
+            where there is no shorter way than the residuals.
     """
 
     free: tuple[str, ...] = ()
@@ -73,7 +51,9 @@ class SensorParameters:
     closed_form: str = ""
     spans: Callable[[Mapping[str, float]], Mapping[str, float]] = _usual
     two_axes: bool = False
-    reduction: Reduction | None = None
+    linear: tuple[str, ...] = ()
+    solve: Callable[[Values, Array, Perturbation, Mapping[str, Parameter]], Values] | None = None
+    costs: Callable[[Values, Array], Array] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

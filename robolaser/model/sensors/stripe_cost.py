@@ -20,25 +20,24 @@ class StripeCost:
     """J of a data set with a placed target, for an arm that is the same for all candidates.
 
     The target is carried to the flange frame once for all of them: distances stay what they are, and no pose is left.
-
-    Args:
-        dataset: What was measured.
-        T_base_flange: (1, n, 4, 4).
     """
 
-    def __init__(self, dataset: Dataset, T_base_flange: Array) -> None:
-        self._dataset, self.T_base_flange = dataset, T_base_flange
-        points = dataset.points
-        pixel = points["pixel"]
-        self._image = np.ascontiguousarray((pixel[:, ::-1] if dataset.stripe_axis == "u" else pixel).T)
-        self._known = np.ascontiguousarray(carry(inverse(T_base_flange), points.pose, points["xyz"][None])[0].T)
+    def __init__(self, dataset: Dataset) -> None:
+        self._dataset = dataset
+        self._T_base_flange: Array | None = None
 
-    def __call__(self, values: Values) -> Array:
+    def __call__(self, values: Values, T_base_flange: Array) -> Array:
         """J, (c,) [m²]; infinite at the model's poles.
 
         Args:
             values: The scanner's parameters, (c,) each.
+            T_base_flange: (1, n, 4, 4); what follows from it is kept for the next call.
         """
+        if self._T_base_flange is not T_base_flange:
+            self._T_base_flange, points = T_base_flange, self._dataset.points
+            pixel = points["pixel"]
+            self._image = np.ascontiguousarray((pixel[:, ::-1] if self._dataset.stripe_axis == "u" else pixel).T)
+            self._known = np.ascontiguousarray(carry(inverse(T_base_flange), points.pose, points["xyz"][None])[0].T)
         x_0, y_0, s_x, s_y = self._axes(values)
         planes, held = laser_plane(values)[:, 0], mount(self._dataset, values, Perturbation())[:, 0]
         k, f = values["k"], values["f"]

@@ -1,7 +1,6 @@
 """Baseline, hand-eye and target of a stripe scanner given its camera and laser plane: a similarity, then clipped."""
 
 from collections.abc import Mapping
-from typing import final
 
 import numpy as np
 
@@ -10,38 +9,11 @@ from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import apply, carry, from_angles, from_quaternion, inverse, nearest_rotation
 from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.scanner_start import target_by_stripe
-from robolaser.model.sensors.sensor_parameters import Reduction
-from robolaser.model.sensors.stripe_cost import StripeCost
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameter, Values
 
 SIMILARITY = ("b", "w", "phi", "psi", "t_x", "t_y", "t_z")
 ALTERNATIONS = 5  # fits of the hand-eye and of an unplaced target in turn, from the linear solution
-
-
-@final
-class StripeReduction(Reduction):
-    """The baseline and the hand-eye follow from the rest: with them points grow, turn and shift."""
-
-    linear = SIMILARITY
-
-    def __init__(self, dataset: Dataset) -> None:
-        self._dataset = dataset
-        self._cost: StripeCost | None = None
-
-    def solve(
-        self, values: Values, T_base_flange: Array, perturb: Perturbation, bounds: Mapping[str, Parameter]
-    ) -> Values:
-        """A similarity from seen to known points, and T_base_target in turn with it, within the bounds."""
-        return solve_similarity(self._dataset, values, T_base_flange, perturb, bounds)
-
-    def costs(self, values: Values, T_base_flange: Array) -> Array | None:
-        """Where the target is placed."""
-        if not self._dataset.placed:
-            return None
-        if self._cost is None or self._cost.T_base_flange is not T_base_flange:
-            self._cost = StripeCost(self._dataset, T_base_flange)
-        return self._cost(values)
 
 
 def solve_similarity(

@@ -15,7 +15,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.mounting import Mounting
 from robolaser.model.sensors.placements import motion, six_of, vector
-from robolaser.model.sensors.profile_new_poses import ARC, MOST_CUT, ROWS
+from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
 from robolaser.robot.postures import limits

@@ -24,7 +24,7 @@ from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.noise import NoiseModel
 from robolaser.model.sensors.placements import motion
-from robolaser.model.sensors.profile_start import circles
+from robolaser.model.sensors.profile import circles
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import Simulated
 
