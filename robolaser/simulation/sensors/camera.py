@@ -56,6 +56,7 @@ class SimulatedCamera(SimulatedSensor):
 
     kind: ClassVar[str] = "camera"
     default_points: ClassVar[int] = 35
+    own_noise: ClassVar[tuple[str, str]] = ("pixel", "pixel_px")
 
     corners: Array  # of the board, (k, 3) [m]
 
@@ -158,13 +159,6 @@ class SimulatedCamera(SimulatedSensor):
             return points
         off = noise.target_m * rng.normal(size=(int(points.number.max()) + 1, 3))
         return replace(points, xyz=points["xyz"] + off[points.number])
-
-    @classmethod
-    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Errors of the corner finder."""
-        if noise.pixel_px is None:
-            return points
-        return replace(points, pixel=points["pixel"] + noise.pixel_px * rng.normal(size=points["pixel"].shape))
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:

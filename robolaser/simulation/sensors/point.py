@@ -8,15 +8,13 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import SIX, motion, vector
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
-from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
-from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
+from robolaser.simulation.sensors.simulated_sensor import EXACT_M, ROUNDS, SimulatedSensor, nominal_points
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 TRACKER_M = (2.5, -1.5, 1.2)  # where the base stands, seen from the tracker
@@ -31,6 +29,7 @@ class SimulatedTracker(SimulatedSensor):
     """A tracker that sees every reflector in every pose."""
 
     kind: ClassVar[str] = "point"
+    own_noise: ClassVar[tuple[str, str]] = ("xyz", "point_m")
 
     names: tuple[str, ...]  # of the reflectors
 
@@ -68,13 +67,6 @@ class SimulatedTracker(SimulatedSensor):
             if settled:
                 break
         return replace(dataset, points=points), np.asarray(np.isfinite(seen).reshape(n, -1).all(axis=1))
-
-    @classmethod
-    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Errors of the tracker."""
-        if noise.point_m is None:
-            return points
-        return replace(points, xyz=points["xyz"] + noise.point_m * rng.normal(size=points["xyz"].shape))
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:

@@ -17,8 +17,7 @@ from robolaser.model.sensors.pose import Pose
 from robolaser.parameters import Values
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation.sensors.point import GROSS_M, SimulatedTracker
-from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
-from robolaser.simulation.sensors.target_inversion import EXACT_M, ROUNDS, nominal_points
+from robolaser.simulation.sensors.simulated_sensor import EXACT_M, ROUNDS, SimulatedSensor, nominal_points
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 GROSS_RAD = (0.02, 0.2)  # markers are mixed up

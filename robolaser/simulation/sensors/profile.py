@@ -8,7 +8,6 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.stated_noise import Noise
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
 from robolaser.model.blocks.cell_frames import mount_of
 from robolaser.model.effects.effect import CandidateEffect
@@ -20,8 +19,7 @@ from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, within_reach
 from robolaser.robot.postures import limits
 from robolaser.simulation.nominal import facing_outward
-from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
-from robolaser.simulation.sensors.target_inversion import nominal_points
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, nominal_points
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 RADIUS_M = 0.0127
@@ -40,6 +38,7 @@ class SimulatedProfile(SimulatedSensor):
     """A profile sensor that sees one ball in each pose."""
 
     kind: ClassVar[str] = "profile"
+    own_noise: ClassVar[tuple[str, str]] = ("profile", "point_m")
 
     ball_of: Ints  # the ball of each candidate, (≥ n,)
     at: Array  # where along the arc the points of each pose lie, -1 to 1, (≥ n, k)
@@ -119,14 +118,6 @@ class SimulatedProfile(SimulatedSensor):
         ).reshape(-1, 3)
         seen = nominal_points(lit, perturb)[:, ::2]
         return replace(dataset, points=replace(points, columns={"profile": seen})), good
-
-    @classmethod
-    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Errors along x and z."""
-        if noise.point_m is None:
-            return points
-        profile = points["profile"]
-        return replace(points, columns={"profile": profile + noise.point_m * rng.normal(size=profile.shape)})
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -11,10 +11,14 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
 from robolaser.simulation.outliers import impossible
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
+EXACT_M = 1e-12
+ROUNDS = 8  # effects may depend on the points that they perturb: repeat until nothing moves
+INVERSION_STEPS = 60
 REGISTERED: dict[str, "type[SimulatedSensor]"] = {}  # simulated sensors by kind; a subclass enters itself
 
 
@@ -24,6 +28,8 @@ class SimulatedSensor(ABC):
 
     kind: ClassVar[str]  # as `[sensor] kind` calls it
     default_points: ClassVar[int] = 3  # points in each pose, or names of points, where none are asked for
+
+    own_noise: ClassVar[tuple[str, str]] = ("", "")  # the array of points that each row errs in, and its size in Noise
 
     truth: Mapping[str, float]  # every parameter of the sensor by name, as the cell was built
     candidates: Array  # configurations in which the nominal arm can measure, at least as many as poses, (≥ n, j)
@@ -85,10 +91,32 @@ class SimulatedSensor(ABC):
 
     @classmethod
     def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Add the errors that each row has for itself."""
-        return points
+        """Add the errors that each row has for itself: by default those of `own_noise`."""
+        array, sigma = cls.own_noise
+        return with_errors(points, array, getattr(noise, sigma), rng) if array else points
 
     @classmethod
     @abstractmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
         """Put gross errors into some rows, each to the side of its sign (±1), as this sensor makes them."""
+
+
+def with_errors(points: Points, array: str, sigma: float | None, rng: np.random.Generator) -> Points:
+    """Points with errors of this size in one of their arrays; as they are where there are none."""
+    if sigma is None:
+        return points
+    shaken = points[array] + sigma * rng.normal(size=points[array].shape)
+    if array in points.columns:
+        return replace(points, columns={**points.columns, array: shaken})
+    return replace(points, pixel=shaken) if array == "pixel" else replace(points, xyz=shaken)
+
+
+def nominal_points(there: Array, perturb: Perturbation) -> Array:
+    """The target points that effects move to where they really are, (m, 3) -> (m, 3) [m]; by fixed point."""
+    nominal = there
+    for _ in range(INVERSION_STEPS):
+        missing = there - perturb(Stage.TARGET, nominal[None])[0]
+        nominal = nominal + missing
+        if not (np.abs(missing) > EXACT_M / 1000).any():
+            break
+    return nominal

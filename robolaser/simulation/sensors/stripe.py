@@ -9,19 +9,30 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
-from robolaser.geometry.rigid_motion import from_angles, from_quaternion, pose
+from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.effects.effect import CandidateEffect
-from robolaser.model.sensors.placements import SIX
+from robolaser.model.forward_model import Model
+from robolaser.model.sensors import scanner_geometry
+from robolaser.model.sensors.placements import SIX, motion
+from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 from robolaser.robot.visibility import View, configurations_looking_down
 from robolaser.simulation.nominal import IMAGE_PX, built, facing_outward, scanner
 from robolaser.simulation.outliers import moved_within
-from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
-from robolaser.simulation.sensors.stripe_points import stripe_points
+from robolaser.simulation.sensors.simulated_sensor import (
+    EXACT_M,
+    ROUNDS,
+    SimulatedSensor,
+    nominal_points,
+    with_errors,
+)
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 JITTER = 0.6  # of the distance between points along the stripe
 TILT_RAD = 0.02  # an unplaced target is tilted by this at most
+SECANT_STEPS = 40
+FIRST_STRIDE_PX = 0.5
+IMAGE_MARGIN = 0.02  # of the image, so that noise does not carry a pixel out of it
 GROSS_PX = (10.0, 60.0)  # across the stripe: a reflection is taken for it
 
 
@@ -32,6 +43,7 @@ class SimulatedStripe(SimulatedSensor):
 
     kind: ClassVar[str] = "stripe"
     default_points: ClassVar[int] = 12
+    own_noise: ClassVar[tuple[str, str]] = ("pixel", "pixel_px")
 
     view: View  # what it sees
     at: Array  # pixel coordinates along the stripe, (n, k)
@@ -55,7 +67,7 @@ class SimulatedStripe(SimulatedSensor):
         """A scanner within the tolerances of `nominal.BUILT`."""
         (robot, _), n, points = dataset.arm, len(dataset.poses), setup.points
         truth = built(dataset.parameters, random.build)
-        view = View(_mount(dataset, truth), truth, dataset.stripe_axis, IMAGE_PX)
+        view = scanner_geometry.view_of(dataset, {name: np.array([value]) for name, value in truth.items()})
         candidates, level = configurations_looking_down(
             robot, view, wanted=n, level=setup.options.level, rng=random.place
         )
@@ -72,22 +84,39 @@ class SimulatedStripe(SimulatedSensor):
     def measure(
         self, dataset: Dataset, chosen: Ints, values: Values, candidate_effects: Sequence[CandidateEffect]
     ) -> tuple[Dataset, Bools]:
-        """Pixels of the stripe and the target points that they show; a pose is good if it shows all of its points."""
-        return stripe_points(dataset, candidate_effects, values, view=self.view, at=self.at, level=self.level)
+        """Follow the stripe along the target: for each place along it, the pixel that shows the target.
+
+        Points are given as the target's maker would: on a plane. A pose is good if it shows all of its points.
+        """
+        n, k = self.at.shape
+        along = self.view.along
+        T_base_target = np.eye(4) if dataset.placed else motion(values, "target")[0]
+        camera = dataset.flange() @ self.view.T_flange_camera
+        pixel = self.view.stripe(camera, float(T_base_target[2, 3] + self.level), self.at).reshape(-1, 2)
+        names = tuple(str(i) for _ in range(n) for i in range(k))
+        points = Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.zeros((n * k, 3)))
+        dataset = replace(dataset, points=points)
+        plain = Model(dataset)
+        shown = scanner_geometry.in_base(dataset, values, plain.flange(values), plain.perturb(values))[0]
+        given = apply(inverse(T_base_target), shown)
+        for _ in range(ROUNDS):
+            dataset = replace(dataset, points=replace(points, pixel=pixel, xyz=given))
+            model = Model(dataset, tuple(candidate_effects))
+            perturb = model.perturb(values)
+            T = model.flange(values, perturb)
+            left = np.abs(model.blocks.residuals(values, T, perturb))[0].max(axis=-1)
+            left = np.maximum(left, np.abs(given[:, 2] - self.level))
+            if (left < EXACT_M).all():
+                break
+            pixel, given = _on_target(dataset, values, T, perturb, pixel, 1 - along, T_base_target, self.level)
+        shown = scanner_geometry.in_camera(dataset.points["pixel"][None], values, perturb, dataset.stripe_axis)[0]
+        good = (left < EXACT_M) & self.view.contains(pixel, IMAGE_MARGIN) & (shown[:, 2] > 0)
+        return dataset, np.asarray(good.reshape(n, k).all(axis=1))
 
     @classmethod
     def add_shared_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
         """Errors of the target."""
-        if noise.target_m is None:
-            return points
-        return replace(points, xyz=points["xyz"] + noise.target_m * rng.normal(size=points["xyz"].shape))
-
-    @classmethod
-    def add_noise(cls, points: Points, noise: Noise, rng: np.random.Generator) -> Points:
-        """Errors of the line's centre."""
-        if noise.pixel_px is None:
-            return points
-        return replace(points, pixel=points["pixel"] + noise.pixel_px * rng.normal(size=points["pixel"].shape))
+        return with_errors(points, "xyz", noise.target_m, rng)
 
     @classmethod
     def add_gross_errors(cls, dataset: Dataset, rows: Ints, sign: Array, rng: np.random.Generator) -> Dataset:
@@ -99,8 +128,40 @@ class SimulatedStripe(SimulatedSensor):
         return replace(dataset, points=replace(dataset.points, pixel=pixel))
 
 
-def _mount(dataset: Dataset, truth: dict[str, float]) -> Array:
-    """T_flange_camera, (4, 4)."""
-    turn = from_angles(*(np.array(truth[angle]) for angle in ("w", "phi", "psi")))
-    shift = np.array([truth[f"t_{axis}"] for axis in "xyz"])
-    return pose(from_quaternion(np.array(dataset.bracket_quat)) @ turn, shift)
+def _on_target(
+    dataset: Dataset,
+    values: Values,
+    T_base_flange: Array,
+    perturb: Perturbation,
+    pixel: Array,
+    across: int,
+    T_base_target: Array,
+    level: float,
+) -> tuple[Array, Array]:
+    """Move each pixel across the stripe, by the secant method, until what it shows lies on the target."""
+    T_target_base = inverse(T_base_target)
+
+    def off(moved: Array) -> tuple[Array, Array]:
+        there = pixel.copy()
+        there[:, across] = moved
+        shown = scanner_geometry.in_base(dataset, values, T_base_flange, perturb, pixel=there[None])[0]
+        given = nominal_points(apply(T_target_base, shown), perturb)
+        return given[:, 2] - level, given
+
+    before = pixel[:, across]
+    now = before + FIRST_STRIDE_PX
+    off_before, _ = off(before)
+    off_now, given = off(now)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for _ in range(SECANT_STEPS):
+            slope = (off_now - off_before) / (now - before)
+            step = np.where(off_now == off_before, 0.0, -off_now / slope)
+            before, off_before = now, off_now
+            now = now + step
+            off_now, given = off(now)
+            if (np.abs(off_now) < EXACT_M / 100).all():
+                break
+    found = pixel.copy()
+    found[:, across] = now
+    given[:, 2] = level
+    return found, given
