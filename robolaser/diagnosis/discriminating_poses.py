@@ -14,7 +14,6 @@ from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.outliers import MIN_POSES
-from robolaser.model.blocks.elsewhere import aims, seen_from
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.postures import limits, random_configurations
@@ -71,7 +70,7 @@ def next_poses(one: Fit, other: Fit, *, seed: int) -> tuple[Mapping[str, float],
     rng = np.random.default_rng(seed)
     values = one.problem.parameters.values(one.x[None])
     tried = _aimed(one, values, _configurations(dataset, rng), rng)
-    seen = seen_from(one.model.blocks, values, robot.forward(tried[None])[0])
+    seen = one.model.blocks.seen_from(values, robot.forward(tried[None])[0])
     if seen is None or not seen[1].any():
         return ()
     points, visible = seen
@@ -107,7 +106,7 @@ def _configurations(dataset: Dataset, rng: np.random.Generator) -> Array:
 def _aimed(fit: Fit, values: Values, tried: Array, rng: np.random.Generator) -> Array:
     """Configurations near by from which the sensor sees something; the same ones where it need not aim."""
     robot, q = fit.model.dataset.arm
-    aimed = aims(fit.model.blocks, values, robot.forward(q[None])[0])
+    aimed = fit.model.blocks.aims(values, robot.forward(q[None])[0])
     if aimed is None:
         return tried
     tools, goals = aimed

@@ -8,7 +8,8 @@ from typing import Any, TypeVar, cast, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
 from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.model.blocks.block import Block
@@ -212,6 +213,28 @@ class Blocks:
         """Errors of held-out rows (m, k) once what only they can locate is located from them."""
         parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
+
+    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
+        """What would be measured at other poses (p, 4, 4), things as in the last session; None where one cannot tell.
+
+        Returns:
+            Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
+        """
+        last = [of_sensor[-1] for of_sensor in self.by_sensor]
+        each = [one.sensor.new_poses.seen_from(one.values(values), T_base_flange) for one in last]
+        seen = [one for one in each if one is not None]
+        if len(seen) < len(last):
+            return None
+        if len(seen) == 1:
+            return seen[0]
+        points = with_points_of(self.dataset, [points for points, _ in seen]).points
+        order = np.argsort(points.pose, kind="stable")
+        return points.take(order), np.logical_and.reduce([good for _, good in seen])
+
+    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array] | None:
+        """Places on the flange, (a, 3), and where each must come for the only sensor to see something; None: any."""
+        last = self.one_sensor[-1:]
+        return last[0].sensor.new_poses.aims(last[0].values(values), T_base_flange) if last else None
 
     def undetermined(self, T_base_flange: Array) -> str:
         """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""
