@@ -95,7 +95,7 @@ def over_torque(joint: str) -> Draw:
     """Errors as turns of a joint, over what it bears."""
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
-        borne = Model(made.dataset).run.gravity_torques[:, made.dataset.robot.joints.index(joint)]
+        borne = Model(made.dataset).run.loads.gravity_torques[:, made.dataset.robot.joints.index(joint)]
         ax.scatter(borne, turns(ax, made, errors, joint), color=BLUE, **DOTS)
         ax.set_xlabel(f"gravity torque on {spoken(joint)} [Nm]")
 
@@ -154,8 +154,8 @@ def over_twist(joint: str) -> Draw:
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
         run, robot = Model(made.dataset).run, made.dataset.robot
-        load, at = run.link_load(joint), robot.chain.index(robot.joints.index(joint))
-        near, far = (run.joint_frames[:, i, :3, 3] for i in (at - 1, at))
+        load, at = run.loads.of_link(joint), robot.chain.index(robot.joints.index(joint))
+        near, far = (run.loads.joint_frames[:, i, :3, 3] for i in (at - 1, at))
         across = np.cross(far - near, made.dataset.flange()[:, :3, 3] - far)
         across /= np.linalg.norm(across, axis=1)[:, None]
         moment = load.moment(np.ones((1, 1, 1)), np.zeros((1, 1, 1)))[0] @ (load.link / np.linalg.norm(load.link))

@@ -52,7 +52,7 @@ def angle_of(run: Run, joint: str) -> Coordinate:
 
 def torque_of(run: Run, joint: str) -> Iterator[Coordinate]:
     """What one joint must bear, where that changes."""
-    torque = run.gravity_torques[:, [run.robot.joints.index(joint)]] if run.robot.has_masses else np.zeros((1, 1))
+    torque = run.loads.gravity_torques[:, [run.robot.joints.index(joint)]] if run.robot.has_masses else np.zeros((1, 1))
     if np.ptp(torque) > LEAST_TORQUE_NM:
         yield Coordinate(f"gravity torque at {joint}", torque, "Nm")
 
@@ -80,5 +80,5 @@ def hanging(run: Run) -> Iterator[Coordinate]:
 def overturning(run: Run) -> Iterator[Coordinate]:
     """The moment of the arm's weight about the base's origin."""
     robot = run.dataset.robot
-    if robot is not None and robot.has_masses and np.ptp(run.overturning_moment) > 0:
-        yield Coordinate("overturning moment", run.overturning_moment, "Nm")
+    if robot is not None and robot.has_masses and np.ptp(run.loads.overturning_moment) > 0:
+        yield Coordinate("overturning moment", run.loads.overturning_moment, "Nm")

@@ -9,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3, pose
-from robolaser.model.effects.gravity_load import carried_masses, gravity_torques, link_load, torques_of_one_kg
+from robolaser.model.effects.gravity_load import Loads
 
 JOINTS: tuple[str, ...] = ()  # from here on, an arm's own numbers stand in their place
 CHAIN: tuple[int, ...] = ()
@@ -136,24 +136,9 @@ class Conditions:
         return Conditions(CALIBRATED)
 
     @cached_property
-    def payload_kg(self) -> Array:
-        """At the flange, (n,)."""
-        return np.full(len(self.q), PAYLOAD_KG)
-
-    @cached_property
-    def gravity_torques(self) -> Array:
-        """What each joint must bear, (n, j) [Nm or N]."""
-        return gravity_torques(self.robot, self.q, self.payload_kg)  # type: ignore[arg-type]
-
-    @cached_property
-    def torques_of_one_kg(self) -> Array:
-        """What each joint must bear of one kilogram at the flange, (n, j) [Nm or N]."""
-        return torques_of_one_kg(self.robot, self.q)  # type: ignore[arg-type]
-
-    @cached_property
-    def carried(self) -> tuple[Array, Array]:
-        """The mass that each joint carries and its first moment about the base's origin."""
-        return carried_masses(self.robot, self.q, self.payload_kg)  # type: ignore[arg-type]
+    def loads(self) -> Loads:
+        """What the arm bears, the payload at the flange included."""
+        return Loads(self.robot, self.q, np.full(len(self.q), PAYLOAD_KG))  # type: ignore[arg-type]
 
     @cached_property
     def flange(self) -> Array:
@@ -165,16 +150,6 @@ class Conditions:
         """The direction of gravity in the flange frame, unit vectors (n, 3)."""
         down = np.array(self.robot.gravity)
         return np.asarray((down / np.linalg.norm(down)) @ self.flange[:, :3, :3])
-
-    def link_load(self, joint: str) -> Any:
-        """What hangs on the link before a joint that is not the first."""
-        at, frames = self.robot.chain.index(self.robot.joints.index(joint)), self.robot.joint_frames(self.q[None])[0]
-        return link_load(self.robot, self.q, frames, self.flange[:, :3, 3], self.carried, at)  # type: ignore[arg-type]
-
-    @cached_property
-    def overturning_moment(self) -> Array:
-        """The moment of the weight of all that moves about the base's origin, (n, 3) [Nm]."""
-        return np.asarray(np.cross(self.carried[1][:, self.robot.chain[0]], np.array(self.robot.gravity)))
 
 
 def forward(q: Any, before: Any = None, time_s: Any = None, temperature_c: Any = None, velocity: Any = None) -> Array:

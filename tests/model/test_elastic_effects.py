@@ -41,10 +41,10 @@ def test_the_overturning_moment_is_that_of_the_whole_arms_weight_and_of_its_payl
     data = model.createData()
     centre = np.array([pinocchio.centerOfMass(model, data, row).copy() for row in q])
     arm = np.cross(centre, data.mass[0] * np.array(robot.gravity))
-    np.testing.assert_allclose(Run(dataset).overturning_moment, arm, atol=1e-9)
+    np.testing.assert_allclose(Run(dataset).loads.overturning_moment, arm, atol=1e-9)
     loaded = Run(replace(dataset, poses=replace(dataset.poses, payload_kg=np.full(8, 2.0))))
     tip = np.cross(dataset.flange()[:, :3, 3], 2.0 * np.array(robot.gravity))
-    np.testing.assert_allclose(loaded.overturning_moment, arm + tip, atol=1e-9)
+    np.testing.assert_allclose(loaded.loads.overturning_moment, arm + tip, atol=1e-9)
 
 
 def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(dataset: Dataset) -> None:
@@ -52,9 +52,9 @@ def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(datas
     T = dataset.flange()
     moved = BaseCompliance("base", 1e-5 * ONE, NONE).apply(T[None], run)[0]
     np.testing.assert_allclose(
-        moved[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2), exp_so3(1e-5 * run.overturning_moment)
+        moved[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2), exp_so3(1e-5 * run.loads.overturning_moment)
     )
-    _, first_moment = run.carried
+    _, first_moment = run.loads.carried
     reach = first_moment[:, 0, :2]
     side = (reach * T[:, :2, 3]).sum(axis=1)
     assert (np.sign(moved[:, 2, 3] - T[:, 2, 3]) == -np.sign(side)).all()
@@ -63,7 +63,7 @@ def test_a_yielding_base_lets_the_arm_sink_on_the_side_to_which_it_reaches(datas
 def test_a_base_may_be_stiff_about_one_axis(dataset: Dataset) -> None:
     run, T = Run(dataset), dataset.flange()[None]
     moved = BaseCompliance("base", 1e-5 * ONE, -ONE).apply(T, run)[0]
-    about_y = 2e-5 * run.overturning_moment * [0, 1, 0]
+    about_y = 2e-5 * run.loads.overturning_moment * [0, 1, 0]
     np.testing.assert_allclose(moved[:, :3, :3], exp_so3(about_y) @ T[0, :, :3, :3], atol=1e-15)
 
 
@@ -110,15 +110,15 @@ def test_without_a_robot_down_is_down() -> None:
 @pytest.mark.parametrize("joint", [1, 2, 4])
 def test_the_moment_at_a_joint_about_its_axis_is_what_the_joint_bears(dataset: Dataset, joint: int) -> None:
     run = Run(dataset)
-    moment = run.link_load(dataset.robot.joints[joint]).moment(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)))[0]
-    np.testing.assert_allclose(-moment @ dataset.robot.axes[joint], run.gravity_torques[:, joint], atol=1e-9)
+    moment = run.loads.of_link(dataset.robot.joints[joint]).moment(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)))[0]
+    np.testing.assert_allclose(-moment @ dataset.robot.axes[joint], run.loads.gravity_torques[:, joint], atol=1e-9)
 
 
 def test_the_moment_at_the_joint_before_is_what_that_joint_bears(dataset: Dataset) -> None:
     run, robot = Run(dataset), dataset.robot
     placement = robot.placements[2, :3, :3]
-    moment = run.link_load(robot.joints[2]).moment(np.ones((1, 1, 1)), np.zeros((1, 1, 1)))[0] @ placement.T
-    np.testing.assert_allclose(-moment @ robot.axes[1], run.gravity_torques[:, 1], atol=1e-9)
+    moment = run.loads.of_link(robot.joints[2]).moment(np.ones((1, 1, 1)), np.zeros((1, 1, 1)))[0] @ placement.T
+    np.testing.assert_allclose(-moment @ robot.axes[1], run.loads.gravity_torques[:, 1], atol=1e-9)
 
 
 def turned(dataset: Dataset, joint: int, bending: float, twist: float, axial: float) -> Array:
@@ -130,7 +130,7 @@ def turned(dataset: Dataset, joint: int, bending: float, twist: float, axial: fl
 
 
 def test_a_link_that_yields_alike_in_all_directions_turns_with_the_moment(dataset: Dataset) -> None:
-    moment = Run(dataset).link_load(dataset.robot.joints[2]).moment(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)))[0]
+    moment = Run(dataset).loads.of_link(dataset.robot.joints[2]).moment(np.zeros((1, 1, 1)), np.zeros((1, 1, 1)))[0]
     np.testing.assert_allclose(turned(dataset, 2, 1e-6, 1e-6, 1.0), 1e-6 * moment, atol=1e-12)
 
 

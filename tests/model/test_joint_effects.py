@@ -101,7 +101,7 @@ def test_an_arm_gives_way_downwards() -> None:
 def test_a_payload_is_borne_as_its_energy_says() -> None:
     q = anywhere(6)
     bare, loaded = arm(q), arm(q, payload_kg=np.full(8, 2.0))
-    borne = Run(loaded).gravity_torques - Run(bare).gravity_torques
+    borne = Run(loaded).loads.gravity_torques - Run(bare).loads.gravity_torques
     step = 1e-6 * np.eye(5)[:, None]
     height = bare.robot.forward(q + step)[:, :, 2, 3] - bare.robot.forward(q - step)[:, :, 2, 3]
     np.testing.assert_allclose(borne, 2.0 * 9.81 * height.T / 2e-6, atol=1e-6)

@@ -57,7 +57,7 @@ class Backlash(Effect):
     def parts(self, run: Run) -> tuple[Part, ...]:
         """Play behind the joint, held by twice the friction that its weight needs; none where the link leads."""
         column = joint_column(run, self.where)
-        friction = 1.0 + 2.0 * float(np.abs(run.gravity_torques[:, column]).max())
+        friction = 1.0 + 2.0 * float(np.abs(run.loads.gravity_torques[:, column]).max())
         width = number(self.lost_motion)
         return (Play(self.where, width, friction),) if width > 0 else ()
 

@@ -49,7 +49,7 @@ class BaseCompliance(Effect):
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Turn the base under each pose's moment."""
         axes = horizontal_axes(np.array(run.robot.gravity))
-        moment = run.overturning_moment @ axes.T
+        moment = run.loads.overturning_moment @ axes.T
         stiffer = np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
         turn = (self.compliance[:, None] * stiffer)[:, None] * moment @ axes
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange

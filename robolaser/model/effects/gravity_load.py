@@ -1,6 +1,8 @@
-"""Torques that an arm's joints bear under gravity, the payload's weight included."""
+"""What an arm's joints and links bear under gravity, the payload's weight included."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import final
 
 import numpy as np
@@ -8,41 +10,6 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.geometry.rigid_motion import exp_so3
 from robolaser.robot.kinematics import Robot
-
-
-def gravity_torques(robot: Robot, q: Array, payload_kg: Array | None) -> Array:
-    """What each joint must bear to hold the arm still, (n, j) [Nm or N].
-
-    The URDF's masses, and the payload as a point at the flange's origin.
-
-    Args:
-        robot: The arm.
-        q: Joint values, (n, j) [rad or m].
-        payload_kg: Mass at the flange in each pose, (n,) [kg]; None for none.
-    """
-    own = robot.gravity_torques(q)
-    return own if payload_kg is None else own + payload_kg[:, None] * torques_of_one_kg(robot, q)
-
-
-def carried_masses(robot: Robot, q: Array, payload_kg: Array | None) -> tuple[Array, Array]:
-    """The mass that each joint carries and its first moment Σ m r about the base's origin, in the base frame.
-
-    Args:
-        robot: The arm.
-        q: Joint values, (n, j) [rad or m].
-        payload_kg: Mass at the flange's origin in each pose, (n,) [kg]; None for none.
-
-    Returns:
-        (n, j) [kg] and (n, j, 3) [kg m].
-    """
-    mass, centre = robot.carried(q)
-    masses = np.tile(mass, (len(q), 1))
-    first_moment = masses[..., None] * centre
-    if payload_kg is not None:
-        chain = list(robot.chain)
-        masses[:, chain] += payload_kg[:, None]
-        first_moment[:, chain] += (payload_kg[:, None] * robot.forward(q[None])[0, :, :3, 3])[:, None]
-    return masses, first_moment
 
 
 @final
@@ -70,39 +37,80 @@ class LinkLoad:
         return np.cross(first_moment, self.gravity)
 
 
-def link_load(robot: Robot, q: Array, frames: Array, tip: Array, carried: tuple[Array, Array], at: int) -> LinkLoad:
-    """What hangs on the link before a joint, where there is one before it.
+@final
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """What an arm bears in some poses: the URDF's masses, and the payload as a point at the flange's origin."""
 
-    Args:
-        robot: The arm.
-        q: Joint values, (n, j) [rad or m].
-        frames: T_base_joint of the chain's joints, each turned, (n, len(chain), 4, 4).
-        tip: The flange's origin in the base frame, (n, 3) [m].
-        carried: As `carried_masses` gives it.
-        at: The joint's place in the chain, 1 or more.
-    """
-    before, here = robot.chain[at - 1], robot.chain[at]
-    placement, turn = robot.placements[here], 0.0 if robot.prismatic[here] else 1.0
-    R_base_joint = frames[:, at, :3, :3] @ exp_so3(-turn * q[:, here, None] * robot.axes[here])
-    masses, first_moments = carried
-    mass, own_mass = masses[:, [here]], masses[:, [before]] - masses[:, [here]]
-    origin = frames[:, at, :3, 3]
+    robot: Robot
+    q: Array  # joint values, (n, j) [rad or m]
+    payload_kg: Array | None  # mass at the flange in each pose, (n,) [kg]; None for none
 
-    def inside(vectors: Array) -> Array:
-        return np.asarray(np.einsum("nba,nb->na", R_base_joint, np.broadcast_to(vectors, origin.shape)))
+    @cached_property
+    def gravity_torques(self) -> Array:
+        """What each joint must bear to hold the arm still, (n, j) [Nm or N]."""
+        own = self.robot.gravity_torques(self.q)
+        return own if self.payload_kg is None else own + self.payload_kg[:, None] * self.torques_of_one_kg
 
-    return LinkLoad(
-        mass=mass,
-        first_moment=inside(first_moments[:, here] - mass * origin),
-        own_mass=own_mass,
-        own_first_moment=inside(first_moments[:, before] - first_moments[:, here] - own_mass * origin),
-        link=placement[:3, :3].T @ placement[:3, 3],
-        tip=inside(tip - origin),
-        gravity=inside(np.array(robot.gravity)),
-    )
+    @cached_property
+    def torques_of_one_kg(self) -> Array:
+        """What each joint must bear to hold one kilogram at the flange's origin, (n, j) [Nm or N]."""
+        lever = self.robot.jacobian(self.q[None])[0, :, :3]
+        return np.asarray(-np.einsum("nxj,x->nj", lever, np.array(self.robot.gravity)))
 
+    @cached_property
+    def joint_frames(self) -> Array:
+        """T_base_joint of the chain's joints, each turned by its value, (n, len(chain), 4, 4)."""
+        return np.asarray(self.robot.joint_frames(self.q[None])[0])
 
-def torques_of_one_kg(robot: Robot, q: Array) -> Array:
-    """What each joint must bear to hold one kilogram at the flange's origin, (n, j) -> (n, j) [Nm or N]."""
-    lever = robot.jacobian(q[None])[0, :, :3]
-    return np.asarray(-np.einsum("nxj,x->nj", lever, np.array(robot.gravity)))
+    @cached_property
+    def tip(self) -> Array:
+        """The flange's origin in the base frame, (n, 3) [m]."""
+        return np.asarray(self.robot.forward(self.q[None])[0, :, :3, 3])
+
+    @cached_property
+    def carried(self) -> tuple[Array, Array]:
+        """The mass that each joint carries, and its first moment Σ m r about the base's origin, in the base frame.
+
+        (n, j) [kg] and (n, j, 3) [kg m].
+        """
+        mass, centre = self.robot.carried(self.q)
+        masses = np.tile(mass, (len(self.q), 1))
+        first_moment = masses[..., None] * centre
+        if self.payload_kg is not None:
+            chain = list(self.robot.chain)
+            masses[:, chain] += self.payload_kg[:, None]
+            first_moment[:, chain] += (self.payload_kg[:, None] * self.tip)[:, None]
+        return masses, first_moment
+
+    @cached_property
+    def overturning_moment(self) -> Array:
+        """The moment of the weight of all that moves about the base's origin, in the base frame, (n, 3) [Nm]."""
+        return np.asarray(np.cross(self.carried[1][:, self.robot.chain[0]], np.array(self.robot.gravity)))
+
+    @cached_property
+    def of_link(self) -> Callable[[str], LinkLoad]:
+        """What hangs on the link before a joint, by its name, that is not the first."""
+        return cache(self._of_link)
+
+    def _of_link(self, joint: str) -> LinkLoad:
+        robot, masses, first_moments = self.robot, *self.carried
+        at = robot.chain.index(robot.joints.index(joint))
+        before, here, frames = robot.chain[at - 1], robot.chain[at], self.joint_frames
+        placement, turn = robot.placements[here], 0.0 if robot.prismatic[here] else 1.0
+        R_base_joint = frames[:, at, :3, :3] @ exp_so3(-turn * self.q[:, here, None] * robot.axes[here])
+        mass, own_mass = masses[:, [here]], masses[:, [before]] - masses[:, [here]]
+        origin = frames[:, at, :3, 3]
+
+        def inside(vectors: Array) -> Array:
+            return np.asarray(np.einsum("nba,nb->na", R_base_joint, np.broadcast_to(vectors, origin.shape)))
+
+        return LinkLoad(
+            mass=mass,
+            first_moment=inside(first_moments[:, here] - mass * origin),
+            own_mass=own_mass,
+            own_first_moment=inside(first_moments[:, before] - first_moments[:, here] - own_mass * origin),
+            link=placement[:3, :3].T @ placement[:3, 3],
+            tip=inside(self.tip - origin),
+            gravity=inside(np.array(robot.gravity)),
+        )

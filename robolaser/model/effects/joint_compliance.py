@@ -52,7 +52,7 @@ class JointCompliance(Effect):
 
     def _wound(self, run: Run) -> Array:
         column = joint_column(run, self.where)
-        g, of_one_kg = run.gravity_torques[:, column], run.torques_of_one_kg[:, column]
+        g, of_one_kg = run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column]
         wound: Array = self.compliance[:, None] * g + self.payload[:, None] * of_one_kg
         return wound
 
@@ -61,7 +61,7 @@ class JointCompliance(Effect):
         column = joint_column(run, self.where)
         q = np.zeros((1, *run.q.shape))
         sunk = -self.apply(q, run)[0, :, column]
-        spring = Spring(self.where, sunk, run.gravity_torques[:, column], run.torques_of_one_kg[:, column])
+        spring = Spring(self.where, sunk, run.loads.gravity_torques[:, column], run.loads.torques_of_one_kg[:, column])
         return (spring,) if sunk.any() else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:

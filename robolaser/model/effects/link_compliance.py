@@ -60,7 +60,7 @@ class LinkCompliance(Effect):
 
     def apply(self, placements: Array, run: Run, /) -> Array:
         """Turn the joint's placement in each pose."""
-        column, load = joint_column(run, self.where), run.link_load(self.where)
+        column, load = joint_column(run, self.where), run.loads.of_link(self.where)
         axis = run.robot.axes[column]
         along = unit(load.link - axis * (load.link @ axis))
         beyond, bending = 1.0 - self.hinge[:, None, None], self.bending[:, None, None]

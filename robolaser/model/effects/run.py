@@ -13,7 +13,7 @@ from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.path_velocities import known_velocities
 from robolaser.model.blocks import Block, Blocks, blocks_of
 from robolaser.model.blocks.start import parameters_of
-from robolaser.model.effects.gravity_load import LinkLoad, carried_masses, gravity_torques, link_load, torques_of_one_kg
+from robolaser.model.effects.gravity_load import Loads
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt
 from robolaser.model.sensors import fitted_lens, parts_with_lens
 from robolaser.model.stages import Perturbation
@@ -145,45 +145,9 @@ class Run:
         return direction
 
     @cached_property
-    def gravity_torques(self) -> Array:
-        """What each joint must bear at the angles read, the payload included, (n, j) [Nm or N]."""
-        return gravity_torques(self.robot, self.q, self.poses.payload_kg)
-
-    @cached_property
-    def torques_of_one_kg(self) -> Array:
-        """What each joint must bear of one kilogram at the flange, (n, j) [Nm or N]."""
-        return torques_of_one_kg(self.robot, self.q)
-
-    @cached_property
-    def carried(self) -> tuple[Array, Array]:
-        """The mass that each joint carries, the payload included, and its first moment about the base's origin.
-
-        (n, j) [kg] and (n, j, 3) [kg m], in the base frame, at the angles read.
-        """
-        return carried_masses(self.robot, self.q, self.poses.payload_kg)
-
-    @cached_property
-    def joint_frames(self) -> Array:
-        """T_base_joint of the chain's joints by the nominal arm, each turned by its reading, (n, len(chain), 4, 4)."""
-        return np.asarray(self.robot.joint_frames(self.q[None])[0])
-
-    def link_load(self, joint: str) -> LinkLoad:
-        """What hangs on the link before a joint that is not the first."""
-        if joint not in self._link_loads:
-            at = self.robot.chain.index(self.robot.joints.index(joint))
-            tip = self.flange[:, :3, 3]
-            self._link_loads[joint] = link_load(self.robot, self.q, self.joint_frames, tip, self.carried, at)
-        return self._link_loads[joint]
-
-    @cached_property
-    def _link_loads(self) -> dict[str, LinkLoad]:
-        return {}
-
-    @cached_property
-    def overturning_moment(self) -> Array:
-        """The moment of the weight of all that moves about the base's origin, in the base frame, (n, 3) [Nm]."""
-        _, first_moment = self.carried
-        return np.asarray(np.cross(first_moment[:, self.robot.chain[0]], np.array(self.robot.gravity)))
+    def loads(self) -> Loads:
+        """What the arm bears at the angles read."""
+        return Loads(self.robot, self.q, self.poses.payload_kg)
 
     @cached_property
     def gravity_in_flange(self) -> Array:
