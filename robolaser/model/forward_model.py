@@ -217,7 +217,7 @@ class Model:
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
         if not self.effects:
-            return self.blocks.costs(self.parameters.values(x), self._nominal_flange)
+            return self.blocks.squares(self.parameters.values(x), self._nominal_flange)
         return np.concatenate([self._squares(self.parameters.values(part)) for part in self._in_chunks(x)])
 
     def _squares(self, values: Values) -> Array:

@@ -1,16 +1,19 @@
 """The blocks of a data set: one for each sensor in each session that it saw something in."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from robolaser.data.dataset import Dataset, SensorData
 from robolaser.model.blocks.block import Block
-from robolaser.model.blocks.names import names_in_problem
 from robolaser.model.sensors import sensors_of
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.parameters import Parameter
+
+THINGS = ("tool", "socket", "ball")
+"""First parts of parameters that say where a named thing is: it is the same for all sensors."""
+LASER = ("b", "theta")  # parameters of a scanner that are not its camera's
 
 
 def blocks_of(dataset: Dataset) -> tuple[Block, ...]:
@@ -18,7 +21,7 @@ def blocks_of(dataset: Dataset) -> tuple[Block, ...]:
     of_sensors = zip(dataset.sensors, sensors_of(dataset), strict=True)
     bare = [list(_in_sessions(dataset, *one)) for one in of_sensors]
     own = [dict.fromkeys(name for block in blocks for name in block.named) for blocks in bare]
-    named = names_in_problem(dataset.sensors, [tuple(names) for names in own])
+    named = _names_in_problem(dataset.sensors, [tuple(names) for names in own])
     return tuple(
         _with_parameters(dataset, block, names) for blocks, names in zip(bare, named, strict=True) for block in blocks
     )
@@ -50,7 +53,8 @@ def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -
     def in_problem(name: str) -> str:
         return dataset.sessions.named(name, block.session) if dataset.sessions else name
 
-    names = {own: in_session(named[own], own, in_problem(own)) for own in block.named}
+    # `left.base.x@SESSION` where `base.x` is `base.x@SESSION`
+    names = {own: named[own] + in_problem(own).removeprefix(own) for own in block.named}
     given: dict[str, Parameter] = {}
     for own, whole in names.items():
         item = dataset.parameters.get(whole) or dataset.parameters.get(named[own])
@@ -61,6 +65,43 @@ def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -
     return replace(block, sensor=sensor, named=names)
 
 
-def in_session(whole: str, own: str, own_in_session: str) -> str:
-    """The problem's name of a parameter in a session: `left.base.x@SESSION` where `base.x` is `base.x@SESSION`."""
-    return whole + own_in_session.removeprefix(own)
+def _names_in_problem(sensors: Sequence[SensorData], names: Sequence[Sequence[str]]) -> list[Mapping[str, str]]:
+    """What each sensor's parameters are called in the problem.
+
+    A target, a camera, a reflector, a socket or a ball that two sensors see has one set of parameters. Else a name that
+    several sensors have begins with the sensor's, or with that of its camera or target: `left.base.x`.
+
+    Args:
+        sensors: One or more.
+        names: Of the parameters of each by itself.
+
+    Returns:
+        The problem's names by the sensor's own.
+    """
+    owners: dict[str, set[str]] = {}
+    for sensor, own in zip(sensors, names, strict=True):
+        for name in own:
+            owners.setdefault(name, set()).add(_owner(sensor, name))
+    return [
+        {name: name if len(owners[name]) == 1 else f"{_label(sensor, name)}.{name}" for name in own}
+        for sensor, own in zip(sensors, names, strict=True)
+    ]
+
+
+def _owner(sensor: SensorData, name: str) -> str:
+    """What a parameter describes, the same text for the same thing."""
+    head = name.partition(".")[0]
+    if "." in name and head in THINGS:
+        return head
+    return f"{_kind_of_owner(sensor, name)} {_label(sensor, name)}"
+
+
+def _label(sensor: SensorData, name: str) -> str:
+    return {"target": sensor.target, "camera": sensor.camera}.get(_kind_of_owner(sensor, name), sensor.name)
+
+
+def _kind_of_owner(sensor: SensorData, name: str) -> str:
+    if name.startswith("target."):
+        return "target"
+    sees = "pixel" in sensor.data.format.columns
+    return "camera" if sees and name not in LASER and not name.startswith("base.") else "sensor"

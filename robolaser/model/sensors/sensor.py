@@ -143,21 +143,6 @@ class Sensor(ABC):
         return np.asarray(carry(inverse(T), self.dataset.points.pose, known)[0])
 
     @final
-    def squares(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """J of eq. 18, the sum of squared residuals, (c,) [unit²]; infinite at the model's poles."""
-        residuals = self.residuals(values, T_base_flange, perturb)
-        flat = residuals.reshape(len(residuals), -1)
-        with np.errstate(over="ignore", invalid="ignore"):
-            J = np.einsum("ij,ij->i", flat, flat)
-        return np.where(np.isfinite(J), J, np.inf)
-
-    @final
-    def costs(self, values: Values, T_base_flange: Array) -> Array:
-        """The same without effects."""
-        short = self.parameters.costs
-        return self.squares(values, T_base_flange, Perturbation()) if short is None else short(values, T_base_flange)
-
-    @final
     @property
     def description(self) -> dict[str, Any]:
         """What calibration.json says of it under `model`, beside its kind: its keys of `[sensor]` and `[scanner]`."""
