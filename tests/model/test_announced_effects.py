@@ -64,13 +64,6 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
     return put
 
 
-def test_an_announced_effect_is_found(install: Install) -> None:
-    install(WORKING)
-    (found,) = others()
-    assert found.name == "worn_bearing"
-    assert issubclass(found, Effect)
-
-
 def test_it_is_listed_among_ours_though_its_module_is_imported_first(install: Install) -> None:
     folder = install(WORKING)
     asked = "import worn_arms_effects, robolaser; print([kind.name for kind in robolaser.EFFECTS])"
@@ -110,12 +103,6 @@ def test_a_broken_package_is_named_with_what_went_wrong(
         others()
     assert "package worn-arms announces worn_arms_effects:Worn" in str(said.value)
     assert reason in str(said.value)
-
-
-def test_a_name_of_ours_is_taken(install: Install) -> None:
-    install(WORKING.replace("worn_bearing", "backlash"))
-    with pytest.raises(PluginError, match=r"worn-arms .* 'backlash', but robolaser has one of that name"):
-        others()
 
 
 def test_a_name_of_another_package_is_taken(install: Install) -> None:

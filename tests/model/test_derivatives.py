@@ -1,51 +1,72 @@
-"""A model's derivatives agree with differences of one parameter each."""
+"""A model's derivatives agree with differences of one parameter each, whatever sensors and effects it has."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from asked import simulate_as_asked
+from differences import central_differences
+from several import two_trackers
 
+from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
-from robolaser.model.batches import with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
 
-
-@pytest.mark.parametrize("kind", ["stripe", "camera", "point", "pose", "profile", "socket"])
-@pytest.mark.parametrize("effects", [(), ("joint_offset:joint_2",)], ids=["bare", "with an effect"])
-@pytest.mark.parametrize("rows", [None, 7], ids=["all rows", "some rows"])
-def test_a_models_derivatives_are_those_of_each_parameter_by_itself(kind, effects, rows):
-    dataset = simulate(find_robot("scorbot_er7"), kind=kind, poses=20, noise=Noise(), seed=1).dataset
-    whole = Model(dataset, candidate_effects(effects, dataset))
-    model = whole if rows is None else with_rows(whole, np.arange(rows))
-    x, width = model.parameters.nominal, model.parameters.width
-    J = jacobian(model, x[None])[0] * width[:, None, None]
-    ahead, behind = (model.residuals(x + way * np.diag(3e-6 * width)) for way in (1, -1))
-    expected = (ahead - behind) / 6e-6
-    np.testing.assert_allclose(J, expected, rtol=1e-5, atol=1e-8 * np.abs(expected).max())
-
-
-EVERY_STAGE = (
-    "joint_offset:joint_2", "encoder_eccentricity:joint_2", "link_geometry:joint_2", "link_geometry:joint_3",
-    "base_shift", "hand_eye_drift", "stripe_bias", "radial_distortion", "tangential_distortion", "laser_roll",
-    "laser_drift", "laser_curvature", "target_scale", "target_warp",
+KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")
+OF_A_CAMERA = (
+    "latency", "link_geometry:elbow_joint", "base_shift", "hand_eye_drift", "radial_distortion", "target_warp",
 )  # fmt: skip
+OF_A_SCANNER = (
+    "joint_offset:elbow_joint", "joint_compliance:elbow_joint", "encoder_eccentricity:elbow_joint",
+    "link_geometry:elbow_joint", "link_geometry:wrist_1_joint", "base_shift", "hand_eye_drift", "stripe_bias",
+    "radial_distortion", "tangential_distortion", "laser_roll", "laser_drift", "laser_curvature", "target_scale",
+    "target_warp",
+)  # fmt: skip
+OF_BOTH = ("laser_roll", "radial_distortion", "hand_eye_drift", "joint_offset:elbow_joint")
 
 
-@pytest.mark.parametrize("placed", [True, False])
-def test_effects_at_all_stages_together_have_the_derivatives_of_the_whole_model(placed):
-    dataset = simulate(find_robot("scorbot_er7"), poses=8, noise=Noise(), seed=1).dataset
-    dataset = replace(dataset, placed=placed)
-    model = Model(dataset, candidate_effects(EVERY_STAGE, dataset))
-    rng, parameters = np.random.default_rng(0), model.parameters
-    own = np.arange(len(parameters)) >= len(parameters) - len(model.effect_parameters)
-    x = parameters.nominal + own * rng.uniform(-0.02, 0.02, (2, len(parameters))) * parameters.width
-    x = np.clip(x, parameters.lower, parameters.upper)
-    J = jacobian(model, x) * parameters.width[:, None, None]
-    for one, found in zip(x, J, strict=True):
-        ahead, behind = (model.residuals(one + way * np.diag(1e-5 * parameters.width)) for way in (1, -1))
-        expected = (ahead - behind) / 2e-5
-        np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
+def cell(kind: str = "stripe", **options: object) -> Dataset:
+    return simulate_as_asked(find_robot("ur5"), kind=kind, **{"poses": 8, "seed": 1, **options}).dataset
+
+
+CASES = {
+    **{kind: (lambda kind=kind: cell(kind), ()) for kind in KINDS},
+    **{f"{kind}, an effect": (lambda kind=kind: cell(kind), ("joint_offset:elbow_joint",)) for kind in KINDS},
+    **{
+        f"{kind}, sessions": (lambda kind=kind: cell(kind, sessions=2, placed=False), ("joint_offset:elbow_joint",))
+        for kind in KINDS
+    },
+    "along v": (lambda: cell(stripe_axis="v", bracket_quat=(0.1, 0.3, -0.2, 0.9)), ()),
+    "angles of the paper": (lambda: replace(cell(), angles="zyz"), ()),
+    "all stages": (cell, OF_A_SCANNER),
+    "all stages, unplaced": (lambda: cell(placed=False), OF_A_SCANNER),
+    "bodies far off": (lambda: cell("pose", points=2, noise=Noise(point_m=1e-3, angle_rad=0.3)), ()),
+    "profiles of a standing sensor": (lambda: cell("profile", points=2, mount="base"), ()),
+    "camera, all stages": (lambda: cell("camera", speed=0.05), OF_A_CAMERA),
+    "camera, all stages, unplaced": (lambda: cell("camera", speed=0.05, placed=False), OF_A_CAMERA),
+    "standing camera, all stages": (lambda: cell("camera", speed=0.05, placed=False, mount="base"), OF_A_CAMERA),
+    "scanner and corners": (lambda: cell("stripe+camera", placed=False, noise=Noise(pixel_px=0.1)), OF_BOTH),
+    "scanner and corners along v": (lambda: cell("stripe+camera", placed=False, stripe_axis="v"), OF_BOTH),
+    "two trackers": (two_trackers, ("joint_offset:elbow_joint", "backlash:elbow_joint", "tracker_scale")),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_models_derivatives_are_those_of_each_parameter_by_itself(case: str) -> None:
+    made, effects = CASES[case]
+    dataset = made()
+    model = Model(dataset, candidate_effects(effects, dataset))
+    parameters, rng = model.parameters, np.random.default_rng(0)
+    near = parameters.nominal + 1e-3 * parameters.width * rng.uniform(-1.0, 1.0, (2, len(parameters)))
+    near = np.clip(near, parameters.lower, parameters.upper)
+    for x, slopes in zip(near, jacobian(model, near), strict=True):
+
+        def moved(shares: np.ndarray, x: np.ndarray = x) -> np.ndarray:
+            return model.residuals(x + shares * parameters.width)
+
+        expected = central_differences(moved, np.full(len(x), 3e-6))
+        found = np.moveaxis(slopes, 0, -1) * parameters.width
+        np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-7 * np.abs(expected).max())

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
-from robolaser.data.subsampling import subsampled
 from robolaser.data.writing import save
 from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
@@ -41,11 +39,6 @@ def truth_of(made: Simulated, model: Model) -> Array:
 def values(**changes: float) -> Values:
     nominal = {"f": 0.008, "s_u": 7e-6, "s_v": 7.4e-6, "u_0": 320.0, "v_0": 240.0, "k": 900.0, "b": 0.14, "theta": 0.45}
     return {name: np.array([value]) for name, value in (nominal | changes).items()}
-
-
-def test_truth_leaves_nothing(made: Simulated) -> None:
-    model = Model(made.dataset)
-    assert np.abs(model.residuals(truth_of(made, model))).max() < 1e-9
 
 
 @pytest.mark.parametrize("c", [0.5, 1.3])
@@ -92,15 +85,6 @@ def test_projection_undoes_triangulation(axis: str, k: float) -> None:
     assert ahead.any()
     np.testing.assert_allclose(seen[0, ahead], pixel[0, ahead], atol=1e-8)
     assert np.isnan(seen[0, ~ahead]).all()
-
-
-def test_at_a_pole_the_cost_is_infinite_and_not_a_number_never(made: Simulated) -> None:
-    model = Model(made.dataset)
-    x = truth_of(made, model)
-    theta, b = model.parameters.columns(["theta", "b"])
-    x[0, theta], x[0, b] = 0.0, 0.1
-    x[0, model.parameters.columns(["v_0"])] = made.dataset.points.pixel[0, 1]
-    assert model.cost(x)[0] == np.inf
 
 
 def test_zyz_angles_are_the_papers_matrix() -> None:
@@ -152,16 +136,3 @@ def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
     completed = model.completed(scanner)
     x = np.array([[completed[name][0] for name in model.parameters.names]])
     assert np.abs(model.residuals(x)).max() < 1e-9
-
-
-def test_a_population_costs_what_its_members_cost(made: Simulated) -> None:
-    model = Model(made.dataset)
-    x = RNG.uniform(model.parameters.lower, model.parameters.upper, (40, 14))
-    alone = np.array([model.cost(x[i : i + 1])[0] for i in range(len(x))])
-    np.testing.assert_allclose(model.cost(x), alone, rtol=1e-12)
-
-
-def test_thinning_keeps_every_pose(made: Simulated) -> None:
-    dataset: Dataset = subsampled(made.dataset, 18)
-    assert set(dataset.points.pose) == set(made.dataset.points.pose)
-    assert len(dataset.points) <= 18

@@ -43,11 +43,6 @@ def plain_cell(kind: str) -> Dataset:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_without_noise_the_truth_leaves_nothing(robot: Robot, kind: str) -> None:
-    assert rms(small(robot, kind)) < 1e-11
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_with_effects_the_truth_leaves_nothing_but_the_nominal_model_does(robot: Robot, kind: str) -> None:
     simulated = small(robot, kind, effects=BENT | ({"laser_roll": 0.1} if kind == "stripe" else {}))
     assert rms(simulated) < 1e-11

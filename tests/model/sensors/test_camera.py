@@ -16,7 +16,6 @@ from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError, EstimationError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera import CameraSensor
@@ -66,23 +65,6 @@ def test_points_are_seen_where_opencv_sees_them() -> None:
 def test_straightening_undoes_the_lens() -> None:
     straight = np.random.default_rng(0).uniform(-0.4, 0.4, (1, 50, 2))
     np.testing.assert_allclose(straighten(to_pixels(distort(straight, VALUES), VALUES), VALUES), straight, atol=1e-9)
-
-
-@pytest.mark.parametrize(("mount", "placed"), CELLS)
-def test_derivatives_are_those_of_differences_with_effects_at_every_stage(mount: str, placed: bool) -> None:
-    made = cell(mount, placed=placed, poses=6, speed=0.05)
-    held = Parameter("k3", "", made.truth["k3"], made.truth["k3"], made.truth["k3"])
-    dataset = replace(made.dataset, parameters={**made.dataset.parameters, "k3": held})
-    every = ["latency", "link_geometry:elbow_joint", "base_shift", "hand_eye_drift", "radial_distortion", "target_warp"]
-    model = Model(dataset, candidate_effects(every, dataset))
-    rng, width = np.random.default_rng(0), model.parameters.width
-    x = model.parameters.nominal + 1e-3 * width * rng.uniform(0.0, 1.0, len(width))
-    steps = 1e-5 * width
-    ahead, behind = (model.residuals(x + way * np.diag(steps)) for way in (1.0, -1.0))
-    expected = (ahead - behind) / (2.0 * steps[:, None, None])
-    J = jacobian(model, x[None])[0]
-    largest = np.abs(expected).max(axis=(1, 2), keepdims=True)
-    assert (np.abs(J - expected) <= 1e-5 * largest + 1e-7).all()
 
 
 @pytest.mark.parametrize(("mount", "placed"), CELLS)

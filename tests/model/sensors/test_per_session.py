@@ -76,18 +76,6 @@ def test_each_session_has_the_residuals_of_the_ordinary_data_set_it_is(kind):
         np.testing.assert_array_equal(alone.residuals_at(own), whole[:, of_row == number])
 
 
-@pytest.mark.parametrize("kind", ["point", "pose", "profile", "socket", "stripe", "camera"])
-def test_derivatives_are_those_of_finite_differences(kind):
-    made = cell(kind, placed=False, poses=6)
-    model = Model(made.dataset, candidate_effects(["joint_offset:joint_2"], made.dataset))
-    x = near(model, made.truth)
-    J = jacobian(model, x)[0]
-    for i, width in enumerate(np.minimum(model.parameters.width, 1.0)):
-        step = 1e-5 * width * np.eye(x.shape[1])[i]
-        slope = (model.residuals(x + step) - model.residuals(x - step))[0] / (2 * step[i])
-        np.testing.assert_allclose(J[i], slope, atol=1e-6 * max(1.0, np.abs(slope).max()))
-
-
 def test_one_fit_of_two_sessions_finds_the_arm_better_than_either_and_each_base():
     made = cell(effects=EFFECT, poses=16)
     plan = Plan(effects=("joint_offset:joint_3",))

@@ -19,8 +19,6 @@ from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, to_quaternion
 from robolaser.model.blocks.errors import row_errors
 from robolaser.model.blocks.start import initialize
-from robolaser.model.derivatives import jacobian
-from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import Perturbation
 from robolaser.simulation import CellOptions, Simulated, simulate
@@ -72,18 +70,6 @@ def test_where_the_target_is_known_nothing_needs_to_be_given_either() -> None:
 def test_both_have_the_parameters_of_one_camera(noisy: Simulated) -> None:
     names = Model(noisy.dataset).parameters.names
     assert set(names) == set(noisy.truth)
-
-
-@pytest.mark.parametrize("axis", ["u", "v"])
-def test_derivatives_are_those_of_the_residuals(axis: str) -> None:
-    made = scanner(stripe_axis=axis, noise=Noise(pixel_px=0.1))
-    kinds = ("laser_roll", "radial_distortion", "hand_eye_drift", "joint_offset:elbow_joint")
-    model = Model(made.dataset, candidate_effects(kinds, made.dataset))
-    x, steps = model.parameters.nominal, 1e-5 * model.parameters.width
-    numerical = np.moveaxis(central_differences(lambda shifts: model.residuals(x + shifts), steps), -1, 0)
-    exact = jacobian(model, x[None])[0]
-    size = np.abs(numerical).max(axis=(1, 2), keepdims=True) + 1e-9
-    assert exact / size == pytest.approx(numerical / size, abs=1e-6)
 
 
 @pytest.mark.parametrize("axis", ["u", "v"])

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from differences import central_differences
 from several import together, two_trackers
 
 from robolaser import find_robot
@@ -21,8 +20,7 @@ from robolaser.errors import DataError
 from robolaser.estimation.folds import assign_folds
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.geometry.rigid_motion import carry
-from robolaser.model.derivatives import jacobian
-from robolaser.model.effects import EFFECTS, candidate_effects
+from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.radial_distortion import CORNER_M, RadialDistortion
 from robolaser.model.forward_model import Model
 from robolaser.simulation import simulate
@@ -103,14 +101,6 @@ def test_each_sensor_has_noise_of_its_own(trackers: Dataset) -> None:
     noise = noise_of(model, calibrate(dataset).x)
     assert noise.sigmas["left.point"] == 2e-5
     assert noise.sigmas["right.point"] == pytest.approx(1e-3, rel=0.25)
-
-
-@pytest.mark.parametrize("effect", ["joint_offset:elbow_joint", "backlash:elbow_joint", "tracker_scale"])
-def test_derivatives_are_those_of_the_residuals(trackers: Dataset, effect: str) -> None:
-    model = Model(trackers, candidate_effects((effect,), trackers))
-    x, steps = model.parameters.nominal, 1e-6 * np.ones(len(model.parameters))
-    numerical = central_differences(lambda shifts: model.residuals(x + shifts), steps)
-    assert np.moveaxis(jacobian(model, x[None])[0], 0, -1) == pytest.approx(numerical, abs=1e-6)
 
 
 def test_a_higher_radial_term_is_of_the_order_that_each_sensors_own_lens_lacks() -> None:
