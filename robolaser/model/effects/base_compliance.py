@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import exp_so3, pose
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
-from robolaser.model.effects.mechanism import Footing, Part, number
+from robolaser.model.effects.mechanism import Footing, Part
 from robolaser.model.effects.requirements import masses
 from robolaser.model.stages import Stage
 
@@ -50,14 +50,16 @@ class BaseCompliance(Effect):
         """Turn the base under each pose's moment."""
         axes = horizontal_axes(np.array(run.robot.gravity))
         moment = run.loads.overturning_moment @ axes.T
-        stiffer = np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
-        turn = (self.compliance[:, None] * stiffer)[:, None] * moment @ axes
+        turn = self._about_axes()[:, None] * moment @ axes
         return pose(exp_so3(turn), np.zeros(3)) @ T_base_flange
+
+    def _about_axes(self) -> Array:
+        """The compliance about each horizontal axis, (c, 2)."""
+        return self.compliance[:, None] * np.stack([1.0 + self.anisotropy, 1.0 - self.anisotropy], axis=-1)
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """Springs about the horizontal axes that give way."""
-        stiffer = np.array([1.0 + number(self.anisotropy), 1.0 - number(self.anisotropy)])
-        compliance, axes = number(self.compliance) * stiffer, horizontal_axes(np.array(run.robot.gravity))
+        compliance, axes = self._about_axes()[0], horizontal_axes(np.array(run.robot.gravity))
         soft = compliance > 0
         return (Footing(axes[soft], 1.0 / compliance[soft]),) if soft.any() else ()
 

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joints import add_to_joint, moving_joints
@@ -61,16 +61,16 @@ class JointCoupling(Effect):
 
     def apply(self, q: Array, run: Run, /) -> Array:
         """Turn the joint with the other one."""
-        chain = np.array(run.robot.chain)
-        column = chain[np.clip(np.rint(self.other).astype(np.int64), 1, len(chain)) - 1]
+        column = self._column(run)
         other = np.broadcast_to(q, (len(column), *q.shape[1:]))[np.arange(len(column)), :, column]
         return add_to_joint(q, run, self.where, self.ratio[:, None] * other + self.offset[:, None])
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """A joint that follows the other one."""
-        other = run.robot.joints[self._other(run)]
+        other = run.robot.joints[self._column(run)[0]]
         return (Follower(self.where, other, number(self.ratio), number(self.offset)),)
 
-    def _other(self, run: Run) -> int:
-        chain = run.robot.chain
-        return chain[min(max(round(number(self.other)), 1), len(chain)) - 1]
+    def _column(self, run: Run) -> Ints:
+        """The column of the other joint, (c,)."""
+        chain = np.array(run.robot.chain)
+        return np.asarray(chain[np.clip(np.rint(self.other).astype(np.int64), 1, len(chain)) - 1])

@@ -1,8 +1,8 @@
 """Corners of a board in the images of a stripe scanner: its camera by the parameters that the scanner has for it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -70,11 +70,8 @@ class ScannerCorners(Sensor, registered=False):
             derived=() if self.dataset.placed else six_names("target"),
             fixed=("f",),
             closed_form="the board's corners",
-            spans=self._spans,
+            spans=partial(spans, image_px=self.dataset.image_px),
         )
-
-    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        return spans(values, self.dataset.image_px)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """What is known already, as from the scanner's stripe; else by the boards in the images.

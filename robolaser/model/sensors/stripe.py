@@ -1,6 +1,6 @@
 """A camera and a laser plane on the flange: a pixel of the stripe is a point in space."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property, partial
 from typing import Any, ClassVar, final
 
@@ -73,14 +73,11 @@ class Stripe(Sensor):
             fixed=("f",),
             fix_gauge=self._fix_gauge,
             closed_form="the stripe on the target",
-            spans=self._spans,
+            spans=partial(spans, image_px=self.dataset.image_px),
             linear=SIMILARITY,
             solve=partial(solve_similarity, self.dataset),
             costs=StripeCost(self.dataset) if self.dataset.placed else None,
         )
-
-    def _spans(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        return spans(values, self.dataset.image_px)
 
     def _fix_gauge(self, values: Values) -> Values:
         """(f, s_u, s_v, k) → (c f, c s_u, c s_v, k/c²) changes no point: take c so that f is nominal."""
