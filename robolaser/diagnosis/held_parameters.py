@@ -18,7 +18,7 @@ from robolaser.diagnosis.thresholds import CERTAIN, EVEN, SIGMA_OF_95_PERCENT
 from robolaser.diagnosis.wrong_input import fall_in_sigmas, probability_of, squares, told
 from robolaser.errors import RobolaserError
 from robolaser.estimation.linearization import TOUCH
-from robolaser.model.blocks.building import LASER, THINGS
+from robolaser.model.blocks.block import LASER, THINGS
 from robolaser.model.forward_model import Model
 
 PARTS: Final[Mapping[str, str]] = {

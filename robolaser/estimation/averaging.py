@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import chosen_rows, kept_poses
-from robolaser.model.noise.whitening import group_sums
+from robolaser.model.grouped_rows import group_sums
 
 
 @final

@@ -11,7 +11,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import EFFICIENT, Loss
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.blocks.errors import moved_with_pose
-from robolaser.model.noise.whitening import group_sums
+from robolaser.model.grouped_rows import group_sums
 
 OUTLIER_SIGMA: Final = 5.5
 """Standard deviations beyond which a row is a gross error. A quantile: noise puts one row of two numbers in four

@@ -53,3 +53,17 @@ class GroupedRows:
         rows = np.empty((len(self.group), *grouped.shape[2:]))
         rows[self._order] = grouped[self._place]
         return rows
+
+
+def group_sums(rows: Array, group: Ints) -> Array:
+    """Sum rows (m, ...) that share a group's number (m,), -> (largest number + 1, ...)."""
+    apart = np.diff(group)
+    if (apart < 0).any():
+        order = np.argsort(group, kind="stable")
+        rows, group = rows[order], group[order]
+    elif len(group) == group[-1] + 1 and (apart > 0).all():
+        return rows
+    numbers, starts = np.unique(group, return_index=True)
+    sums = np.zeros((int(group[-1]) + 1, *rows.shape[1:]))
+    sums[numbers] = np.add.reduceat(rows, starts, axis=0)
+    return sums

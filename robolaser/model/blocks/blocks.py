@@ -12,8 +12,7 @@ from robolaser.data.dataset import Dataset, Points
 from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
 from robolaser.geometry.hand_eye import undetermined_reason
-from robolaser.model.blocks.block import Block
-from robolaser.model.blocks.building import blocks_of
+from robolaser.model.blocks.block import Block, blocks_of
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values

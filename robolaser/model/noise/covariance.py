@@ -9,7 +9,8 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.noise.whitening import GroupStage, Whitener, group_sums
+from robolaser.model.grouped_rows import group_sums
+from robolaser.model.noise.whitening import GroupStage, Whitener
 
 FLOOR = 1e-6
 """Standard deviation of every number of a row in its own unit, added to all: no covariance becomes singular."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.model.noise.whitening import group_sums
+from robolaser.model.grouped_rows import group_sums
 
 LEAST_REPEATS = 10  # differences between repeats, below which the residuals know more
 GROSS = 5.0  # standard deviations beyond which a repeat is a gross error, not noise

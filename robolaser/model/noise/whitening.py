@@ -13,23 +13,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.model.grouped_rows import GroupedRows
+from robolaser.model.grouped_rows import GroupedRows, group_sums
 
 MOTIONLESS = 1e-12  # variance over that of a white row, up to which a group's shared errors do not move a direction
-
-
-def group_sums(rows: Array, group: Ints) -> Array:
-    """Sum rows (m, ...) that share a group's number (m,), -> (largest number + 1, ...)."""
-    apart = np.diff(group)
-    if (apart < 0).any():
-        order = np.argsort(group, kind="stable")
-        rows, group = rows[order], group[order]
-    elif len(group) == group[-1] + 1 and (apart > 0).all():
-        return rows
-    numbers, starts = np.unique(group, return_index=True)
-    sums = np.zeros((int(group[-1]) + 1, *rows.shape[1:]))
-    sums[numbers] = np.add.reduceat(rows, starts, axis=0)
-    return sums
 
 
 @final

@@ -12,6 +12,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
 from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
+from robolaser.model.grouped_rows import group_sums
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.mounting import Mounting, stands
 from robolaser.model.sensors.new_poses import NewPoses
@@ -190,17 +191,12 @@ def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
     Returns:
         Centres (g, 2) and radii (g,) [m], and which groups have points enough.
     """
-    order = np.argsort(group, kind="stable")
     counts = np.bincount(group)
-    starts = np.cumsum(counts) - counts
-
-    def sums(rows: Array) -> Array:
-        return np.add.reduceat(rows[order], starts, axis=0)
-
-    mean = sums(points) / counts[:, None]
+    mean = group_sums(points, group) / counts[:, None]
     local = points - mean[group]
     A = np.column_stack([2.0 * local, np.ones(len(local))])
-    normal, right = sums(A[:, :, None] * A[:, None]), sums(A * (local**2).sum(axis=1, keepdims=True))
+    normal = group_sums(A[:, :, None] * A[:, None], group)
+    right = group_sums(A * (local**2).sum(axis=1, keepdims=True), group)
     solved = (np.linalg.pinv(normal, hermitian=True) @ right[..., None])[..., 0]
     radius = np.sqrt(np.maximum(solved[:, 2] + (solved[:, :2] ** 2).sum(axis=1), 0.0))
     return mean + solved[:, :2], radius, counts >= LEAST_ROWS
