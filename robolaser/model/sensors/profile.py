@@ -59,10 +59,10 @@ class Profile(Sensor):
     def __init__(self, dataset: Dataset) -> None:
         super().__init__(dataset)
         self._measured = np.insert(dataset.points["profile"], 1, 0.0, axis=1)[None]
-        self.balls = tuple(dict.fromkeys(dataset.points.names))
-        self.ball = dataset.points.number
+        self.balls = tuple(dict.fromkeys(dataset.points.names))  # their names
+        self.ball = dataset.points.number  # which of them each row is on, (m,)
         self._radius = np.array([dataset.radius_m[name] for name in self.balls])[self.ball]
-        self.stands = stands(dataset)
+        self.stands = stands(dataset)  # in the cell
 
     @cached_property
     def parameters(self) -> SensorParameters:
