@@ -1,8 +1,7 @@
 """What an arm's joints and links bear under gravity, the payload's weight included."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -88,10 +87,15 @@ class Loads:
         """The moment of the weight of all that moves about the base's origin, in the base frame, (n, 3) [Nm]."""
         return np.asarray(np.cross(self.carried[1][:, self.robot.chain[0]], np.array(self.robot.gravity)))
 
+    def of_link(self, joint: str) -> LinkLoad:
+        """What hangs on the link before a joint that is not the first."""
+        if joint not in self._of_links:
+            self._of_links[joint] = self._of_link(joint)
+        return self._of_links[joint]
+
     @cached_property
-    def of_link(self) -> Callable[[str], LinkLoad]:
-        """What hangs on the link before a joint, by its name, that is not the first."""
-        return cache(self._of_link)
+    def _of_links(self) -> dict[str, LinkLoad]:
+        return {}
 
     def _of_link(self, joint: str) -> LinkLoad:
         robot, masses, first_moments = self.robot, *self.carried
