@@ -14,10 +14,12 @@ from robolaser.errors import UsageError, near
 from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
+from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.parameters import Parameter
+from robolaser.model.stages import Perturbation
+from robolaser.parameters import Parameter, Values
 from robolaser.robot.kinematics import Robot
 
 FORMAT = "robolaser-calibration/1"
@@ -88,6 +90,12 @@ class Calibration:
     unseen: FoldFits | None = None
     fitted: Model | None = None
     weighted: NoiseWeightedFit | None = None
+
+    @cached_property
+    def solved(self) -> tuple[Blocks, Values, Perturbation]:
+        """The sensors, the parameters' values, and what effects do with these: what places stand in the cell."""
+        values = self.model.parameters.values(self.x[None])
+        return self.model.blocks, values, self.model.perturb(values)
 
     @cached_property
     def objective_m2(self) -> float:

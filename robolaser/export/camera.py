@@ -21,8 +21,7 @@ def camera_yaml(calibration: Calibration) -> str | None:
     largest disagreement. None where the sensor has no camera or the image size is unknown.
     """
     model, dataset = calibration.model, calibration.model.dataset
-    values = model.parameters.values(calibration.x[None])
-    camera = camera_of(model.blocks, values, model.perturb(values))
+    camera = camera_of(*calibration.solved)
     if camera is None or dataset.image_px is None:
         return None
     if camera.distortion is not None:

@@ -35,7 +35,7 @@ class CorrectedArm:
     @cached_property
     def effects(self) -> tuple[tuple[CandidateEffect, Effect], ...]:
         """The effects of the model, with their values."""
-        values = self.calibration.model.parameters.values(self.calibration.x[None])
+        _, values, _ = self.calibration.solved
         return tuple((one, one.at(values)) for one in self.calibration.model.effects)
 
     @cached_property

@@ -47,11 +47,9 @@ def corrected_module(calibration: Calibration) -> str | None:
         return None
     arm, model = CorrectedArm(calibration), calibration.model
     run = model.run
-    values = model.parameters.values(calibration.x[None])
-    perturb = model.perturb(values)
     numbers = _numbers(arm, run) | {
-        "FRAMES": flange_frames(model.blocks, values, perturb),
-        "CELL": base_frames(model.blocks, values, perturb),
+        "FRAMES": flange_frames(*calibration.solved),
+        "CELL": base_frames(*calibration.solved),
     }
     sources = Sources((*numbers, "EFFECTS"))
     for function in (runtime.corrected_targets, runtime.sensor):

@@ -1,9 +1,10 @@
 """URDFs with the sensor at its calibrated place."""
 
+from collections.abc import Mapping
+
+from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
-from robolaser.model.stages import Perturbation
-from robolaser.parameters import Values
 from robolaser.robot.urdf.editing import with_fixed_frames
 
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
@@ -23,7 +24,12 @@ def robot_urdf(calibration: Calibration) -> str:
     drifts is placed as at the first pose.
     """
     robot = calibration.model.dataset.robot
-    return _with_sensor(robot.urdf if robot else FLANGE_ONLY, calibration)
+    if robot is not None:
+        return _with_sensor(robot.urdf, calibration)
+    (flange, carried), (base, standing) = placed_frames(calibration).items()
+    if standing:
+        return with_fixed_frames(BASE_ONLY, base, standing)
+    return with_fixed_frames(FLANGE_ONLY, flange, carried)
 
 
 def corrected_urdf(calibration: Calibration) -> str | None:
@@ -36,21 +42,14 @@ def corrected_urdf(calibration: Calibration) -> str | None:
     return _with_sensor(calibration.robot.urdf, calibration)
 
 
-def _values(calibration: Calibration) -> Values:
-    return calibration.model.parameters.values(calibration.x[None])
-
-
-def _perturbation(calibration: Calibration) -> Perturbation:
-    return calibration.model.perturb(_values(calibration))
+def placed_frames(calibration: Calibration) -> Mapping[str, Mapping[str, Array]]:
+    """The sensor's frames by the link that they are fixed to: the flange, then the base."""
+    robot = calibration.model.dataset.robot
+    base, flange = ("base", "flange") if robot is None else (robot.base, robot.flange)
+    return {flange: flange_frames(*calibration.solved), base: base_frames(*calibration.solved)}
 
 
 def _with_sensor(text: str, calibration: Calibration) -> str:
-    robot = calibration.model.dataset.robot
-    flange = robot.flange if robot else "flange"
-    values, perturb = _values(calibration), _perturbation(calibration)
-    blocks = calibration.model.blocks
-    standing = base_frames(blocks, values, perturb)
-    if robot is None and standing:
-        return with_fixed_frames(BASE_ONLY, "base", standing)
-    text = with_fixed_frames(text, flange, flange_frames(blocks, values, perturb))
-    return text if robot is None else with_fixed_frames(text, robot.base, standing)
+    for link, frames in placed_frames(calibration).items():
+        text = with_fixed_frames(text, link, frames)
+    return text

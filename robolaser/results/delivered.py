@@ -74,7 +74,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     if arm is None or not own or is_withheld(calibration):
         return []
     run = calibration.model.run
-    values = calibration.model.parameters.values(calibration.x[None])
+    _, values, _ = calibration.solved
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
     files: list[tuple[str, Writer, Reader | None, tuple[CandidateEffect, ...]]] = [
