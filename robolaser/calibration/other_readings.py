@@ -11,9 +11,10 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.exchanged_points import exchanged_points, fault_text, with_names
 from robolaser.data.dataset import Dataset
 from robolaser.errors import RobolaserError
-from robolaser.geometry.rigid_motion import inverse
+from robolaser.geometry.rigid_motion import inverse, pose
 from robolaser.model.sensors.mounting import Mounting
 from robolaser.robot.by_name import find_robot, known_robots
+from robolaser.robot.kinematics import Robot
 
 FAR_OUTSIDE = 1.0  # how far a joint may stand outside its limits under a hypothesis [rad or m], as in `poses.csv`
 FEWEST_POSES = 6  # of which rows may be one pose off
@@ -46,21 +47,6 @@ class Hypothesis:
     shift: int = 0
 
 
-@final
-@dataclass(frozen=True)
-class Misreading:
-    """Another way to read the joints of `poses.csv`."""
-
-    columns: tuple[int, ...]  # which column each joint's reading is from, (j,)
-    factors: tuple[float, ...]  # what it is multiplied by, (j,)
-    fault: str  # what is then wrong with the file: the beginning of a sentence
-
-    def of(self, values: Array) -> Array:
-        """Readings or velocities (n, j) as they are meant."""
-        meant: Array = values[:, list(self.columns)] * np.array(self.factors)
-        return meant
-
-
 def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     """All that may be wrong with files whose points are centimetres off.
 
@@ -72,7 +58,7 @@ def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     yield from _of_rows_and_ends(dataset)
     yield from _of_lengths(dataset)
     if dataset.robot is not None and dataset.poses.q is not None:
-        yield from (Hypothesis(_read_as(dataset, reading), reading.fault) for reading in _readings(dataset))
+        yield from _of_joints(dataset)
 
 
 def other_arms(dataset: Dataset) -> Iterator[Hypothesis]:
@@ -126,75 +112,45 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
         )
     if T is None:
         return
+    turned, placed = T[:, :3, :3], T[:, :3, 3]
     for unit, factor in LENGTHS.items():
-        yield Hypothesis(_with_flange(dataset, T, scale=factor), f"The places of the flange seem to be {unit}")
+        fault = f"The places of the flange seem to be {unit}"
+        yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault)
     for axis in range(3) if dataset.placed else (1,):  # about a target that has no place, mirrored axes are alike
+        side = np.where(np.arange(3) == axis, -1.0, 1.0)
         fault = "The flange poses seem to be in a left-handed frame, one axis mirrored"
-        yield Hypothesis(_with_flange(dataset, T, mirrored=axis), fault)
-    transposed = _with_flange(dataset, T, transpose=True)
+        yield Hypothesis(_with_flange(dataset, turned * side[:, None] * side, placed * side), fault)
+    transposed = _with_flange(dataset, np.swapaxes(turned, 1, 2), placed)
     yield Hypothesis(transposed, "The rotations of the flange poses seem to be transposed")
 
 
-def _with_flange(
-    dataset: Dataset, T: Array, *, scale: float = 1.0, mirrored: int | None = None, transpose: bool = False
-) -> Dataset:
-    read = T.copy()
-    read[:, :3, 3] *= scale
-    if mirrored is not None:
-        side = np.where(np.arange(3) == mirrored, -1.0, 1.0)
-        read[:, :3, :3] *= side[:, None] * side
-        read[:, :3, 3] *= side
-    if transpose:
-        read[:, :3, :3] = np.swapaxes(T[:, :3, :3], 1, 2)
-    return replace(dataset, poses=replace(dataset.poses, T_base_flange=read))
+def _with_flange(dataset: Dataset, turned: Array, placed: Array) -> Dataset:
+    return replace(dataset, poses=replace(dataset.poses, T_base_flange=pose(turned, placed)))
 
 
-def _readings(dataset: Dataset) -> Iterator[Misreading]:
-    """Hypotheses under which all joints stay near their limits."""
-    robot, q = dataset.arm
-    j, moves = len(robot.joints), np.ptp(q, axis=0) > 0
-    whole, ones = tuple(range(j)), (1.0,) * j
-    turning = np.flatnonzero(moves & ~robot.prismatic)
-    for reading in (
-        *_exchanged(robot.joints, robot.prismatic, moves),
-        *(
-            Misreading(whole, _but(ones, i, -1.0), f"q_{robot.joints[i]} seems to have the wrong sign")
-            for i in np.flatnonzero(moves).tolist()
-        ),
-        *(
-            Misreading(whole, _but(ones, i, DEGREE), f"q_{robot.joints[i]} seems to be in degrees")
-            for i in turning.tolist()
-        ),
-        *_all_scaled(turning, ones, whole),
-    ):
-        meant = reading.of(q)
+def _of_joints(dataset: Dataset) -> Iterator[Hypothesis]:
+    """Joints read otherwise, where all then stay near their limits."""
+    (robot, q), poses = dataset.arm, dataset.poses
+    for columns, factors, fault in _joints_read_otherwise(robot, np.ptp(q, axis=0) > 0):
+        meant = q[:, columns] * factors
         if ((meant > robot.lower - FAR_OUTSIDE) & (meant < robot.upper + FAR_OUTSIDE)).all():
-            yield reading
+            qd = None if poses.qd is None else poses.qd[:, columns] * factors
+            yield Hypothesis(replace(dataset, poses=replace(poses, q=meant, qd=qd)), fault)
 
 
-def _exchanged(joints: tuple[str, ...], prismatic: Bools, moves: Bools) -> Iterator[Misreading]:
-    for a, b in combinations(range(len(joints)), 2):
-        if prismatic[a] == prismatic[b] and (moves[a] or moves[b]):
-            columns = list(range(len(joints)))
-            columns[a], columns[b] = b, a
+def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, Array, str]]:
+    """The column that each joint's reading is from, what it is multiplied by, (j,) each, and the fault of the file."""
+    joints, every = robot.joints, np.arange(len(robot.joints))
+    whole, turning = np.ones(len(joints)), moves & ~robot.prismatic
+    for a, b in combinations(every, 2):
+        if robot.prismatic[a] == robot.prismatic[b] and (moves[a] or moves[b]):
+            exchanged = np.where(every == a, b, np.where(every == b, a, every))
             fault = f"The columns q_{joints[a]} and q_{joints[b]} of poses.csv seem to be exchanged"
-            yield Misreading(tuple(columns), (1.0,) * len(joints), fault)
-
-
-def _all_scaled(turning: Ints, ones: tuple[float, ...], whole: tuple[int, ...]) -> Iterator[Misreading]:
-    for factor, fault in (
-        (DEGREE, "All angles of poses.csv seem to be in degrees"),
-        (1 / DEGREE, "All angles of poses.csv seem to be divided by 57.3, as if they had been in degrees"),
-    ):
-        yield Misreading(whole, tuple(factor if i in turning else one for i, one in enumerate(ones)), fault)
-
-
-def _but(ones: tuple[float, ...], i: int, factor: float) -> tuple[float, ...]:
-    return (*ones[:i], factor, *ones[i + 1 :])
-
-
-def _read_as(dataset: Dataset, reading: Misreading) -> Dataset:
-    poses = dataset.poses
-    assert poses.q is not None
-    qd = None if poses.qd is None else reading.of(poses.qd)
-    return replace(dataset, poses=replace(poses, q=reading.of(poses.q), qd=qd))
+            yield exchanged, whole, fault
+    for i in np.flatnonzero(moves):
+        yield every, np.where(every == i, -1.0, 1.0), f"q_{joints[i]} seems to have the wrong sign"
+    for i in np.flatnonzero(turning):
+        yield every, np.where(every == i, DEGREE, 1.0), f"q_{joints[i]} seems to be in degrees"
+    yield every, np.where(turning, DEGREE, 1.0), "All angles of poses.csv seem to be in degrees"
+    divided = "All angles of poses.csv seem to be divided by 57.3, as if they had been in degrees"
+    yield every, np.where(turning, 1 / DEGREE, 1.0), divided

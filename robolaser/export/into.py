@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, final
+from typing import Any, Final, final
 
 from robolaser.bounded_reading import ROBOT_BYTES
 from robolaser.errors import RobotError
@@ -38,6 +38,11 @@ class _Numbers:
         if found is not None:
             self.used.add((effect, joint))
         return found
+
+    def attributes(self, joint: str, known: Mapping[str, Pair]) -> dict[str, str]:
+        """The attributes that are an effect's number each, where there is one."""
+        found = {name: self.take(effect, joint, number) for name, (effect, number) in known.items()}
+        return {name: _digits(value) for name, value in found.items() if value is not None}
 
 
 def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
@@ -76,40 +81,32 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
     return Written(ET.tostring(root, encoding="unicode") + "\n", written, lacking)
 
 
+IN_URDF: Final = {"damping": ("viscous_friction", "factor"), "friction": ("coulomb_friction", "torque")}
+"""Attributes of a joint's <dynamics>: the effect and the number that each is."""
+IN_MJCF: Final = {
+    "damping": ("viscous_friction", "factor"),
+    "frictionloss": ("coulomb_friction", "torque"),
+    "armature": ("rotor_inertia", "inertia"),
+}
+"""Likewise, of a joint."""
+DEFAULT_STEP_S = "0.002"
+"""MuJoCo's."""
+
+
 def _urdf(robot: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
-    there = set()
-    for joint in robot.findall("joint"):
-        name = joint.get("name", "")
-        if name not in joints:
-            continue
-        there.add(name)
-        for attribute, effect, number in (
-            ("damping", "viscous_friction", "factor"),
-            ("friction", "coulomb_friction", "torque"),
-        ):
-            value = numbers.take(effect, name, number)
-            if value is not None:
-                dynamics = joint.find("dynamics")
-                dynamics = ET.SubElement(joint, "dynamics") if dynamics is None else dynamics
-                dynamics.set(attribute, _digits(value))
-    return there
+    there = {name: joint for joint in robot.findall("joint") if (name := joint.get("name", "")) in joints}
+    for name, joint in there.items():
+        if attributes := numbers.attributes(name, IN_URDF):
+            dynamics = joint.find("dynamics")
+            dynamics = ET.SubElement(joint, "dynamics") if dynamics is None else dynamics
+            dynamics.attrib.update(attributes)
+    return set(there)
 
 
 def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
-    there = {}
-    for joint in root.iter("joint"):
-        name = joint.get("name", "")
-        if name in joints:
-            there[name] = joint
+    there = {name: joint for joint in root.iter("joint") if (name := joint.get("name", "")) in joints}
     for name, joint in there.items():
-        for attribute, effect, number in (
-            ("damping", "viscous_friction", "factor"),
-            ("frictionloss", "coulomb_friction", "torque"),
-            ("armature", "rotor_inertia", "inertia"),
-        ):
-            value = numbers.take(effect, name, number)
-            if value is not None:
-                joint.set(attribute, _digits(value))
+        joint.attrib.update(numbers.attributes(name, IN_MJCF))
     option = root.find("option")
     step = float(option.get("timestep", DEFAULT_STEP_S) if option is not None else DEFAULT_STEP_S)
     for actuator in root.findall("actuator/position"):
@@ -117,10 +114,6 @@ def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
         if name in there:
             _actuator(actuator, there[name], numbers, step)
     return set(there)
-
-
-DEFAULT_STEP_S = "0.002"
-"""MuJoCo's."""
 
 
 def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: float) -> None:
