@@ -169,7 +169,7 @@ def _import_motion(
     """Turn logs of a moving arm into one data set."""
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.motion.importing import import_motion
-    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
+    from robolaser.motion.reading import MOTION_FOLDER, motion_texts
 
     found = import_motion(sources, arm, options)
     log = found.log

@@ -69,8 +69,8 @@ def simulate(
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.data.stated_noise import Noise
     from robolaser.data.writing import FOLDER, files_of, texts_of
+    from robolaser.motion.reading import MOTION_FOLDER, motion_texts
     from robolaser.motion.simulation import simulate_motion
-    from robolaser.motion.writing import MOTION_FOLDER, motion_texts
     from robolaser.simulation import CellOptions, sizes_of
     from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated

@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
@@ -120,19 +120,12 @@ class LinearRows:
         return best
 
     def _fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
-        blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
-        chosen = np.concatenate([np.arange(b.start, b.stop) for b in blocks]) if blocks else np.empty(0, dtype=int)
-        weight = np.zeros(len(self.rows))
+        chosen, ends = self._chosen(effects, shapes)
         squares = np.array([yy for *_, yy in self._grams])
         x, std, P, worth = np.empty(0), np.empty(0), np.diag(self._prior[chosen]), 0.0
         for _ in range(ROUNDS if len(chosen) else 0):
-            there = self.rows > 0
-            weight[there] = self.independent[there] / np.maximum(squares[there], 1e-24)
-            G = sum(w * A[np.ix_(chosen, chosen)] for w, (A, _, _) in zip(weight, self._grams, strict=True))
+            G, inverse, scale, weight = self._solved(chosen, squares)
             b = sum(w * by[chosen] for w, (_, by, _) in zip(weight, self._grams, strict=True))
-            scale = 1.0 / np.sqrt(np.diag(G + P))
-            H = (G + P) * scale[:, None] * scale
-            inverse = np.linalg.inv(H + 1e-12 * np.eye(len(H)))
             x = scale * (inverse @ (scale * b))
             std = scale * np.sqrt(np.diag(inverse))
             worth = float(np.sum(inverse * (G * scale[:, None] * scale)))
@@ -141,11 +134,25 @@ class LinearRows:
             )
         tried = sum(2.0 * np.log(self._tried[str(one)]) + one.effect.rarity for one in effects)
         score = score_of(squares, self.rows, self.independent, self._form, worth) + float(x @ P @ x) + tried
-        ends = np.cumsum([b.stop - b.start for b in blocks])[:-1]
-        numbers, most = (tuple(np.split(values, ends)) if blocks else () for values in (x, x + SIGMAS * std))
+        numbers, most = (tuple(np.split(values, ends)) if effects else () for values in (x, x + SIGMAS * std))
         if not all(map(self._is_possible, effects, numbers, most)):
             score = float("inf")
         return Fitted(effects, numbers, shapes, score, squares)
+
+    def _chosen(self, effects: Sequence[At], shapes: Sequence[int]) -> tuple[Ints, Ints]:
+        """Columns of effects in some of their shapes, and where among them those of the next effect begin."""
+        blocks = [self._blocks[str(one), shape] for one, shape in zip(effects, shapes, strict=True)]
+        columns = [np.arange(block.start, block.stop) for block in blocks]
+        return np.concatenate([np.empty(0, dtype=np.int64), *columns]), np.cumsum([len(one) for one in columns])[:-1]
+
+    def _solved(self, chosen: Ints, squares: Array) -> tuple[Array, Array, Array, Array]:
+        """Information of columns, the scaled inverse of it and the prior, its scale, and the weight of each joint."""
+        weight = np.where(self.rows > 0, self.independent / np.maximum(squares, 1e-24), 0.0)
+        G = sum(w * A[np.ix_(chosen, chosen)] for w, (A, _, _) in zip(weight, self._grams, strict=True))
+        H = G + np.diag(self._prior[chosen])
+        scale = 1.0 / np.sqrt(np.diag(H))
+        inverse = np.linalg.inv(H * scale[:, None] * scale + 1e-12 * np.eye(len(H)))
+        return np.asarray(G), inverse, scale, weight
 
     def _is_possible(self, one: At, values: Array, most: Array) -> bool:
         """Whether an effect has numbers within their bounds, and physical ones within their errors."""
@@ -160,7 +167,7 @@ class LinearRows:
         """What a model says of all rows, (n, j), constants left out."""
         out = np.zeros(self.values.shape)
         for one, shape, x in zip(fitted.effects, fitted.shapes, fitted.numbers, strict=True):
-            out += self._columns[:, :, self._blocks[str(one), shape]] @ x
+            out += self.columns(one, shape) @ x
         return out
 
     def residuals(self, fitted: Fitted, of_part: "LinearRows | None" = None) -> Array:
@@ -174,17 +181,11 @@ class LinearRows:
 
     def deviations(self, fitted: Fitted) -> tuple[Array, ...]:
         """Standard deviations of the numbers, by as many values as the rows are worth."""
-        blocks = [self._blocks[str(one), shape] for one, shape in zip(fitted.effects, fitted.shapes, strict=True)]
-        if not blocks:
+        if not fitted.effects:
             return ()
-        chosen = np.concatenate([np.arange(b.start, b.stop) for b in blocks])
-        there = self.rows > 0
-        weight = np.where(there, self.independent / np.maximum(fitted.squares, 1e-24), 0.0)
-        G = sum(w * A[np.ix_(chosen, chosen)] for w, (A, _, _) in zip(weight, self._grams, strict=True))
-        scale = 1.0 / np.sqrt(np.diag(G) + self._prior[chosen])
-        H = (G + np.diag(self._prior[chosen])) * scale[:, None] * scale
-        std = scale * np.sqrt(np.diag(np.linalg.inv(H + 1e-12 * np.eye(len(H)))))
-        return tuple(np.split(std, np.cumsum([b.stop - b.start for b in blocks])[:-1]))
+        chosen, ends = self._chosen(fitted.effects, fitted.shapes)
+        _, inverse, scale, _ = self._solved(chosen, fitted.squares)
+        return tuple(np.split(scale * np.sqrt(np.diag(inverse)), ends))
 
 
 def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:

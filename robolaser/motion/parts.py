@@ -7,16 +7,15 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints, Progress
 from robolaser.errors import DataError
-from robolaser.motion.comparable import comparable
+from robolaser.motion.checking import comparable
 from robolaser.motion.effect import At, Kind, MotionEffect
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part, coordinate
 from robolaser.motion.quantities import quantities
-from robolaser.motion.remains import coordinate
 from robolaser.motion.selection import Judged, Search, Selected, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows

@@ -1,5 +1,6 @@
 """What columns of rows that are linear in numbers are made of: speeds, directions, torques of the rigid arm."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
@@ -152,6 +153,16 @@ def at_joint(of: Quantities, joint: int, values: Array) -> Array:
     out = np.zeros((*of.q.shape, values.shape[1]))
     out[:, joint] = values
     return out
+
+
+def of_joint(values: Callable[[Quantities], Array]) -> Callable[[Quantities, int], Sequence[Array]]:
+    """The columns of an effect of one number: what a quantity (n, j) is at its joint."""
+    return lambda of, joint: [at_joint(of, joint, values(of)[:, joint])]
+
+
+def hardly_moves(of: Quantities, joint: int) -> str:
+    """Why an effect cannot be tested on a joint: it has to move."""
+    return "" if of.moves[joint] else "the joint hardly moves"
 
 
 def _of_point(T: Array) -> Array:

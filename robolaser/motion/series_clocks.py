@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 from robolaser.arrays import Array, Ints
-from robolaser.motion.effect import At, MotionEffect
+from robolaser.motion.effect import At
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.log import MotionLog
@@ -110,7 +110,7 @@ class SeriesClocks:
         delay = self.delay + [before.get(run, 0.0) for run in self.runs.tolist()]
         return replace(self, delay=delay, gained=self.gained + other.gained)
 
-    def finding(self, log: MotionLog, joints: Ints, effect: MotionEffect = CLOCK) -> Finding:
+    def finding(self, log: MotionLog, joints: Ints) -> Finding:
         """The clock as a finding, with a number for each series."""
         gained = np.zeros(len(log.joints))
         gained[joints] = self.gained
@@ -121,4 +121,4 @@ class SeriesClocks:
             )
         }
         without = Fitted((), (), (), float(np.sum((self.delay / self.deviation) ** 2)), gained)
-        return Finding(Judged(At(effect, effect.site, 0), 1.0, 0.0, without, ()), "tracking", numbers, gained)
+        return Finding(Judged(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, ()), "tracking", numbers, gained)

@@ -13,8 +13,7 @@ from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import Quantities, derivatives
-from robolaser.motion.servo import Runs
-from robolaser.motion.tracking import torques_along
+from robolaser.motion.tracking import told_to
 from robolaser.robot.kinematics import Robot
 
 RATE_HZ = 100.0
@@ -138,18 +137,12 @@ def _by_own_clocks(
 
 def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At, dict[str, float]]]) -> Array:
     """Where joints go, (n, j)."""
-    n, count, joints = len(time), len(runs), len(robot.joints)
-    command = np.stack(runs, axis=-1).transpose(1, 0, 2)
-    holding = np.stack([robot.gravity_torques(run) for run in runs], axis=-1).transpose(1, 0, 2)
-    along = [torques_along(robot, run, time[1] - time[0]) for run in runs]
-    moving = np.stack(along, axis=-1).transpose(1, 0, 2)
-    step = np.full((n, count), time[1] - time[0])
-    model = Runs(np.full(count, n, dtype=np.int64), step, command, holding, moving, command[:, 0])
+    joints, step_s = len(robot.joints), time[1] - time[0]
     servos: list[dict[str, Any]] = [{} for _ in range(joints)]
     for at, numbers in asked:
         for joint in [at.joint] if at.effect.site == "joint" else range(joints):
             servos[joint] |= {one.servo: numbers[one.name] for one in at.effect.numbers if one.name in numbers}
-    paths = model.simulate(np.arange(joints), servos)
+    paths = told_to(robot, runs, np.full((len(time), len(runs)), step_s), step_s).simulate(np.arange(joints), servos)
     return np.concatenate(list(paths.transpose(1, 0, 2)))
 
 

@@ -1,7 +1,7 @@
 """Rows of joints that follow commands: servos with effects, fitted by damped least squares over simulations."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import final
 
@@ -86,20 +86,13 @@ class TrackingRows:
         self._pieces, self._run = [rows for rows, _ in pieces], np.array([run for _, run in pieces])
         lengths = np.array([rows.stop - rows.start for rows in self._pieces], dtype=np.int64)
         longest, count, joints = int(lengths.max()), len(pieces), log.q.shape[1]
-        command, holding, moving, self._q = (np.full((joints, longest, count), np.nan) for _ in range(4))
-        step = np.full((longest, count), log.step_s)
+        self._q, step = np.full((joints, longest, count), np.nan), np.full((longest, count), log.step_s)
         for s, part in enumerate(self._pieces):
-            n = part.stop - part.start
-            told = _filled(log.command[part])
-            held = np.nan_to_num(told)
-            parts = (told, log.robot.gravity_torques(held), torques_along(log.robot, held, log.step_s))
-            for values, of_piece in zip((command, holding, moving), parts, strict=True):
-                values[:, :n, s] = of_piece.T
-                values[:, n:, s] = values[:, [n - 1], s]
-            self._q[:, :n, s] = log.q[part].T
-            step[: n - 1, s] = np.diff(log.time_s[part])
-        start = np.array([[_first(self._q[j, :, s], command[j, 0, s]) for s in range(count)] for j in range(joints)])
-        self._runs = Runs(lengths, step, command, holding, moving, start)
+            self._q[:, : lengths[s], s] = log.q[part].T
+            step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
+        sent = told_to(log.robot, [_filled(log.command[part]) for part in self._pieces], step, log.step_s)
+        places = [[_first(self._q[j, :, s], sent.start[j, s]) for s in range(count)] for j in range(joints)]
+        self._runs = replace(sent, start=np.array(places))
         self._used = np.ones((longest, count), dtype=bool)
         self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
@@ -250,12 +243,8 @@ class TrackingRows:
             fit.cost = float(fit.residual @ fit.residual)
         moving = [fit for fit in fits if fit.effects]
         for _ in range(rounds):
-            cases = []
-            for fit in moving:
-                aside = [fit.x + STEP * side for side in np.eye(len(fit.x))]
-                cases.append((fit, aside))
-            for fit, residual in zip(moving, self._computed(cases), strict=True):
-                fit.slopes = (residual - fit.residual[:, None]) / STEP
+            for fit, aside in zip(moving, self._aside(moving), strict=True):
+                fit.slopes = (aside - fit.residual[:, None]) / STEP
             steps = [(fit, [fit.within(fit.x + step) for step in _steps(fit)]) for fit in moving]
             going = []
             for (fit, tried), residual in zip(steps, self._computed(steps), strict=True):
@@ -268,6 +257,10 @@ class TrackingRows:
             moving = going
             if not moving:
                 break
+
+    def _aside(self, fits: Sequence[_Fit]) -> list[Array]:
+        """Residuals of each fit with one of its numbers after the other a step further, (kept, d)."""
+        return self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))]) for fit in fits])
 
     def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[Array]:
         """Residuals at the kept rows for some numbers of each fit, (kept, m)."""
@@ -322,8 +315,8 @@ class TrackingRows:
         fit = self._found[joint, fitted.names]
         if not fit.effects:
             return ()
-        (slopes,) = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))])])
-        slopes = (slopes - fit.residual[:, None]) / STEP
+        (aside,) = self._aside([fit])
+        slopes = (aside - fit.residual[:, None]) / STEP
         weight = self.independent[joint] / max(fit.cost, 1e-24)
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
         std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
@@ -340,6 +333,25 @@ class TrackingRows:
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]
         return out
+
+
+def told_to(robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Runs:
+    """Runs by their commands, (n, j) each, the longest first, with the torques that they take; joints begin there.
+
+    Args:
+        robot: The arm.
+        commands: NaN where a joint was told nothing.
+        step: From each row to the next, (t, s) [s].
+        step_s: The usual one.
+    """
+    told, holding, moving = np.empty((3, len(robot.joints), *step.shape))
+    for s, command in enumerate(commands):
+        held = np.nan_to_num(command)
+        torques = robot.gravity_torques(held), torques_along(robot, held, step_s)
+        for values, of_run in zip((told, holding, moving), (command, *torques), strict=True):
+            values[:, : len(command), s] = of_run.T
+            values[:, len(command) :, s] = of_run[-1][:, None]
+    return Runs(np.array(list(map(len, commands))), step, told, holding, moving, told[:, 0])
 
 
 def torques_along(robot: Robot, told: Array, step_s: float) -> Array:

@@ -11,9 +11,8 @@ from moved_arms import urdf
 import robolaser
 from robolaser.errors import DataError
 from robolaser.motion.log import QUANTITIES, MotionLog
-from robolaser.motion.reading import load_motion
+from robolaser.motion.reading import load_motion, motion_texts
 from robolaser.motion.simulation import simulate_motion
-from robolaser.motion.writing import motion_texts
 from robolaser.robot.kinematics import Robot
 
 

@@ -12,8 +12,8 @@ from robolaser.cli import main
 from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionPlan, plan_motion
+from robolaser.motion.reading import motion_texts
 from robolaser.motion.simulation import simulate_motion
-from robolaser.motion.writing import motion_texts
 from robolaser.robot.kinematics import Robot
 
 ROBOT = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))

@@ -8,7 +8,7 @@ from moved_arms import JOINTS, World, mjcf, record, urdf
 
 from robolaser.cli import main
 from robolaser.motion.log import MotionLog
-from robolaser.motion.writing import motion_texts
+from robolaser.motion.reading import motion_texts
 
 pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 

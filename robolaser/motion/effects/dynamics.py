@@ -6,18 +6,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import TOOL, MotionEffect, Number
-from robolaser.motion.quantities import Quantities, at_joint
+from robolaser.motion.quantities import Quantities, hardly_moves, of_joint
 
 GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base inertial parameters"
 MASS = ("mass", "kg"), ("mass_x", "kg m"), ("mass_y", "kg m"), ("mass_z", "kg m")
-
-
-def _rotor(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.acceleration[:, joint])]
-
-
-def _constant(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.rigid[:, joint])]
 
 
 def _link(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -52,10 +44,6 @@ OF_REACH = 1.0 / 3.0  # the length of a link
 MOST_STARTS = 40  # runs at whose beginning a payload may have been taken up
 
 
-def _moves(quantities: Quantities, joint: int) -> str:
-    return "" if quantities.moves[joint] else "the joint hardly moves"
-
-
 def _weighs(quantities: Quantities, joint: int) -> str:
     spread = float(np.nanstd(quantities.rigid[:, joint]))
     return "" if spread > 1e-6 else "the URDF's masses put no torque on this joint"
@@ -75,15 +63,15 @@ DYNAMICS = (
         name="rotor_inertia", title="inertia of the motor behind its gear", clause="the motor's inertia is missing",
         cause="dynamics", rows="torque", numbers=(Number("inertia", "kg m²", 0.5, 0.0),),
         remedy="Give the simulated joint this armature.", reference="Siciliano et al. 2009, Robotics, ch. 7.3.4",
-        columns=_rotor, needs=_moves, rivals=("link_inertia",),
+        columns=of_joint(lambda of: of.acceleration), needs=hardly_moves, rivals=("link_inertia",),
     ),
     MotionEffect(
         name="torque_constant", title="measured torques have a wrong factor",
         clause="measured torques have a wrong factor", cause="dynamics", rows="torque",
         numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
         remedy="Check the motor's torque constant and the gear's ratio.",
-        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains", columns=_constant, needs=_weighs,
-        rivals=("payload", "link_inertia"),
+        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
+        columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
     ),
     MotionEffect(
         name="link_inertia", title="mass, centre or inertia of the link differ from the URDF's",

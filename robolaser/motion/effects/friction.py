@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import MotionEffect, Number
-from robolaser.motion.quantities import Quantities, at_joint
+from robolaser.motion.quantities import Quantities, at_joint, hardly_moves, of_joint
 
 ARMSTRONG = "Armstrong-Hélouvry, Dupont, Canudas de Wit 1994, Automatica 30"
 STRIBECK_SPEEDS = (0.03, 0.1, 0.3)
@@ -14,31 +14,11 @@ STRIBECK_SPEEDS = (0.03, 0.1, 0.3)
 REMEDY = "Give the simulated joint this friction: MuJoCo's damping and frictionloss."
 
 
-def _moves(quantities: Quantities, joint: int) -> str:
-    return "" if quantities.moves[joint] else "the joint hardly moves"
-
-
-def _viscous(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.speed[:, joint])]
-
-
-def _coulomb(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.direction[:, joint])]
-
-
-def _asymmetric(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, np.abs(quantities.direction[:, joint]))]
-
-
 def _stribeck(quantities: Quantities, joint: int) -> Sequence[Array]:
     speed, direction = quantities.speed[:, joint], quantities.direction[:, joint]
     most = float(np.abs(speed).max(initial=1e-9))
     falls = [np.exp(-((speed / (share * most)) ** 2)) for share in STRIBECK_SPEEDS]
     return [at_joint(quantities, joint, direction * fall) for fall in falls]
-
-
-def _by_load(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.direction[:, joint] * np.abs(quantities.rigid[:, joint]))]
 
 
 def _shared(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -49,44 +29,45 @@ def _shared(quantities: Quantities, joint: int) -> Sequence[Array]:
 def _loaded(quantities: Quantities, joint: int) -> str:
     load = np.abs(quantities.rigid[:, joint])
     spread = float(np.nanstd(load))
-    return _moves(quantities, joint) or ("" if spread > 1e-6 else "the load on the joint hardly changes")
+    return hardly_moves(quantities, joint) or ("" if spread > 1e-6 else "the load on the joint hardly changes")
 
 
 FRICTION = (
     MotionEffect(
         name="viscous_friction", title="friction that grows with speed", clause="friction grows with speed",
         cause="friction", rows="torque", numbers=(Number("factor", "Nm s/rad", 1.0, 0.0),), remedy=REMEDY,
-        reference=ARMSTRONG, columns=_viscous, needs=_moves, rivals=("coulomb_friction",),
+        reference=ARMSTRONG, columns=of_joint(lambda of: of.speed), needs=hardly_moves, rivals=("coulomb_friction",),
     ),
     MotionEffect(
         name="coulomb_friction", title="dry friction against the direction of motion",
         clause="the joint has dry friction",
         cause="friction", rows="torque", numbers=(Number("torque", "Nm", 1.0, 0.0),), remedy=REMEDY,
-        reference=ARMSTRONG, columns=_coulomb, needs=_moves, rivals=("viscous_friction", "load_friction"),
+        reference=ARMSTRONG, columns=of_joint(lambda of: of.direction), needs=hardly_moves,
+        rivals=("viscous_friction", "load_friction"),
     ),
     MotionEffect(
         name="asymmetric_friction", title="more friction in one direction than in the other",
         clause="friction differs between the directions of motion", cause="friction", rows="torque",
         numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
-        reference="Bona, Indri 2005, CDC: friction compensation in robotics", columns=_asymmetric, needs=_moves,
-        rivals=("link_inertia",),
+        reference="Bona, Indri 2005, CDC: friction compensation in robotics",
+        columns=of_joint(lambda of: np.abs(of.direction)), needs=hardly_moves, rivals=("link_inertia",),
     ),
     MotionEffect(
         name="stribeck_friction", title="more friction at low speed", clause="friction is larger at low speed",
         cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5, 0.0),), remedy=REMEDY,
-        reference=ARMSTRONG, columns=_stribeck, needs=_moves, rivals=("coulomb_friction", "viscous_friction"),
+        reference=ARMSTRONG, columns=_stribeck, needs=hardly_moves, rivals=("coulomb_friction", "viscous_friction"),
     ),
     MotionEffect(
         name="load_friction", title="friction that grows with the load", clause="friction grows with the load",
         cause="friction", rows="torque", numbers=(Number("share", "", 0.05, 0.0, 1.0),), remedy=REMEDY,
         reference="Bittencourt, Gunnarsson 2012, J. Dyn. Sys. 134: static friction in a robot joint",
-        columns=_by_load, needs=_loaded, rivals=("coulomb_friction",),
+        columns=of_joint(lambda of: of.direction * np.abs(of.rigid)), needs=_loaded, rivals=("coulomb_friction",),
     ),
     MotionEffect(
         name="coupled_friction", title="friction of a motor that moves a neighbouring joint, too",
         clause="friction follows the motion of a neighbouring joint", cause="friction", rows="torque",
         numbers=(Number("torque", "Nm", 0.5),), remedy="Move the neighbouring joint alone to see it.",
         reference="Khalil, Dombre 2002, Modeling, identification and control of robots: coupled wrists",
-        columns=_shared, needs=_moves,
+        columns=_shared, needs=hardly_moves,
     ),
 )  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.motion.effect import TIMING, MotionEffect, Number
-from robolaser.motion.quantities import Quantities, at_joint
+from robolaser.motion.quantities import Quantities, at_joint, of_joint
 
 TUTTLE = "Tuttle, Seering 1996, IEEE Trans. Robotics and Automation 12: a nonlinear model of a harmonic drive"
 CYCLES = (1, 2, 4, *range(8, 65, 4), *range(70, 331, 10))
@@ -17,10 +17,6 @@ SEEN_CYCLES = 2.0  # fewer over the range of motion are no ripple to be told fro
 def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
     speed = quantities.speed * np.isfinite(quantities.measured)
     return [np.where(np.isfinite(speed), -speed, 0.0)[..., None]]
-
-
-def _spring(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, -quantities.carried[:, joint])]  # the load stays behind the motor
 
 
 def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
@@ -42,10 +38,6 @@ def _turns(quantities: Quantities, joint: int) -> str:
     return "" if enough else "the joint moves through too few turns of its motor"
 
 
-def _ratio(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [at_joint(quantities, joint, quantities.q[:, joint])]
-
-
 TRANSMISSION = (
     MotionEffect(
         name="clock_shift", title="the two encoders are not read at the same instant",
@@ -56,7 +48,8 @@ TRANSMISSION = (
     MotionEffect(
         name="gear_spring", title="the gear winds up under torque", clause="the gear winds up under torque",
         cause="transmission", rows="load", numbers=(Number("compliance", "rad/Nm", 1e-5),),
-        remedy="Give the simulated joint this stiffness.", reference=TUTTLE, columns=_spring,
+        remedy="Give the simulated joint this stiffness.", reference=TUTTLE,
+        columns=of_joint(lambda of: -of.carried),  # the load stays behind the motor
     ),
     MotionEffect(
         name="lost_motion", title="lost motion in the gear", clause="the gear has lost motion", cause="transmission",
@@ -73,6 +66,7 @@ TRANSMISSION = (
     MotionEffect(
         name="gear_ratio", title="the gear ratio is not as stated", clause="the gear ratio is not as stated",
         cause="transmission", rows="load", numbers=(Number("factor", "", 1e-3),),
-        remedy="Correct the ratio in the controller.", reference="Data sheet of the gear", columns=_ratio,
+        remedy="Correct the ratio in the controller.", reference="Data sheet of the gear",
+        columns=of_joint(lambda of: of.q),
     ),
 )  # fmt: skip
