@@ -83,7 +83,7 @@ def _named(text: str, name: str) -> ProblemSpec:
             of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
             return ProblemSpec(name, tuple(spec.makers[0] for spec in of_each))
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
-    from robolaser.estimation.search_bounds import check_bounds  # noqa: PLC0415 - test functions need no models
+    from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
     from robolaser.problems.reduction import ReducedModel  # noqa: PLC0415
 

@@ -1,6 +1,13 @@
-"""The global search: one problem, one algorithm, one budget, one seed; it can be stopped and resumed."""
+"""The global search: one problem, one algorithm, one budget, one seed.
 
+Its state is a file of numbers without code: a search that was stopped goes on from it as if it never had been.
+"""
+
+import io
+import json
 import time
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -8,10 +15,14 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
-from robolaser.calibration.search_state import load_state, save_state
+from robolaser.bounded_reading import ARRAY_BYTES, opened
+from robolaser.data.array_damage import DAMAGE
+from robolaser.data.atomic_write import write_bytes
+from robolaser.errors import AlgorithmError, DataError
 
 CHECKPOINT = "search.npz"
-COURSE = ("evaluations", "best", "x")
+FORMAT = "robolaser-checkpoint/3"
+COURSE = ("evaluations", "best", "x")  # of `History`
 INSTEAD_OF_0 = 2**31 - 1  # pycma seeds itself from the clock where the seed is 0
 ON_THE_WAY = 10  # earlier best candidates that are returned
 SECONDS_BETWEEN_CHECKPOINTS = 2.0  # an interrupted run loses no more than that
@@ -71,24 +82,25 @@ def search(
     from robolaser.algorithms.rcga import RCGA  # noqa: PLC0415
 
     termination = get_termination("n_gen", generations)
-    course = _Course(problem.names)
+    course: dict[str, list[Any]] = {name: [] for name in COURSE}
     keeps = state if isinstance(algorithm, RCGA) else None
     algorithm.setup(problem, termination=termination, seed=seed or INSTEAD_OF_0, verbose=False)
     if keeps is not None and resume and (keeps / CHECKPOINT).exists():
-        course.read(load_state(algorithm, keeps / CHECKPOINT, fingerprint, COURSE))
+        course = {name: list(each) for name, each in load_state(algorithm, keeps / CHECKPOINT, fingerprint).items()}
     saved = time.monotonic()
     while algorithm.has_next():
         algorithm.next()
-        course.add(*_generation(algorithm), int(algorithm.evaluator.n_eval))
+        _go_on(course, *_generation(algorithm), int(algorithm.evaluator.n_eval))
         if progress is not None:
-            progress("searching", min(1.0, len(course.best) / generations))
+            progress("searching", min(1.0, len(course["best"]) / generations))
         if keeps is not None and time.monotonic() - saved > SECONDS_BETWEEN_CHECKPOINTS:
-            save_state(algorithm, course.arrays, keeps / CHECKPOINT, fingerprint)
+            save_state(algorithm, course, keeps / CHECKPOINT, fingerprint)
             saved = time.monotonic()
     X, F = _generation(algorithm)
     last = X[np.argsort(F, kind="stable")]
-    on_the_way = course.x[:: -max(1, len(course.x) // ON_THE_WAY)]
-    return Found(np.vstack([*on_the_way, last]), course.history, int(algorithm.evaluator.n_eval))
+    on_the_way = course["x"][:: -max(1, len(course["x"]) // ON_THE_WAY)]
+    history = History(problem.names, *(np.array(course[name]) for name in COURSE))
+    return Found(np.vstack([*on_the_way, last]), history, int(algorithm.evaluator.n_eval))
 
 
 def _generation(algorithm: Any) -> tuple[Array, Array]:
@@ -101,33 +113,94 @@ def _generation(algorithm: Any) -> tuple[Array, Array]:
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
 
-class _Course:
-    """Collects the history of a search."""
+def _go_on(course: Mapping[str, list[Any]], X: Array, F: Array, evaluations: int) -> None:
+    """Add a generation to the course of a search."""
+    i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
+    better = not course["best"] or F[i] < course["best"][-1]
+    course["evaluations"].append(evaluations)
+    course["best"].append(float(F[i]) if better else course["best"][-1])
+    course["x"].append(X[i].copy() if better else course["x"][-1])
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self.names = names
-        self.evaluations: list[int] = []
-        self.best: list[float] = []
-        self.x: list[Array] = []
 
-    def add(self, X: Array, F: Array, evaluations: int) -> None:
-        i = int(np.argmin(F))
-        if np.isnan(F[i]):
-            i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
-        better = not self.best or F[i] < self.best[-1]
-        self.best.append(float(F[i]) if better else self.best[-1])
-        self.x.append(X[i].copy() if better else self.x[-1])
-        self.evaluations.append(evaluations)
+def save_state(algorithm: Any, course: Mapping[str, Any], path: Path, fingerprint: str) -> None:
+    """Save a run of `RCGA` between two generations, and its course so far, in the place of an earlier state.
 
-    @property
-    def history(self) -> History:
-        return History(self.names, np.array(self.evaluations), np.array(self.best), np.array(self.x))
+    Raises:
+        OutputError: The file cannot be written; an earlier one is unharmed.
+    """
+    header = {
+        "format": FORMAT,
+        "fingerprint": fingerprint,
+        "random_state": algorithm.random_state.bit_generator.state,
+        "generation": algorithm.n_iter,
+        "evaluations": algorithm.evaluator.n_eval,
+    }
+    X, F = algorithm.pop.get("X", "F")
+    write_arrays(path, {"header": np.array(json.dumps(header)), "X": X, "F": F, **course})
 
-    @property
-    def arrays(self) -> dict[str, Any]:
-        return {"evaluations": self.evaluations, "best": self.best, "x": self.x}
 
-    def read(self, arrays: dict[str, Any]) -> None:
-        self.evaluations = [int(n) for n in arrays["evaluations"]]
-        self.best = [float(b) for b in arrays["best"]]
-        self.x = list(arrays["x"])
+def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, Array]:
+    """Put an algorithm that was set up as that of the run into the state that was saved; returns the run's course.
+
+    Raises:
+        AlgorithmError: The file is missing or damaged, or belongs to another run.
+    """
+    from pymoo.core.population import Population  # noqa: PLC0415 - pymoo takes a second to import
+
+    arrays = read_arrays(path, ("header", "X", "F", *COURSE))
+    try:
+        header = json.loads(str(arrays["header"]))
+        if header["format"] != FORMAT:
+            raise _unreadable(path, f"its format is {header['format']!r}, this program reads {FORMAT!r}")
+        if header["fingerprint"] != fingerprint:
+            raise AlgorithmError(
+                f"{path} belongs to another run. Resume with the data and options that the run was started with, or"
+                " delete the checkpoint to start over."
+            )
+        algorithm._initialize()
+        algorithm.random_state.bit_generator.state = header["random_state"]
+        algorithm.n_iter, algorithm.evaluator.n_eval = header["generation"], header["evaluations"]
+        algorithm.pop = algorithm.evaluator.eval(
+            algorithm.problem, Population.new(X=arrays["X"], F=arrays["F"]), skip_already_evaluated=True
+        )
+    except DAMAGE as error:
+        raise _unreadable(path, f"it is not a checkpoint ({error})") from None
+    algorithm.is_initialized = True
+    algorithm._set_optimum()
+    return {name: arrays[name] for name in COURSE}
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays by name as a file of NumPy's, whole or not at all.
+
+    Raises:
+        OutputError: The disk or the rights say no.
+    """
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **arrays)
+    write_bytes(path, file.getvalue())
+
+
+def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Any]:
+    """Read arrays by name.
+
+    Raises:
+        AlgorithmError: The file is missing, damaged, without one of them, or becomes larger than any search's state.
+    """
+    try:
+        with (
+            warnings.catch_warnings(action="ignore"),  # of headers that an old Python wrote
+            opened(path, ARRAY_BYTES) as stream,
+            np.load(stream, allow_pickle=False) as file,
+        ):
+            if sum(entry.file_size for entry in file.zip.infolist()) > ARRAY_BYTES:
+                raise _unreadable(path, f"it would become more than {ARRAY_BYTES} bytes")
+            return {name: file[name] for name in names}
+    except DataError as error:
+        raise _unreadable(path, str(error).rstrip(".")) from None
+    except DAMAGE as error:
+        raise _unreadable(path, f"it is truncated or damaged ({error})") from None
+
+
+def _unreadable(path: Path, reason: str) -> AlgorithmError:
+    return AlgorithmError(f"{path} is no whole state of a search: {reason}. Delete it to start the run over.")

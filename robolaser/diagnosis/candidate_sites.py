@@ -13,7 +13,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
 from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD
-from robolaser.estimation.noise_limits import LEVER_M
+from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.link_geometry import LinkGeometry

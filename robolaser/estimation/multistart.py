@@ -12,6 +12,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data import subsampling
+from robolaser.errors import UsageError
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
@@ -126,3 +127,21 @@ def _hopeless(costs: Array, converged: Bools, steps: Ints) -> Bools:
 def _same(costs: Array, lowest: float) -> Bools:
     """Which costs (c,) are as good as the lowest one."""
     return np.asarray(costs <= lowest * (1.0 + SAME) + NOTHING_M2)
+
+
+def check_bounds(model: Model, what: str) -> None:
+    """See that somebody gave bounds for all that is searched: elsewhere they are no must.
+
+    Args:
+        model: Whose sensor has free parameters.
+        what: Searches within bounds: "--algorithm rcga".
+
+    Raises:
+        UsageError: Nobody did for some.
+    """
+    names = model.sensor_parameters.unbounded(model.blocks.free)
+    if names:
+        raise UsageError(
+            f"{what} searches within bounds, but dataset.toml gives none for {', '.join(names)}: these start from"
+            " closed forms. State { nominal, lower, upper } for each under [parameters], or calibrate without a search."
+        )

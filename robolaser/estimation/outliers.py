@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.estimation.noise_limits import LEVER_M
+from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import EFFICIENT, Loss
 from robolaser.estimation.solver import ENOUGH, SHARE, solve

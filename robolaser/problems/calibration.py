@@ -7,7 +7,7 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
-from robolaser.estimation.search_bounds import check_bounds
+from robolaser.estimation.multistart import check_bounds
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 

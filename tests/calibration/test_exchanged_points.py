@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robolaser
-from robolaser.calibration.exchanged_points import exchanged_points, with_names
+from robolaser.calibration.other_readings import exchanged_points, with_names
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.simulation import simulate

@@ -19,7 +19,7 @@ from robolaser.bounded_reading import (
     read_json,
     read_text,
 )
-from robolaser.calibration.search_state import read_arrays
+from robolaser.calibration.pymoo_search import read_arrays
 from robolaser.data.csv_tables import read_table
 from robolaser.data.importers.yaml_file import peek, read_yaml
 from robolaser.data.stripe_file import open_stripes

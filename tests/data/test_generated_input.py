@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.bounded_reading import parse_toml, pixels_of
-from robolaser.calibration.search_state import read_arrays, write_arrays
+from robolaser.calibration.pymoo_search import read_arrays, write_arrays
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import from_diagnosis, numbered
 from robolaser.cli import main

@@ -11,7 +11,7 @@ from robolaser.diagnosis.cause_words import members, named
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
 from robolaser.diagnosis.summary_text import imitated_sentence, sentence
-from robolaser.estimation.noise_limits import LARGEST_SCATTER
+from robolaser.estimation.noise_estimate import LARGEST_SCATTER
 from robolaser.report.console import printed
 from robolaser.report.diagnosis.advice import caveats, doubt, to_do
 from robolaser.report.diagnosis.page import document
