@@ -39,9 +39,7 @@ def export(
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
     from robolaser.data.atomic_write import write_text
-    from robolaser.export.into import motion_into
-    from robolaser.export.lerobot import zeros_into
-    from robolaser.export.placements_into import placements_into
+    from robolaser.export.into import motion_into, placements_into, zeros_into
     from robolaser.results.contents import read_result
 
     if output.exists() and (output.samefile(into) or not force):

@@ -1,4 +1,11 @@
-"""controller.csv: what to change in a controller, a number a row, in the words of those who service arms."""
+"""controller.csv: what to change in a controller, a number a row, in the words of those who service arms.
+
+The Denavit-Hartenberg parameters of an arm are from the lines that its joints turn about or slide along.
+Frame 1 sits on the first joint's line. T_i,i+1 = Rz(theta + q) Tz(d) Tx(a) Rx(alpha) Ry(beta); a sliding joint's q is
+added to d. Where the nominal arm has two parallel lines, d could be anything: it is 0, and beta tilts the second line
+(Hayati, Mirmirani 1985, J. Robotic Systems 2). The last row turns x towards the flange's and goes as far along the last
+line as the flange's origin.
+"""
 
 import csv
 import io
@@ -8,10 +15,14 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.export.link_parameters import NUMBERS, link, link_parameters
-from robolaser.geometry.rigid_motion import inverse
+from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.robot.kinematics import Robot
 
+PARALLEL: Final = np.radians(2.0)
+"""Angle between neighbouring lines, below which the arm is built with parallel ones. A judgement."""
+COINCIDE: Final = 1e-6
+"""[m] Length of a link, below which it has none. A judgement."""
+NUMBERS: Final = ("theta", "d", "a", "alpha", "beta")
 HEADER: Final = ("joint", "number", "nominal", "corrected", "correction", "unit", "meaning")
 MEANING: Final = {
     "theta": "zero of the joint: the joint is at what the controller shows, plus the correction",
@@ -96,3 +107,75 @@ def flange_by_table(text: str, robot: Robot, q: Array) -> Array:
 
 def _turn(angle: float) -> float:
     return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+def link_parameters(robot: Robot, like: tuple[Array, Array] | None = None) -> tuple[Array, Array]:
+    """A row of `NUMBERS` for each joint of the chain, (j, 5) [rad, m], and T_base_1 at the arm's zero, (4, 4).
+
+    Args:
+        robot: The arm; each of its joints follows a reading of its own.
+        like: The same of a nearly equal arm, to be compared with: lines are parallel, and signs are, as there.
+    """
+    at, z, flange = joint_lines(robot)
+    rows = np.zeros((len(z), len(NUMBERS)))
+    first = T = _on_line(at[0], z[0], None if like is None else like[1][:3, 0])
+    for i in range(len(z) - 1):
+        rows[i] = _to_line(T, at[i + 1], z[i + 1], None if like is None else like[0][i])
+        if i == 0:  # where frame 1 sits along and about the first line is a matter of the base
+            first = T = T @ link(rows[0] * (1.0, 1.0, 0.0, 0.0, 0.0))
+            rows[0, :2] = 0.0
+        T = T @ link(rows[i])
+    there = inverse(T) @ flange
+    x = there[:3, 0] if np.hypot(*there[:2, 0]) > COINCIDE else there[:3, 1]
+    rows[-1, :2] = np.arctan2(x[1], x[0]), there[2, 3]
+    return rows, first
+
+
+def link(rows: Array) -> Array:
+    """The motions of rows of `NUMBERS`, (..., 5) -> (..., 4, 4)."""
+    theta, d, a, alpha, beta = np.moveaxis(rows, -1, 0)
+    none = np.zeros_like(theta)
+    turned = exp_so3(np.stack([none, none, theta], axis=-1))
+    tilted = exp_so3(np.stack([alpha, none, none], axis=-1)) @ exp_so3(np.stack([none, beta, none], axis=-1))
+    reached = np.stack([a * turned[..., 0, 0], a * turned[..., 1, 0], d], axis=-1)
+    return pose(turned @ tilted, reached)
+
+
+def joint_lines(robot: Robot) -> tuple[Array, Array, Array]:
+    """A point of each joint's line and the line's direction, (j, 3) each, and T_base_flange, all at the arm's zero."""
+    zero = np.zeros((1, 1, len(robot.joints)))
+    frames = robot.joint_frames(zero)[0, 0]
+    z = (frames[:, :3, :3] @ robot.axes[list(robot.chain), :, None])[..., 0]
+    return frames[:, :3, 3], z, robot.forward(zero)[0, 0]
+
+
+def _on_line(at: Array, z: Array, near: Array | None) -> Array:
+    """A frame on a line with a direction, its x axis near another one."""
+    near = np.eye(3)[np.argmin(np.abs(z))] if near is None else near
+    x = near - (near @ z) * z
+    x /= np.linalg.norm(x)
+    return pose(np.column_stack([x, np.cross(z, x), z]), at)
+
+
+def _to_line(T: Array, at: Array, z: Array, like: Array | None) -> Array:
+    """The row that leads from a frame on one line to the next line."""
+    ahead, z = T[:3, :3].T @ (at - T[:3, 3]), T[:3, :3].T @ z
+    sine = float(np.hypot(z[0], z[1]))
+    parallel = abs(np.sin(like[3]) if like is not None else sine) < np.sin(PARALLEL)
+    if parallel:
+        reached, d = ahead - ahead[2] / z[2] * z, 0.0
+        a = float(np.hypot(reached[0], reached[1]))
+        theta = float(np.arctan2(reached[1], reached[0])) if a > COINCIDE else 0.0
+    else:
+        x, across = np.array([-z[1], z[0], 0.0]) / sine, np.array([z[0], z[1], 0.0]) / sine
+        d, a = float(ahead[2] - (ahead @ across) / sine * z[2]), float(ahead @ x)
+        theta = float(np.arctan2(x[1], x[0]))
+    if like is None:
+        backwards = a < -COINCIDE or (abs(a) <= COINCIDE and np.cos(theta) < 0.0)
+    else:
+        backwards = np.cos(theta - like[0]) < 0.0
+    if backwards:
+        theta, a = float(np.arctan2(-np.sin(theta), -np.cos(theta))), -a
+    v = link(np.array([theta, 0.0, 0.0, 0.0, 0.0]))[:3, :3].T @ z
+    alpha, beta = float(np.arctan2(-v[1], v[2])), float(np.arcsin(np.clip(v[0], -1.0, 1.0))) if parallel else 0.0
+    return np.array([theta, d, a, alpha, beta])

@@ -1,14 +1,29 @@
-"""A result's numbers written into a copy of a robot that a user already has: URDF or MJCF."""
+"""A result's numbers written into a copy of what a user already has: URDF, MJCF, LeRobot's calibration file."""
 
+import json
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, final
 
-from robolaser.bounded_reading import ROBOT_BYTES
-from robolaser.errors import RobotError
-from robolaser.robot.urdf import markup
+import numpy as np
 
+from robolaser.arrays import Array
+from robolaser.bounded_reading import ROBOT_BYTES
+from robolaser.data.lerobot import TURN, read_servos
+from robolaser.errors import DataError, RobotError
+from robolaser.model.effects import EFFECTS
+from robolaser.robot.urdf import markup
+from robolaser.robot.urdf.checking import read_xml
+from robolaser.robot.urdf.editing import with_placements
+from robolaser.robot.urdf.numbers import origin_of
+
+FARTHEST_M, FARTHEST_RAD = 0.05, 0.3
+"""By which a joint of the same robot can be off at most: more, and the files describe two robots."""
+OF_PLACEMENTS: Final = frozenset(effect.name for effect in EFFECTS if effect.in_urdf)
+MOST: Final = 2047
+"""Of a homing_offset, which has eleven bits and a sign [ticks]."""
 Pair = tuple[str, str]
 """An effect's name and its place."""
 
@@ -145,3 +160,80 @@ def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: 
 
 def _digits(value: float) -> str:
     return repr(float(value))
+
+
+def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
+    """Give the joints of a URDF the origins that they have in another one.
+
+    Args:
+        text: The user's file.
+        corrected: The calibrated arm, robot_corrected.urdf.
+        effects: As `effects` of calibration.json or diagnosis.json.
+        source: What error messages call the file.
+
+    Raises:
+        RobotError: The user's file is no URDF, has none of the joints, or has them elsewhere.
+    """
+    wanted, there = _origins(read_xml(corrected), "robot_corrected.urdf"), _origins(read_xml(text, source), source)
+    shared = {name: T for name, T in wanted.items() if name in there and name not in _fixed(read_xml(text, source))}
+    if not shared:
+        raise RobotError(f"{source} has none of the joints of the result: {', '.join(wanted)}.")
+    for name, T in shared.items():
+        shift = float(np.linalg.norm(T[:3, 3] - there[name][:3, 3]))
+        turn = float(np.arccos(np.clip((np.trace(T[:3, :3].T @ there[name][:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
+        if shift > FARTHEST_M or turn > FARTHEST_RAD:
+            raise RobotError(
+                f"{source}: {name} stands {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° from where the calibrated"
+                " arm has it. Is it another robot, or does it count its joints from other zeros?"
+            )
+    pairs = [(one["effect"], one["where"]) for one in effects]
+    written = tuple(pair for pair in pairs if pair[0] in OF_PLACEMENTS and (pair[1] in shared or pair[1] == "base"))
+    return Written(with_placements(text, shared), written, tuple(pair for pair in pairs if pair not in written))
+
+
+def _origins(robot: ET.Element, source: str) -> dict[str, Array]:
+    return {
+        name: origin_of(joint, f"joint '{name}'", source)
+        for joint in robot.findall("joint")
+        if (name := joint.get("name", ""))
+    }
+
+
+def _fixed(robot: ET.Element) -> set[str]:
+    return {joint.get("name", "") for joint in robot.findall("joint") if joint.get("type") == "fixed"}
+
+
+def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
+    """Change `homing_offset` where the zero of a joint is wrong.
+
+    A servo's position is its count less `homing_offset`, and LeRobot's angle is counted from the middle of
+    `range_min` and `range_max`, which stay.
+
+    Args:
+        text: The calibration file.
+        effects: As `effects` of diagnosis.json or calibration.json.
+        source: What error messages call the file.
+
+    Raises:
+        DataError: It is no such file, lacks a joint, or has no room for the change; no zero is wrong.
+    """
+    offsets = {one["where"]: one["parameters"]["offset"]["value"] for one in effects if one["effect"] == "joint_offset"}
+    if not offsets:
+        raise DataError("The result names no joint with a wrong zero (joint_offset): there is nothing to write.")
+    servos = read_servos(text, list(offsets), source)
+    calibration = json.loads(text)
+    remarks = []
+    for joint, offset in offsets.items():
+        before, after = servos[joint].homing_offset, servos[joint].homing_offset - round(offset / math.tau * TURN)
+        if abs(after) > MOST:
+            raise DataError(
+                f"{source}: homing_offset of {joint} would become {after}, but a servo takes {-MOST} to {MOST}."
+                " Put the servo's horn on again a few teeth further, and calibrate with LeRobot.",
+                file=source,
+            )
+        calibration[joint]["homing_offset"] = after
+        degrees = math.degrees(offset)
+        remarks.append(f"{joint}: homing_offset {before} -> {after} ticks; its zero was wrong by {degrees:.2f}°")
+    written = tuple((one["effect"], one["where"]) for one in effects if one["effect"] == "joint_offset")
+    lacking = tuple((one["effect"], one["where"]) for one in effects if one["effect"] != "joint_offset")
+    return Written(json.dumps(calibration, indent=4) + "\n", written, lacking, tuple(remarks))

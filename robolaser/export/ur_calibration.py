@@ -12,6 +12,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
+from robolaser.export.controller_table import joint_lines
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rot_x, rot_y, rot_z
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.elements import origin_attributes
@@ -83,16 +84,14 @@ def _frames(robot: Robot) -> Array | None:
     """The makers' frames of base and links at the arm's zero, (7, 4, 4) in the arm's base; None of another's arm."""
     if robot.joints != tuple(LINKS.values()):
         return None
-    own = _at_zero(robot)
-    at, z = own[:, :3, 3], (own[:, :3, :3] @ robot.axes[list(robot.chain), :, None])[..., 0]
+    at, z, flange = joint_lines(robot)
     back = at[1] - at[2]  # the arm is stretched out
     for line in (z[1], z[0]):
         back -= (back @ line) * line
     back /= np.linalg.norm(back)
     base = pose(np.column_stack([back, np.cross(z[0], back), z[0]]), at[0] - (at[0] @ z[0]) * z[0])
-    tool = robot.forward(np.zeros(len(LINKS)))[:3, 3]
     (x, y, up) = ((at - base[:3, 3]) @ base[:3, :3]).T
-    end = min(y[5], ((tool - base[:3, 3]) @ base[:3, :3])[1] if robot.flange == "tool0" else y[5])
+    end = min(y[5], ((flange[:3, 3] - base[:3, 3]) @ base[:3, :3])[1] if robot.flange == "tool0" else y[5])
     half = np.array(np.pi / 2)
     steps = [
         pose(np.eye(3), np.array([0.0, 0.0, up[1]])),

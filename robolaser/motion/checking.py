@@ -74,11 +74,9 @@ def check_motion(log: MotionLog) -> MotionCheck:
     missing = {one.name: reasons[one.rows] for one in MOTION_EFFECTS if reasons[one.rows]}
     found: list[At] = []
     if not reasons["tracking"]:
-        rows = TrackingRows(log)
-        for joint in rows.joints.tolist():
-            candidates, absent = rows.candidates(MOTION_EFFECTS, joint)
-            missing |= absent
-            found += candidates
+        of_joints, absent = TrackingRows(log).candidates(MOTION_EFFECTS)
+        missing |= absent
+        found += [at for candidates in of_joints for at in candidates]
     for kind in ("torque", "load"):
         if not reasons[kind]:
             candidates, absent = candidates_of(quantities(log, kind), MOTION_EFFECTS, kind)

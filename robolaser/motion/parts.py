@@ -170,11 +170,8 @@ def _begun(
 ) -> tuple[TrackingRows, list[list[At]], list[tuple[At, ...]]]:
     """Rows that effects are looked for in, the candidates at each joint, and what its servo usually does."""
     rows = TrackingRows(log, _some_runs(log))
-    candidates = []
-    for joint in rows.joints.tolist():
-        found, absent = rows.candidates(library, joint)
-        candidates.append(found)
-        missing |= absent
+    candidates, absent = rows.candidates(library)
+    missing |= absent
     candidates = rows.with_one_clock(candidates)
     return rows, candidates, rows.usual(candidates)
 

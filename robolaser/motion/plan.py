@@ -105,16 +105,13 @@ def plan_motion(log: MotionLog) -> MotionPlan:
     if not log.has("command").any():
         raise DataError("There is nothing to plan: motion.csv has no column command_<joint>.", file="motion.csv")
     told = _followed(log)
-    untestable: dict[str, str] = {}
     rows, found = TrackingRows(told), []
-    for joint in rows.joints.tolist():
-        candidates, missing = rows.candidates(MOTION_EFFECTS, joint)
-        untestable |= missing
-        for at in candidates:
-            if not at.effect.form and at.effect.name not in UNPLANNED:
-                sizes = _sizes(at, told)
-                of = [{joint: errors[:, None]} for errors in rows.errors_of(at, sizes)]
-                found.append(_Signatures(at, 0, sizes, of))
+    candidates, untestable = rows.candidates(MOTION_EFFECTS)
+    for at in (at for of_joint in candidates for at in of_joint):
+        if not at.effect.form and at.effect.name not in UNPLANNED:
+            sizes = _sizes(at, told)
+            of = [{at.joint: errors[:, None]} for errors in rows.errors_of(at, sizes)]
+            found.append(_Signatures(at, 0, sizes, of))
     seconds = sum(told.time_s[part.stop - 1] - told.time_s[part.start] for part in told.rows_of_runs)
     values = max(1.0, seconds / MEMORY_S)
     step = (log.encoder_step_rad or 0.0) / np.sqrt(12.0)

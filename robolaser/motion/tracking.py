@@ -128,17 +128,16 @@ class TrackingRows:
             kept.append((at[::stride], s[::stride], self._run[s[::stride]]))
         return kept
 
-    def candidates(self, effects: Sequence[MotionEffect], joint: int) -> tuple[list[At], dict[str, str]]:
-        """Effects that may be at work at a joint, and why others cannot be tested there."""
-        name, trace = self.log.joints[joint], self._trace(joint)
-        found, missing = [], {}
-        for effect in effects:
-            if effect.rows != "tracking":
-                continue
-            if reason := effect.untested(trace):
-                missing[effect.name] = reason
-            else:
-                found.append(At(effect, name if effect.site == "joint" else effect.site, joint))
+    def candidates(self, effects: Sequence[MotionEffect]) -> tuple[list[list[At]], dict[str, str]]:
+        """Effects that may be at work at each joint, and why others cannot be tested at some."""
+        effects, found = [one for one in effects if one.rows == "tracking"], []
+        missing: dict[str, str] = {}
+        for joint in self.joints.tolist():
+            name, trace = self.log.joints[joint], self._trace(joint)
+            reasons = [(effect, effect.untested(trace)) for effect in effects]
+            missing |= {effect.name: reason for effect, reason in reasons if reason}
+            places = [(effect, name if effect.site == "joint" else effect.site) for effect, why in reasons if not why]
+            found.append([At(effect, place, joint) for effect, place in places])
         return found, missing
 
     def _trace(self, joint: int) -> Trace:

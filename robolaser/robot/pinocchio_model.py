@@ -5,7 +5,7 @@ as the kinematics. Its regressors refuse joints that follow others (mimic), so t
 ratios q + offsets of the joints that are read, and derivatives follow by the chain rule.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
@@ -158,20 +158,20 @@ class PinocchioModel:
 
     def gravity_torques(self, q: Array) -> Array:
         """What each joint that is read must bear to hold the arm still, (n, j) -> (n, j) [Nm or N]."""
-        torques = np.empty((len(q), len(self.moving)))
-        with self._lock:
-            for row, torque in zip(self.rows(q), torques, strict=True):
-                torque[:] = self._pinocchio.computeGeneralizedGravity(self.model, self._data, row)
-        return torques @ self.ratios
+        return self._torques(self._pinocchio.computeGeneralizedGravity, self.rows(q)) @ self.ratios
 
     def inverse_dynamics(self, q: Array, speed: Array, acceleration: Array) -> Array:
         """Torques of the joints that are read for a motion of the rigid arm, (n, j) each -> (n, j) [Nm or N]."""
-        torques = np.empty((len(q), len(self.moving)))
-        moved = zip(self.rows(q), speed @ self.ratios.T, acceleration @ self.ratios.T, torques, strict=True)
+        moved = self.rows(q), speed @ self.ratios.T, acceleration @ self.ratios.T
+        return self._torques(self._pinocchio.rnea, *moved) @ self.ratios
+
+    def _torques(self, algorithm: Callable[..., Array], *moved: Array) -> Array:
+        """Torques of all joints by one of Pinocchio's algorithms, (n, m)."""
+        torques = np.empty((len(moved[0]), len(self.moving)))
         with self._lock:
-            for row, v, a, torque in moved:
-                torque[:] = self._pinocchio.rnea(self.model, self._data, row, v, a)
-        return torques @ self.ratios
+            for torque, *row in zip(torques, *moved, strict=True):
+                torque[:] = algorithm(self.model, self._data, *row)
+        return torques
 
     def inertial_numbers(self, joint: int) -> Array:
         """What one of the joints that move carries, by the URDF, in the order of `torque_regressor`, (10,)."""

@@ -8,9 +8,8 @@ import numpy as np
 
 from robolaser.errors import RobotError, near
 from robolaser.robot.pinocchio_model import PinocchioModel
-from robolaser.robot.urdf.checking import for_pinocchio, joint_kind, unknown_frame
+from robolaser.robot.urdf.checking import MOST_LISTED, MOVING, Follower, for_pinocchio, joint_kind, unknown_frame
 from robolaser.robot.urdf.markup import too_large
-from robolaser.robot.urdf.structure import MOST_LISTED, MOVING, Follower
 
 MOST_JOINTS = 100  # that move: Pinocchio's memory grows with their cube
 

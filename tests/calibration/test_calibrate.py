@@ -16,7 +16,7 @@ from robolaser.algorithms import RCGA
 from robolaser.algorithms.registry import ALGORITHMS
 from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.checks import setup_warning
-from robolaser.calibration.initialization import descend_until_agreed
+from robolaser.calibration.initialization import descend_until_agreed, find_start
 from robolaser.calibration.plan import Plan
 from robolaser.calibration.pymoo_search import CHECKPOINT, search
 from robolaser.calibration.result import Calibration, as_json
@@ -127,11 +127,11 @@ def test_the_same_seed_gives_the_same_result_to_the_last_bit(experiment: Simulat
     assert np.array_equal(again.std, calibrated.std, equal_nan=True)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("name", ALGORITHMS)
-def test_a_seed_repeats_every_algorithms_search_to_the_last_bit(name: str, seed: int, experiment: Simulated) -> None:
-    plan = Plan(algorithm=name, seed=seed, generations=3, polish=False)
-    first, again = (calibrate(experiment.dataset, plan) for _ in range(2))
+def test_a_seed_repeats_every_algorithms_search_to_the_last_bit(name: str, experiment: Simulated) -> None:
+    """Also 0, which some algorithms take for the clock."""
+    model, plan = Model(experiment.dataset), Plan(algorithm=name, seed=0, generations=3, polish=False)
+    first, again = (find_start(model, plan) for _ in range(2))
     assert np.array_equal(first.x, again.x)
 
 

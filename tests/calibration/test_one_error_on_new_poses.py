@@ -11,6 +11,7 @@ import robolaser
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.result import Diagnosis
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import CellOptions, simulate
 
@@ -41,10 +42,15 @@ def data(kind: str) -> Dataset:
     ).dataset
 
 
+@cache
+def diagnosed(kind: str) -> Diagnosis:
+    return examine(data(kind), [], seed=3)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_calibrated_gap_is_the_error_on_new_poses_of_a_calibration_by_noise(kind: str) -> None:
     found = robolaser.calibrate(data(kind), robolaser.Plan(weights="noise", seed=3))
-    diagnosis = examine(data(kind), [], seed=3)
+    diagnosis = diagnosed(kind)
     assert found.held_out_rms_m is not None
     assert diagnosis.gap.calibrated_m == pytest.approx(found.held_out_rms_m, rel=1e-12)
     np.testing.assert_allclose(diagnosis.calibrated_x, found.x)
@@ -52,7 +58,7 @@ def test_the_calibrated_gap_is_the_error_on_new_poses_of_a_calibration_by_noise(
 
 @pytest.mark.parametrize("kind", KINDS[:-1])
 def test_where_nothing_is_found_what_is_left_is_the_same_error(kind: str) -> None:
-    diagnosis = examine(data(kind), [], seed=3)
+    diagnosis = diagnosed(kind)
     assert not diagnosis.findings
     later = 1e-3  # a row that only the diagnosis judges to be a gross error
     assert diagnosis.gap.after_m == pytest.approx(diagnosis.gap.calibrated_m, rel=later)

@@ -9,8 +9,7 @@ import yaml
 
 import robolaser
 from robolaser.data.stated_noise import Noise
-from robolaser.export.controller_table import controller_table, flange_by_table
-from robolaser.export.link_parameters import NUMBERS, link, link_parameters
+from robolaser.export.controller_table import NUMBERS, controller_table, flange_by_table, link, link_parameters
 from robolaser.export.ur_calibration import LINKS, flange_by_ur_calibration, ur_calibration
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, rot_x, rot_y, rot_z
 from robolaser.robot.by_name import find_robot

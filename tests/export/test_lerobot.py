@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from robolaser.errors import DataError
-from robolaser.export.lerobot import zeros_into
+from robolaser.export.into import zeros_into
 
 SERVO = {"id": 3, "drive_mode": 0, "homing_offset": -562, "range_min": 868, "range_max": 3094}
 CALIBRATION = {"elbow_flex": SERVO, "gripper": {**SERVO, "id": 6}}

@@ -3,10 +3,12 @@
 Some URDFs come with the optional package example-robot-data (`pip install 'robolaser[robots]'`).
 """
 
+import difflib
 import importlib.metadata
+import re
 import sys
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -15,12 +17,16 @@ from typing import Any, final
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.errors import DependencyMissing, UsageError
 from robolaser.robot.by_name.description import Convention, rows_urdf
-from robolaser.robot.by_name.names import match, nearest, without_maker
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.reading import only_end
 
 _HERE = Path(__file__).parent
 SUFFIXES = (".urdf", ".xacro", ".xml", ".csv", ".toml")  # no known robot's name ends so: it is a path
+MOST_NAMED = 6
+SIMILAR = 0.55  # similarity of two names, as `difflib` measures it, from which on one may be meant by the other
+LONG = 5
+"""Letters of a family's name, from which on some may be wrong: of two or three, any other makes it another maker's."""
+SLIP = 0.75  # similarity from which on a family's long name may be misspelt: two letters exchanged in five
 
 
 def _read(path: Path) -> str:
@@ -136,9 +142,12 @@ def find_robot(
 
 def named(name: str) -> RobotEntry | None:
     """The known robot that is called so; None where none is."""
-    entries = {entry.name: entry for entry in known_robots()}
-    found = match(name, {entry.name: entry.names for entry in entries.values()}, _makers())
-    return None if found is None else entries[found]
+    entries = known_robots()
+    for spelled in (_plain(name), _without_maker(name, entries)):
+        for entry in entries:
+            if spelled in map(_plain, entry.names):
+                return entry
+    return None
 
 
 def entry_of(name: str) -> RobotEntry:
@@ -155,10 +164,7 @@ def entry_of(name: str) -> RobotEntry:
 
 def _unknown(name: str) -> str:
     """That no robot is called so, and which ones may have been meant, with their titles."""
-    entries = {entry.name: entry for entry in known_robots()}
-    near_names = nearest(name, {one.name: one.names for one in entries.values()}, _makers())
-    of_maker = [one.name for one in entries.values() if name and not without_maker(name, [one.maker])]
-    likely = [entries[one] for one in near_names or of_maker]
+    likely = _nearest(name) or [one for one in known_robots() if name and not _without_maker(name, [one])]
     if not likely:
         return f"No robot '{name}'. No known robot has a similar name: see `robolaser list robots`."
     first, *others = (f"'{entry.name}' ({entry.title})" for entry in likely)
@@ -166,8 +172,45 @@ def _unknown(name: str) -> str:
     return f"No robot '{name}'. Did you mean {first}?{similar}"
 
 
-def _makers() -> list[str]:
-    return sorted({entry.maker for entry in known_robots()})
+def _nearest(name: str) -> list[RobotEntry]:
+    """Robots that may have been meant, the likeliest first: of the same family of names, or nearly spelled so."""
+    entries = known_robots()
+    typed = _without_maker(name, entries) or _plain(name)
+    scores = {entry.name: _similarity(typed, map(_plain, entry.names)) for entry in entries}
+    likely = sorted((one for one in entries if scores[one.name] >= SIMILAR), key=lambda one: -scores[one.name])
+    return likely[:MOST_NAMED]
+
+
+def _similarity(typed: str, names: Iterable[str]) -> float:
+    """With the most similar of names whose family may have been meant."""
+    family = _family(typed)
+    return max((_ratio(typed, other) for other in names if _may_be(family, _family(other))), default=0.0)
+
+
+def _ratio(typed: str, other: str) -> float:
+    return difflib.SequenceMatcher(None, typed, other).ratio()
+
+
+def _plain(name: str) -> str:
+    """A name without blanks, dashes, slashes and capitals: "KR 6 R900-sixx" -> "kr6r900sixx"."""
+    return re.sub(r"[^a-z0-9]", "", name.casefold())
+
+
+def _without_maker(name: str, entries: Iterable[RobotEntry]) -> str:
+    """A plain name without the words of its maker, one of those of some robots: "Universal Robots UR5e" -> "ur5e"."""
+    spoken = {word for entry in entries for word in entry.maker.casefold().split()}
+    return "".join(word for word in re.findall(r"[a-z0-9]+", name.casefold()) if word not in spoken)
+
+
+def _family(name: str) -> str:
+    found = re.match(r"[a-z]+", name)
+    return found[0] if found else ""
+
+
+def _may_be(typed: str, family: str) -> bool:
+    if typed == family:
+        return True
+    return min(len(typed), len(family)) >= LONG and _ratio(typed, family) >= SLIP
 
 
 @lru_cache

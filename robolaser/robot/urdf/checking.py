@@ -2,7 +2,7 @@
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -13,8 +13,11 @@ from robolaser.robot.urdf import markup
 from robolaser.robot.urdf.elements import digits
 from robolaser.robot.urdf.markup import too_large
 from robolaser.robot.urdf.numbers import bad_numbers, numbers
-from robolaser.robot.urdf.structure import MOST_LISTED, MOVING, Follower, check_tree, followers
 
+MOVING = ("revolute", "continuous", "prismatic")
+MOST_LISTED = 12  # names of a robot's links or joints in a message
+Follower = tuple[str, float, float]
+"""The joint that one follows (mimics), and its value over that joint's, and where that one is at zero [rad or m]."""
 KINDS = (*MOVING, "fixed", "floating", "planar")
 MOST_LINKS = 2000
 MOST_LETTERS = 200  # in a name
@@ -58,10 +61,10 @@ def for_pinocchio(text: str, source: str) -> tuple[ET.Element, dict[str, Followe
     joints = {joint.get("name", ""): joint for joint in robot.findall("joint")}
     for link in robot.findall("link"):
         _reduce_link(link, source)
-    following = dict(followers(joints, source))
+    following = dict(_followers(joints, source))
     for name, joint in joints.items():
         _reduce_joint(joint, name, links, source)
-    check_tree(links, joints, source)
+    _check_tree(links, joints, source)
     return robot, following
 
 
@@ -173,3 +176,69 @@ def _reduce_origin(element: ET.Element, where: str, source: str) -> None:
 
 def _bad_limits(source: str, where: str, fact: str) -> RobotError:
     return RobotError(f"{source}: {where} {fact}. Give <limit lower=... upper=...> in rad or m.")
+
+
+def _followers(joints: Mapping[str, ET.Element], source: str) -> Iterator[tuple[str, Follower]]:
+    """The joints that follow others.
+
+    Raises:
+        RobotError: One follows itself, or none that moves.
+    """
+    leaders: dict[str, str] = {}
+    for name, joint in joints.items():
+        mimic = joint.find("mimic")
+        if mimic is None or joint.get("type") not in MOVING:
+            continue
+        leader, where = mimic.get("joint", ""), f"joint '{name}'"
+        if leader not in joints or joints[leader].get("type") not in MOVING:
+            moving = [other for other, one in joints.items() if one.get("type") in MOVING]
+            raise RobotError(
+                f"{source}: {where} follows '{leader[:60]}' (mimic), which is no moving joint."
+                f"{near(leader, moving, MOST_LISTED)}"
+            )
+        leaders[name], trail = leader, {name}
+        while leader in leaders:
+            if leader in trail:
+                raise RobotError(f"{source}: {where} follows itself (mimic). Let one of these joints follow none.")
+            trail.add(leader)
+            leader = leaders[leader]
+        ratio, offset = (
+            float(numbers(mimic.get(key, usual), 1, f"the {key} of {where} (mimic)", source)[0])
+            for key, usual in (("multiplier", "1"), ("offset", "0"))
+        )
+        yield name, (leaders[name], ratio, offset)
+
+
+def _check_tree(links: Collection[str], joints: Mapping[str, ET.Element], source: str) -> None:
+    """See that all links hang on one root.
+
+    Raises:
+        RobotError: There are several roots, or none, or a link has two parents.
+    """
+    above: dict[str, str] = {}
+    by_child: dict[str, str] = {}
+    for name, joint in joints.items():
+        parent, child = (joint.find(role).get("link", "") for role in ("parent", "child"))  # type: ignore[union-attr]
+        if child in by_child:
+            raise _no_tree(source, f"link '{child}' is the child of two joints, '{by_child[child]}' and '{name}'")
+        above[child], by_child[child] = parent, name
+    roots = [link for link in links if link not in above]
+    if not links:
+        raise _no_tree(source, "there is no link")
+    if len(roots) > 1:
+        named = ", ".join(f"'{root}'" for root in roots[:5]) + (", ..." if len(roots) > 5 else "")
+        raise _no_tree(source, f"{len(roots)} links are the child of no joint: {named}")
+    grounded = set(roots)
+    for link in links:
+        trail: dict[str, None] = {}
+        here = link
+        while here not in grounded:
+            if here in trail:
+                raise _no_tree(source, f"the joints above link '{here}' form a loop")
+            trail[here] = None
+            here = above[here]
+        grounded.update(trail)
+
+
+def _no_tree(source: str, fact: str) -> RobotError:
+    return RobotError(f"{source}: {fact}. The links of a URDF form one tree that starts at one root link.")

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 from robolaser.arrays import Array
 from robolaser.errors import RobotError, near
-from robolaser.robot.urdf.checking import read_xml, unknown_frame
+from robolaser.robot.urdf.checking import MOST_LISTED, read_xml, unknown_frame
 from robolaser.robot.urdf.elements import add_fixed, origin_attributes
-from robolaser.robot.urdf.structure import MOST_LISTED
 
 _PROLOGUE = re.compile(r"\s*(?:<\?.*?\?>\s*|<!--.*?-->\s*)*", re.DOTALL)
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
