@@ -185,3 +185,12 @@ KINDS = {
     "camera": lambda: simulated("camera"),
     "profile": lambda: simulated("profile"),
 }
+
+
+def bent(dataset, sizes):
+    """A calibration of an arm with effects of these sizes, by EFFECT:WHERE.NUMBER."""
+    model = Model(dataset, candidate_effects(tuple(dict.fromkeys(name.rpartition(".")[0] for name in sizes)), dataset))
+    x = model.parameters.nominal.copy()
+    for name, size in sizes.items():
+        x[model.parameters.names.index(name.replace(":", "."))] = size
+    return finished(model, x)

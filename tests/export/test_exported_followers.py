@@ -5,19 +5,18 @@ from functools import cache
 
 import numpy as np
 import pytest
-from calibrated import finished
+from calibrated import bent
 from test_corrected_module import AT_REST, found, loaded
 
 from robolaser import find_robot
 from robolaser.export.mjcf import mjcf
 from robolaser.export.sdf import sdf
-from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import CellOptions, simulate
 
 MIMIC = {"joint": "elbow_joint", "multiplier": "-0.8", "offset": "0.3"}
-EFFECTS = ("joint_offset:elbow_joint", "link_geometry:wrist_2_joint")
+SIZES = {"joint_offset:elbow_joint.offset": 3e-3, "link_geometry:wrist_2_joint.x": 3e-3}
+"""Of an offset before the follower and a placement beyond it."""
 
 
 @cache
@@ -31,13 +30,11 @@ def made():
     return simulate(robot, kind="point", poses=8, options=CellOptions(speed=0.1), seed=3).dataset
 
 
-def bent():
-    """A calibration with an offset before the follower and a placement beyond it, and the flange's poses by it."""
-    model = Model(made(), candidate_effects(EFFECTS, made()))
-    x = model.parameters.nominal.copy()
-    for name in ("joint_offset.elbow_joint.offset", "link_geometry.wrist_2_joint.x"):
-        x[model.parameters.names.index(name)] = 3e-3
-    return finished(model, x), model.flange(model.parameters.values(x[None]))[0]
+def found_bent():
+    """A calibration, and the flange's poses by it."""
+    calibration = bent(made(), SIZES)
+    model = calibration.model
+    return calibration, model.flange(model.parameters.values(calibration.x[None]))[0]
 
 
 def test_corrected_py_follows():
@@ -52,13 +49,13 @@ def test_corrected_py_follows():
 
 
 def test_the_urdf_follows():
-    calibration, wanted = bent()
+    calibration, wanted = found_bent()
     np.testing.assert_allclose(calibration.robot.forward(made().poses.q[None])[0], wanted, rtol=0, atol=1e-9)
 
 
 def test_mujoco_follows():
     mujoco = pytest.importorskip("mujoco")
-    calibration, wanted = bent()
+    calibration, wanted = found_bent()
     model = mujoco.MjModel.from_xml_string(mjcf(calibration))
     data, robot = mujoco.MjData(model), made().robot
     (tied,) = range(model.neq)
@@ -73,7 +70,7 @@ def test_mujoco_follows():
 
 
 def test_gazebo_is_told_what_follows_what():
-    root = ET.fromstring(sdf(bent()[0]))
+    root = ET.fromstring(sdf(found_bent()[0]))
     (mimic,) = root.iter("mimic")
     assert root.get("version") == "1.11"
     stated = {

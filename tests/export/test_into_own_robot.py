@@ -99,7 +99,7 @@ def test_another_robot_is_refused() -> None:
 def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arm = find_robot("ur5")
     data = simulate(arm, kind="point", poses=30, effects={"joint_offset:elbow_joint": 0.01}, seed=1).dataset
-    robolaser.diagnose(data, seed=0).save(tmp_path / "why")
+    robolaser.calibrate(data, effects=["joint_offset:elbow_joint"]).save(tmp_path / "why")
     mine = tmp_path / "mine.urdf"
     mine.write_text(arm.urdf.replace("<robot", "<!-- mine --><robot", 1), encoding="utf-8")
     asked = ["export", str(tmp_path / "why"), "--into", str(mine), "--output", str(tmp_path / "new.urdf")]

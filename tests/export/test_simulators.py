@@ -6,14 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from calibrated import finished, stripe
+from calibrated import bent, stripe
 
 from robolaser import find_robot
 from robolaser.export.mjcf import mjcf
 from robolaser.export.sdf import sdf
 from robolaser.geometry.rigid_motion import exp_so3, pose, rot_x, rot_y, rot_z
-from robolaser.model.effects import candidate_effects
-from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
 
@@ -42,16 +40,6 @@ def made():
     return simulate(find_robot("ur5"), kind="point", poses=6, seed=3).dataset
 
 
-def bent(values):
-    """A calibration of an arm with effects of these sizes."""
-    chosen = candidate_effects(tuple(dict.fromkeys(name.rpartition(".")[0] for name in values)), made())
-    model = Model(made(), chosen)
-    x = model.parameters.nominal.copy()
-    for name, value in values.items():
-        x[model.parameters.names.index(name.replace(":", "."))] = value
-    return finished(model, x)
-
-
 def wanted(calibration):
     return calibration.model.flange(calibration.model.parameters.values(calibration.x[None]))[0]
 
@@ -62,7 +50,7 @@ def test_without_a_robot_there_is_nothing_to_simulate():
 
 
 def test_what_cannot_be_contained_is_said():
-    calibration = bent({"thermal_drift:elbow_joint.growth": 1e-3})
+    calibration = bent(made(), {"thermal_drift:elbow_joint.growth": 1e-3})
     assert "Not contained: the link before elbow_joint grows" in mjcf(calibration)
 
 
@@ -70,10 +58,7 @@ def test_what_stands_between_joints_has_names_that_the_urdf_does_not_have():
     robot = made().robot
     text = robot.urdf.replace("tool0", "payload").replace("wrist_3_joint", "elbow_joint_play")
     renamed = replace(made(), robot=Robot.from_urdf(text, flange="payload", gravity=robot.gravity))
-    model = Model(renamed, candidate_effects(["backlash:elbow_joint"], renamed))
-    x = model.parameters.nominal.copy()
-    x[model.parameters.names.index("backlash.elbow_joint.lost_motion")] = 3e-3
-    root = ET.fromstring(mjcf(finished(model, x)))
+    root = ET.fromstring(mjcf(bent(renamed, {"backlash:elbow_joint.lost_motion": 3e-3})))
     joints = [joint.get("name") for joint in root.iter("joint") if joint.get("name")]
     assert len(joints) == len(set(joints))
     assert {"elbow_joint_play", "elbow_joint_play_"} < set(joints)
@@ -84,11 +69,11 @@ def numbers(text):
 
 
 def test_the_sdf_has_the_geometry():
-    calibration = bent(GEOMETRY | {"joint_compliance:elbow_joint.compliance": 4e-5})
+    calibration = bent(made(), GEOMETRY | {"joint_compliance:elbow_joint.compliance": 4e-5})
     root = ET.fromstring(sdf(calibration))
     above = {joint.findtext("child"): joint for joint in root.iter("joint")}
     placed = {link.get("name"): link.findtext("pose") for link in root.iter("link")}
-    for q, T_wanted in zip(made().poses.q, wanted(bent(GEOMETRY)), strict=True):
+    for q, T_wanted in zip(made().poses.q, wanted(bent(made(), GEOMETRY)), strict=True):
         T, link = np.eye(4), made().robot.flange
         while above[link].findtext("parent") != "world":
             at, joint = numbers(placed[link]), above[link]
@@ -125,7 +110,7 @@ def replayed(text, q, *, settle_s):
 
 
 def test_mujoco_has_the_geometry_within_a_micrometre():
-    calibration = bent(GEOMETRY)
+    calibration = bent(made(), GEOMETRY)
     text = mjcf(calibration)
     np.testing.assert_allclose(replayed(text, made().poses.q, settle_s=0), wanted(calibration), atol=1e-6)
 
@@ -136,7 +121,7 @@ MOVED = ("coupling", "encoder scale", "compliance", "compliance, hardening, with
 @pytest.mark.parametrize("name", MOVED)
 def test_mujoco_moves_within_five_percent_of_an_effect(name):
     size = {key: value for key, value in EFFECTS[name].items() if not key.endswith(("hardening", "start"))}
-    calibration = bent(size)
+    calibration = bent(made(), size)
     order = calibration.model.run.order
     q = made().poses.q[order]
     effect = (wanted(calibration) - made().flange())[order]
