@@ -51,7 +51,9 @@ def test_check_says_which_effects_the_log_can_show(folder: Path, capsys: pytest.
     assert {"lag", "viscous_friction", "gear_spring"} <= {one["effect"] for one in found["effects"] if one["where"]}
 
 
-def test_diagnose_writes_what_the_schema_says_and_a_page(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_diagnose_writes_what_the_schema_says_a_page_and_a_table_for_simulators(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     code, printed = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "why"), "--seed", "0")
     assert code == 0
     written = json.loads((folder / "why" / "diagnosis.json").read_text(encoding="utf-8"))
@@ -63,17 +65,11 @@ def test_diagnose_writes_what_the_schema_says_and_a_page(folder: Path, capsys: p
     assert {row["kind"]: row["unit"] for row in written["rows"]} == {"tracking": "rad", "torque": "Nm", "load": "rad"}
     page = (folder / "why" / "report.html").read_text(encoding="utf-8")
     assert "lift" in page
-
-
-def test_every_number_is_in_the_table_for_simulators_with_the_words_that_they_have(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    _, found = run(capsys, "diagnose", str(folder / "log"), "--output", str(folder / "table"), "--seed", "0")
-    rows = list(csv.DictReader((folder / "table" / "servos.csv").read_text(encoding="utf-8").splitlines()))
+    rows = list(csv.DictReader((folder / "why" / "servos.csv").read_text(encoding="utf-8").splitlines()))
     told = {(row["effect"], row["joint"], row["number"]): float(row["value"]) for row in rows}
     assert told == {
         (one["effect"], one["where"], name): number["value"]
-        for one in found["effects"]
+        for one in written["effects"]
         for name, number in one["parameters"].items()
     }
     words = {row["effect"]: (row["isaac_lab"], row["ros"]) for row in rows}

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,11 @@ def commands_only(log: MotionLog) -> MotionLog:
     return replace(log, q=none, qd=none, tau=none, load=none)
 
 
+@cache
+def plan_of_motions() -> MotionPlan:
+    return plan_motion(commands_only(MOTIONS))
+
+
 def size_of(plan: MotionPlan, effect: str, where: str) -> float | None:
     return next(one.size for one in plan.limits if (one.at.effect.name, one.at.where) == (effect, where))
 
@@ -42,7 +48,7 @@ def size_of(plan: MotionPlan, effect: str, where: str) -> float | None:
 def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
     effect: str, where: str, others: tuple[str, ...]
 ) -> None:
-    plan = plan_motion(commands_only(MOTIONS))
+    plan = plan_of_motions()
     size = size_of(plan, effect, where)
     assert size is not None
     log = simulate_motion(ROBOT, series=4, seed=4, effects={f"{effect}:{where}": 2.0 * size})
@@ -60,7 +66,7 @@ def test_an_arm_that_never_moves_shows_no_friction() -> None:
 
 
 def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder() -> None:
-    plan = plan_motion(commands_only(MOTIONS))
+    plan = plan_of_motions()
     alike = next(one.alike for one in plan.limits if str(one.at) == "play at lift")
     assert "dead_zone at lift" in map(str, alike)
     assert any("behind the gear" in words for words in plan.next_motions)
@@ -68,7 +74,7 @@ def test_play_is_not_distinguished_from_a_dead_zone_by_the_servos_own_encoder() 
 
 def test_slower_motions_show_less_of_a_delay() -> None:
     slow = replace(MOTIONS, time_s=5.0 * MOTIONS.time_s)
-    fast, late = (size_of(plan_motion(log), "dead_time", "pan") for log in (MOTIONS, slow))
+    fast, late = (size_of(plan, "dead_time", "pan") for plan in (plan_of_motions(), plan_motion(slow)))
     assert fast is not None
     assert late is not None
     assert late > 1.5 * fast
