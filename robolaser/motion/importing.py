@@ -10,14 +10,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, read_text
 from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
+from robolaser.data.importers.ros_bag import JOINT_TOPIC
 from robolaser.data.importers.ros_messages import STAMPS
 from robolaser.data.lerobot import TURN, Servo, read_servos
 from robolaser.errors import DataError, UsageError, near
 from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME, Units
 from robolaser.motion.log import QUANTITIES, MotionLog
-from robolaser.motion.recorders import RecordedRun, runs_of
-from robolaser.motion.ros_log import COMMAND_TOPIC, bag_runs
+from robolaser.motion.recorders import COMMAND_TOPIC, RecordedRun, runs_of
 from robolaser.robot.kinematics import Robot
 
 OTHER_NAMES: Final = {
@@ -110,8 +109,7 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     for source in sources:
         if not source.exists():
             raise DataError(f"{source} is not there.")
-        is_bag = RosBag().recognises(source)
-        runs += bag_runs(source, robot, options) if is_bag else runs_of(source, options)
+        runs += runs_of(source, robot, options)
     read_from: dict[str, str] = {}
     parts: list[dict[str, Array]] = []
     for run in runs:

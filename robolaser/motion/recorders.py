@@ -1,4 +1,4 @@
-"""Logs of moving arms as recorders write them: SAGE's folders, LeRobot's data sets, tables and arrays."""
+"""Logs of moving arms as recorders write them: SAGE's folders, LeRobot's data sets, tables, arrays, bags of ROS."""
 
 import csv
 import json
@@ -14,7 +14,10 @@ from robolaser.bounded_reading import read_text
 from robolaser.data.importers.array_files import ARRAY_FILES, read_arrays
 from robolaser.data.importers.delimited_text import SEPARATORS, read_delimited
 from robolaser.data.importers.importer import ImportOptions
+from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
+from robolaser.data.importers.ros_messages import ARRAY, CONTROLLER, JOINTS, STAMPS, Bag, JointTrack
 from robolaser.errors import DataError
+from robolaser.robot.kinematics import Robot
 
 TABLES: Final = (".csv", ".txt")
 SERIES: Final = "series"
@@ -26,6 +29,9 @@ RTDE: Final = {
 }
 """Universal Robots' names of what its controller sends, each with the number of a joint."""
 CURRENT: Final = "actual_current"
+COMMAND_TOPIC: Final = "commands"
+PAUSE_S: Final = 1.0
+"""Without readings for so long, a bag has another series."""
 
 
 @final
@@ -42,13 +48,16 @@ class RecordedRun:
     torque_signed: bool = True
 
 
-def runs_of(source: Path, options: ImportOptions) -> list[RecordedRun]:
+def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[RecordedRun]:
     """What a folder or a file holds.
 
     Raises:
         DataError: It is of no kind that is known, or cannot be read.
-        UsageError: It needs a library that is not installed, or it is not plain what separates its cells.
+        UsageError: It needs a library that is not installed, or it is not plain what separates its cells, or which of
+            several topics is meant.
     """
+    if RosBag().recognises(source):
+        return _bag(source, robot, options.further)
     if source.is_dir():
         if (source / "meta" / "info.json").is_file():
             return _lerobot(source)
@@ -163,3 +172,48 @@ def _sage(folder: Path) -> RecordedRun:
         values = np.array([json.loads(table[stamp][field]) for stamp in stamps], dtype=np.float64)
         columns |= {f"{quantity}_{joint}": values[:, i] for i, joint in enumerate(joints)}
     return RecordedRun(folder.name, folder.name, columns, "us", "rad", torque_signed=False)
+
+
+def _bag(source: Path, robot: Robot, stated: Mapping[str, str]) -> list[RecordedRun]:
+    """The runs of a bag of ROS 1 or ROS 2: each reading of the joints, and the command that was last sent before it.
+
+    Readings are joint states, or what a controller's state says that it read; commands are those of a controller's
+    state, of joint states of another topic, or of an array in the robot's order. An array has no time of its own: then
+    all times are those at which the messages were recorded. `joints` and `commands` of what is stated name the topics
+    where there are several.
+    """
+    with Bag.opened([source], stated.get(STAMPS)) as bag:
+        told = stated.get(COMMAND_TOPIC)
+        read = stated.get(JOINT_TOPIC)
+        of_controllers = bag.topics(CONTROLLER)
+        told = told or next(iter(bag.topics(ARRAY) or of_controllers), None)
+        if told is not None and read is None:
+            states = [topic for topic in bag.topics(JOINTS) if topic != told]
+            read = states[0] if len(states) == 1 else None
+        read = bag.topic(JOINT_TOPIC, read or (None if bag.topics(JOINTS) else told), JOINTS, CONTROLLER)
+        timed = replace(bag, received=bag.received or told in bag.topics(ARRAY))
+        track = timed.joints(read, robot.joints)
+        command = None if told is None else timed.joints(told, robot.joints, commanded=True)
+    columns = {"time_s": track.time_s}
+    for quantity, values in (("q", track.q), ("qd", track.qd), ("tau", track.effort)):
+        if values is not None:
+            columns |= {f"{quantity}_{joint}": values[:, j] for j, joint in enumerate(robot.joints)}
+    if command is not None:
+        columns |= {f"command_{joint}": each for joint, each in zip(robot.joints, _held(command, track).T, strict=True)}
+    begins = np.flatnonzero(np.diff(track.time_s) > PAUSE_S) + 1
+    parts = np.split(np.arange(len(track.time_s)), begins)
+    return [
+        RecordedRun(
+            source.stem if len(parts) == 1 else f"{source.stem}_{number + 1}",
+            source.name,
+            {name: values[rows] for name, values in columns.items()},
+            angle_unit="rad",
+        )
+        for number, rows in enumerate(parts)
+    ]
+
+
+def _held(command: JointTrack, track: JointTrack) -> Array:
+    """The command that holds at each reading, (n, j); NaN before the first."""
+    last = np.searchsorted(command.time_s, track.time_s, side="right") - 1
+    return np.where((last >= 0)[:, None], command.q[np.maximum(last, 0)], np.nan)

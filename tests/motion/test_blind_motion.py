@@ -12,6 +12,7 @@ from robolaser.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import LinearRows
+from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import quantities
 from robolaser.motion.result_json import CERTAIN, motion_json
 
@@ -42,8 +43,13 @@ OTHERS = {SOUND: World(), ODD: World(wave={"pan": 0.05})}
 
 
 @cache
+def recorded(name: str) -> MotionLog:
+    return record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=8.0, seed=3)
+
+
+@cache
 def found_in(name: str) -> MotionDiagnosis:
-    return diagnose_motion(record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=8.0, seed=3), seed=0)
+    return diagnose_motion(recorded(name), seed=0)
 
 
 def certain(found: MotionDiagnosis) -> set[str]:
@@ -95,7 +101,7 @@ def test_the_clock_of_each_series_is_told() -> None:
 
 
 def test_readings_that_jump_are_no_all_clear() -> None:
-    log = record(World(), series=4, seconds=8.0, seed=3)
+    log = recorded(SOUND)
     jumps = np.random.default_rng(1).normal(0.0, 0.5, log.q.shape)
     none = np.full_like(log.q, np.nan)
     assert diagnose_motion(replace(log, q=log.q + jumps, tau=none), seed=0).verdict == "unexplained"
@@ -104,7 +110,7 @@ def test_readings_that_jump_are_no_all_clear() -> None:
 @pytest.mark.parametrize(("factor", "is_possible"), [(2.0, True), (-0.5, True), (-8.0, False)])
 def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: bool) -> None:
     """Torques that only such a link would need are those of another cause."""
-    of = quantities(record(World(), series=4, seconds=8.0, seed=3), "torque")
+    of = quantities(recorded(SOUND), "torque")
     joint = of.log.joints.index("lift")
     change = np.where(np.arange(10) == YY, factor * of.inertial_numbers(joint), 0.0)
     link = next(At(one, "lift", joint) for one in MOTION_EFFECTS if one.name == "link_inertia")
@@ -116,7 +122,8 @@ def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: boo
 def test_the_clocks_of_a_long_log_are_told_in_all_of_its_series(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also in those that are not searched for effects."""
     monkeypatch.setattr(parts, "SEARCHED_ROWS", 2_000)
-    log = record(World(clock_s=CLOCKS), series=8, seconds=8.0, seed=3)
+    log = record(World(clock_s=CLOCKS), series=8, seconds=5.0, seed=3)
+    assert len(parts._some_runs(log)) < len(log.series)
     found = diagnose_motion(replace(log, tau=np.full_like(log.q, np.nan)), seed=0)
     (clock,) = [one for one in found.fit.findings if one.at.effect.name == "clock_shift"]
     told = np.array([clock.numbers[f"run_{number}"][0] for number in range(8)])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from moved_arms import World, record, urdf
+from moved_arms import urdf
 
 from robolaser.cli import main
 from robolaser.motion.diagnosis import diagnose_motion
@@ -82,8 +82,7 @@ def test_slower_motions_show_less_of_a_delay() -> None:
 
 def test_readings_change_nothing() -> None:
     """Whatever an arm did, its plan is that of its commands."""
-    log = record(World(delay_s=0.02), series=4, seconds=8.0)
-    assert plan_motion(log).to_dict() == plan_motion(replace(log, q=log.q + 0.1)).to_dict()
+    assert plan_motion(replace(commands_only(MOTIONS), q=MOTIONS.q + 0.1)).to_dict() == plan_of_motions().to_dict()
 
 
 def test_the_command_plans_from_commands_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
