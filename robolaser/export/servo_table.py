@@ -2,56 +2,38 @@
 
 import csv
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 FILE: Final = "servos.csv"
 HEADER: Final = ("joint", "effect", "number", "value", "unit", "probability", "isaac_lab", "ros")
 
-Words = tuple[Callable[[float], str], Callable[[float], str]]
-
-
-def _none(value: float) -> str:
-    return ""
-
-
-_STIFFNESS: Final[Words] = (
-    lambda v: f"stiffness = {1.0 / v:.4g}" if v > 0.0 else "",
-    lambda v: f"position gain {1.0 / v:.4g} Nm/rad" if v > 0.0 else "",
-)
-WORDS: Final[Mapping[tuple[str, str], Words]] = {
+STIFFNESS: Final = ("stiffness = {1:.4g}", "position gain {1:.4g} Nm/rad")
+WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
     ("dead_time", "delay"): (
-        lambda v: f"DelayedPDActuatorCfg: min_delay = max_delay = {v:.4g} s / physics step",
-        lambda v: f"position command delayed by {v:.4g} s",
+        "DelayedPDActuatorCfg: min_delay = max_delay = {0:.4g} s / physics step",
+        "position command delayed by {0:.4g} s",
     ),
-    ("lag", "time"): (
-        lambda v: f"damping = {v:.4g} s * stiffness",
-        lambda v: f"first-order filter of the position command, {v:.4g} s",
-    ),
-    ("droop", "compliance"): _STIFFNESS,
-    ("droop", "torque_compliance"): _STIFFNESS,
+    ("lag", "time"): ("damping = {0:.4g} s * stiffness", "first-order filter of the position command, {0:.4g} s"),
+    ("droop", "compliance"): STIFFNESS,
+    ("droop", "torque_compliance"): STIFFNESS,
     ("dead_zone", "half_width"): (
-        lambda v: f"friction = {v:.4g} rad * stiffness",
-        lambda v: f"dead band of ±{v:.4g} rad in the position loop",
+        "friction = {0:.4g} rad * stiffness",
+        "dead band of ±{0:.4g} rad in the position loop",
     ),
-    ("play", "half_width"): (_none, lambda v: f"play of ±{v:.4g} rad behind the gear"),
-    ("speed_limit", "speed"): (
-        lambda v: f"velocity_limit_sim = {v:.4g}",
-        lambda v: f"joint_limits: max_velocity: {v:.4g}",
-    ),
-    ("range_limit", "lower"): (_none, lambda v: f"joint_limits: min_position: {v:.4g}"),
-    ("range_limit", "upper"): (_none, lambda v: f"joint_limits: max_position: {v:.4g}"),
-    ("viscous_friction", "factor"): (
-        lambda v: f"viscous_friction = {v:.4g}",
-        lambda v: f'URDF: <dynamics damping="{v:.4g}"/>',
-    ),
+    ("play", "half_width"): ("", "play of ±{0:.4g} rad behind the gear"),
+    ("speed_limit", "speed"): ("velocity_limit_sim = {0:.4g}", "joint_limits: max_velocity: {0:.4g}"),
+    ("range_limit", "lower"): ("", "joint_limits: min_position: {0:.4g}"),
+    ("range_limit", "upper"): ("", "joint_limits: max_position: {0:.4g}"),
+    ("viscous_friction", "factor"): ("viscous_friction = {0:.4g}", 'URDF: <dynamics damping="{0:.4g}"/>'),
     ("coulomb_friction", "torque"): (
-        lambda v: f"friction = dynamic_friction = {v:.4g}",
-        lambda v: f'URDF: <dynamics friction="{v:.4g}"/>',
+        "friction = dynamic_friction = {0:.4g}",
+        'URDF: <dynamics friction="{0:.4g}"/>',
     ),
-    ("rotor_inertia", "inertia"): (lambda v: f"armature = {v:.4g}", _none),
+    ("rotor_inertia", "inertia"): ("armature = {0:.4g}", ""),
 }
-"""By effect and number: what Isaac Lab's actuators and ROS call it; empty where they have no such thing."""
+"""By effect and number: what Isaac Lab's actuators and ROS call the number, 0, or one over it, 1; empty where they have
+no such thing."""
 
 
 def servo_table(effects: Sequence[Mapping[str, Any]]) -> str:
@@ -65,8 +47,13 @@ def servo_table(effects: Sequence[Mapping[str, Any]]) -> str:
     table.writerow(HEADER)
     for one in effects:
         for name, number in one["parameters"].items():
-            isaac, ros = WORDS.get((one["effect"], name), (_none, _none))
             value = number["value"]
+            words = [_said(each, value) for each in WORDS.get((one["effect"], name), ("", ""))]
             known = [one["where"], one["effect"], name, repr(float(value)), number["unit"], f"{one['probability']:.3f}"]
-            table.writerow([*known, isaac(value), ros(value)])
+            table.writerow([*known, *words])
     return out.getvalue()
+
+
+def _said(words: str, value: float) -> str:
+    """Words with a number in them; none of the stiffness of what does not give way."""
+    return "" if "{1" in words and not value > 0.0 else words.format(value, 1.0 / (value or 1.0))

@@ -1,5 +1,7 @@
 """Servos that follow their commands late, short, or not at all for small ones."""
 
+from functools import partial
+
 import numpy as np
 
 from robolaser.motion.effect import TIMING, MotionEffect, Number, Trace, if_sent
@@ -58,12 +60,13 @@ def _width_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread
     return [0.4 * size * spread / numbers[0].usual]
 
 
-CLOCK = MotionEffect(
+of_servo = partial(MotionEffect, rows="tracking", cause="servo")
+"""An effect of a servo, but for what is said otherwise."""
+CLOCK = of_servo(
     name="clock_shift",
     title="the clocks of commands and readings differ",
     clause="readings and commands are stamped by two clocks",
     cause="timing",
-    rows="tracking",
     site=TIMING,
     numbers=(Number("delay", "s", 0.005, -0.2, 0.2, servo="delay"),),
     remedy="Give commands and readings the stamps of one clock, each at its own instant.",
@@ -73,35 +76,30 @@ CLOCK = MotionEffect(
 )
 TRACKING = (
     CLOCK,
-    MotionEffect(
+    of_servo(
         name="dead_time",
         title="commands act late",
         clause="commands act late",
         cause="timing",
-        rows="tracking",
         numbers=(Number("delay", "s", 0.01, 0.0, 0.5, servo="delay", least=1e-3),),
         remedy="Add this delay to the simulated actuator, or send commands that much earlier.",
         reference="Hwangbo et al. 2019, Science Robotics 4: actuators' delays of 5-30 ms; hobby buses up to 100 ms",
         rivals=("lag", "clock_shift"),
     ),
-    MotionEffect(
+    of_servo(
         name="lag",
         title="the joint follows as a first-order lag",
         clause="the joint follows its command with a lag",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("time", "s", 0.02, 0.0, 2.0, servo="time"),),
         remedy="Raise the servo's P gain, or give the simulated actuator the lag.",
         reference=LOOPS,
         rivals=("dead_time", "speed_limit"),
     ),
-    MotionEffect(
+    of_servo(
         name="lag",
         form="second order",
         title="the joint follows as a second-order lag",
         clause="the joint follows its command with a lag",
-        cause="servo",
-        rows="tracking",
         numbers=(
             Number("time", "s", 0.02, 0.0, 2.0, servo="time"),
             Number("inertia", "s²", 4e-4, 0.0, 0.25, servo="second"),  # over the position loop's gain
@@ -110,36 +108,30 @@ TRACKING = (
         reference=LOOPS,
         rivals=("lag", "dead_time"),
     ),
-    MotionEffect(
+    of_servo(
         name="offset",
         title="constant error of the joint's position",
         clause="the joint has a constant offset from its command",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("angle", "rad", 0.005, -0.7, 0.7, servo="angle", least=2e-3),),
         remedy="Correct the joint's zero: `homing_offset` in LeRobot's calibration, the zero of its controller.",
         reference=HOBBY,
         rivals=("droop", "scale"),
         untested=lambda trace: "",
     ),
-    MotionEffect(
+    of_servo(
         name="scale",
         title="the joint moves by a wrong factor of its command",
         clause="the joint moves by a wrong factor of its command",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("factor", "", 0.01, -0.5, 0.5, servo="scale", least=0.002),),
         rarity=14.0,  # commands and readings have one unit in nearly every log
         remedy="Check the unit and range of commands: ticks a turn, per cent of range, degrees.",
         reference="LeRobot calibration files: ranges in ticks; 4095 for 4096 ticks is a scale of 0.024 %",
         rivals=("offset",),
     ),
-    MotionEffect(
+    of_servo(
         name="range_limit",
         title="the joint stops at a limit that the command exceeds",
         clause="the joint stops at a limit that the command exceeds",
-        cause="servo",
-        rows="tracking",
         numbers=(
             Number("lower", "rad", 0.05, servo="lower", ideal=-np.inf),
             Number("upper", "rad", 0.05, servo="upper", ideal=np.inf),
@@ -149,49 +141,42 @@ TRACKING = (
         untested=_range_untested,
         begins=_range_begins,
     ),
-    MotionEffect(
+    of_servo(
         name="droop",
         title="the joint sinks under gravity",
         clause="the joint sinks under gravity",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="compliance"),),
         remedy=f"Raise {P_GAIN}, add an I term, or give the simulated actuator this stiffness.",
         reference=LOOPS,
         rivals=("offset",),
         untested=_droop_untested,
     ),
-    MotionEffect(
+    of_servo(
         name="droop",
         form="under torque",
         title="the joint yields to the torque of its motion",
         clause="the joint yields to the torque that it bears",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("torque_compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="yields"),),
         remedy=f"Raise {P_GAIN}, feed the torque forward, or give the simulated actuator this stiffness.",
         reference=LOOPS,
         rivals=("offset", "lag"),
         untested=_yield_untested,
     ),
-    MotionEffect(
+    of_servo(
         name="dead_zone",
         title="the servo ignores small errors (dead zone inside the loop)",
         clause="the servo ignores errors below a dead zone",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="dead"),),
         remedy=f"Raise {P_GAIN}, or reduce its dead band; gear friction looks the same.",
         reference=SURVEY,
         rivals=("play",),
         begins=_width_begins,
     ),
-    MotionEffect(
+    of_servo(
         name="play",
         title="lost motion behind the servo's loop",
         clause="the joint has play behind the servo's loop",
         cause="transmission",
-        rows="tracking",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="lost"),),
         remedy="Adjust or preload the gear, or approach each pose from one side.",
         reference="Nordin, Gutman 2002, Automatica 38: controlling mechanical systems with backlash",
@@ -199,12 +184,10 @@ TRACKING = (
         rarity=4.0,  # the loop closes on the encoder that is read: what is behind it shows only where it does not
         begins=_width_begins,
     ),
-    MotionEffect(
+    of_servo(
         name="speed_limit",
         title="the joint cannot move as fast as commanded",
         clause="the joint cannot move as fast as commanded",
-        cause="servo",
-        rows="tracking",
         numbers=(Number("speed", "rad/s", 0.2, 0.01, np.inf, servo="speed", ideal=np.inf),),
         remedy="Command no faster than this, or give the simulated actuator the limit.",
         reference="Data sheets of servos: no-load speed, 2-8 rad/s",
