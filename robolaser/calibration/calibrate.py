@@ -1,8 +1,6 @@
 """Parameters from data: a global search, a least-squares fit, and the uncertainty of the result."""
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -26,18 +24,6 @@ from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Linear algebra on one thread.
-
-    Matrices here are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has
-    to wait, it made a calibration take ten times as long.
-    """
-    with threadpool_limits(limits=1, user_api="blas"):
-        yield
-
-
-@_one_thread()
 def calibrate(
     dataset: Dataset,
     plan: Plan | None = None,
@@ -66,11 +52,14 @@ def calibrate(
     """
     began = time.perf_counter()
     plan = plan or Plan()
-    model = Model(dataset, candidate_effects(plan.effects, dataset))
-    check_target(model)
-    check_poses(Problem.of(model))
-    check_orientations(model)
-    return calibrated(model, plan, began, state=state, resume=resume, progress=progress)
+    # matrices are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has to
+    # wait, it made a calibration take ten times as long
+    with threadpool_limits(limits=1, user_api="blas"):
+        model = Model(dataset, candidate_effects(plan.effects, dataset))
+        check_target(model)
+        check_poses(Problem.of(model))
+        check_orientations(model)
+        return calibrated(model, plan, began, state=state, resume=resume, progress=progress)
 
 
 def calibrated(

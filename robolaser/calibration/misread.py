@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.other_readings import other_arms, read_otherwise
+from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.errors import RobolaserError
 from robolaser.estimation.multistart import subsampled
@@ -77,8 +78,7 @@ def _error(dataset: Dataset) -> float:
         end = solve(Problem.of(model), start[None], tol=COARSE, hopeless=_long_enough)
     except (RobolaserError, np.linalg.LinAlgError):
         return np.inf
-    errors = model.in_metres(end.x[0], model.residuals(end.x)[0])
-    error = float(np.sqrt((errors**2).sum(axis=-1).mean()))
+    error = rms(model.in_metres(end.x[0], model.residuals(end.x)[0]))
     return error if np.isfinite(error) else np.inf
 
 

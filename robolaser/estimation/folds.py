@@ -175,7 +175,7 @@ def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:
 def _by_sample(problem: Problem, x: Array, folds: Folds, sample: tuple[Problem, Ints]) -> tuple[Array, int]:
     """The same on a sample of the rows, each fit with the gradient of all rows that it keeps."""
     some, rows = sample
-    of_fold, counts = gradients(problem, x, folds.of_row, folds.count), np.bincount(folds.of_row)
+    of_fold, counts = gradients(problem, x, folds.of_row), np.bincount(folds.of_row)
     ends = [
         solve_corrected(
             some,

@@ -61,10 +61,9 @@ def solve_corrected(
     return solve(corrected, x[None], kept=kept[None], tol=tol, enough=enough)
 
 
-def gradients(problem: Problem, x: Array, groups: Ints | None = None, count: int | None = None) -> Array:
-    """Jᵀr of each of so many groups of rows (m,), or of all, by each parameter over its scale, (g, d)."""
-    if count is None:
-        count = 1 if groups is None else int(groups.max()) + 1
+def gradients(problem: Problem, x: Array, groups: Ints | None = None) -> Array:
+    """Jᵀr of each group of rows (m,), or of all, by each parameter over its scale, (g, d)."""
+    count = 1 if groups is None else int(groups.max()) + 1
     total = np.zeros((count, len(x)))
     for rows, batch in problem.batches:
         r = batch.residuals(x[None])

@@ -107,7 +107,7 @@ def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
         places = [
             Place(
                 name,
-                _words(part.places.get(name, ""), name),
+                f"{part.places[name]} of {name}" if part.places.get(name) else "",
                 float(share),
                 _chance(errors[:, j], part.run, gap.noise_floor[j]),
             )
@@ -122,10 +122,6 @@ def _chance(errors: Array, run: Ints, noise: float) -> float:
     sizes = np.array([np.nanmean(errors[run == number] ** 2) for number in np.unique(run[np.isfinite(errors)])])
     larger = int((sizes > noise**2).sum())
     return float(sum(comb(len(sizes), k) for k in range(larger, len(sizes) + 1)) / 2.0 ** len(sizes))
-
-
-def _words(coordinate_name: str, joint: str) -> str:
-    return f"{coordinate_name} of {joint}" if coordinate_name else ""
 
 
 def _remarks(log: MotionLog) -> list[str]:

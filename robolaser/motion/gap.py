@@ -91,7 +91,8 @@ class AtFlange:
 
     def interval(self, errors: Array, run: Ints, rng: np.random.Generator) -> tuple[float, float]:
         """Of the flange's root-mean-square error [mm], 95 %, by resampling runs, or blocks where there are too few."""
-        squares = (self._moved(errors) ** 2).sum(axis=1)
+        moved = 1e3 * np.einsum("rkj,rj->rk", self.jacobian, np.nan_to_num(errors[self.rows]))
+        squares = (moved**2).sum(axis=1)
         of_row = run[self.rows]
         if len(np.unique(of_row)) < FEWEST_RUNS:
             of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)
@@ -109,6 +110,3 @@ class AtFlange:
     def levers_mm(self) -> Array:
         """Root mean square of how far the flange moves with each joint, (j,) [mm/rad]."""
         return np.asarray(1e3 * np.sqrt((self.jacobian**2).sum(axis=1).mean(axis=0)))
-
-    def _moved(self, errors: Array) -> Array:
-        return np.asarray(1e3 * np.einsum("rkj,rj->rk", self.jacobian, np.nan_to_num(errors[self.rows])))
