@@ -56,13 +56,6 @@ def test_its_rivals_are_effects_on_the_same_rows(effect: MotionEffect) -> None:
     assert set(effect.rivals) <= known
 
 
-def test_it_changes_nothing_in_ideal_size_or_is_linear(effect: MotionEffect) -> None:
-    if effect.rows == "tracking":
-        assert all(number.servo for number in effect.numbers)
-    else:
-        assert effect.columns is not None
-
-
 def test_the_clock_of_a_series_is_found_where_it_is_simulated() -> None:
     asked = {"clock_shift:timing.run_2": 0.02, "clock_shift:timing.run_4": -0.01}
     log = of_one_kind(simulate_motion(ROBOT, series=4, effects=asked, seed=1), "tracking")

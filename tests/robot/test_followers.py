@@ -94,7 +94,9 @@ def test_poses_are_found_again(arms):
 
 def test_it_travels_to_another_process_and_into_a_urdf(arms):
     robot, _, q = arms
-    assert np.array_equal(pickle.loads(pickle.dumps(robot)).forward(q[None]), robot.forward(q[None]))
+    there = pickle.loads(pickle.dumps(robot))
+    assert np.array_equal(there.forward(q[None]), robot.forward(q[None]))
+    assert np.array_equal(there.gravity_torques(q), robot.gravity_torques(q))
     moved = robot.placements @ pose(exp_so3(np.array([0.1, -0.2, 0.3])), np.array([0.01, 0.02, -0.03]))
     again = robot.with_placements(moved)
     expected = robot.forward(q[None], moved[None, None])

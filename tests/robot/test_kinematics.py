@@ -1,7 +1,5 @@
 """What a robot's kinematics and weight must agree with."""
 
-import pickle
-
 import numpy as np
 import pytest
 from screws import Screws, origin
@@ -179,13 +177,6 @@ def test_the_last_joint_carries_the_flange_and_each_joint_turns_only_what_comes_
     np.testing.assert_allclose(turned[:, :, 1, :3, 3], frames[:, :, 1, :3, 3], rtol=0, atol=1e-14)
 
 
-def test_an_exported_urdf_moves_as_the_moved_joints_did(robot, rng):
-    q, moved = rng.uniform(-2, 2, (1, 5, 3)), turned_a_little(robot, rng, 1, 1)
-    again = robot.with_placements(moved[0, 0])
-    np.testing.assert_allclose(again.forward(q), robot.forward(q, moved), rtol=0, atol=1e-14)
-    assert robot.with_placements(robot.placements).urdf.count("origin") == MIXED.count("origin")
-
-
 def test_a_continuous_joint_has_no_limits_and_the_others_have_theirs(robot):
     assert robot.lower.tolist() == [0.0, -np.inf, -2.0]
     assert robot.upper.tolist() == [0.5, np.inf, 2.0]
@@ -193,19 +184,15 @@ def test_a_continuous_joint_has_no_limits_and_the_others_have_theirs(robot):
     np.testing.assert_allclose(np.linalg.norm(robot.axes, axis=1), 1.0, atol=1e-15)
 
 
-def test_an_arm_without_masses_bears_nothing():
+def test_an_arm_without_masses_bears_nothing_and_carries_none_at_its_joints():
     weightless = MIXED.replace("<mass", "<mass_unknown").replace("<inertial>", "<other>")
     robot = Robot.from_urdf(weightless.replace("</inertial>", "</other>"), flange="flange")
     assert not robot.has_masses
-    assert not robot.gravity_torques(np.ones((2, 3))).any()
-
-
-def test_a_robot_travels_to_another_process(robot, rng):
-    q = rng.uniform(-2, 2, (1, 5, 3))
-    expected = robot.forward(q), robot.gravity_torques(q)
-    again = pickle.loads(pickle.dumps(robot))
-    assert np.array_equal(again.forward(q), expected[0])
-    assert np.array_equal(again.gravity_torques(q), expected[1])
+    q = np.ones((2, 3))
+    assert not robot.gravity_torques(q).any()
+    masses, centres = robot.carried(q)
+    assert not masses.any()
+    np.testing.assert_allclose(centres, robot.joint_frames(q[None])[0, ..., :3, 3], rtol=0, atol=1e-15)
 
 
 def test_what_a_joint_carries_is_the_masses_beyond_it_and_their_centre(robot, rng):
@@ -219,25 +206,6 @@ def test_what_a_joint_carries_is_the_masses_beyond_it_and_their_centre(robot, rn
             at = [(screws.link(name, row) @ origin(body))[:3, 3] for name, body in bodies.items()]
             np.testing.assert_allclose(found, weights @ at / weights.sum(), rtol=0, atol=1e-13)
         np.testing.assert_allclose(masses[CHAIN.index(joint)], weights.sum(), rtol=1e-14)
-
-
-def test_a_joint_that_carries_no_mass_carries_none_at_its_origin(rng):
-    robot = Robot.from_urdf(MIXED.replace("<mass ", "<unknown ").replace("inertial>", "other>"), flange="flange")
-    q = rng.uniform(-2, 2, (3, 3))
-    masses, centres = robot.carried(q)
-    assert not masses.any()
-    np.testing.assert_allclose(centres, robot.joint_frames(q[None])[0, ..., :3, 3], rtol=0, atol=1e-15)
-
-
-def test_a_chain_as_long_as_the_check_lets_pass_does_not_end_the_process():
-    links = "".join(f'<link name="l{i}"/>' for i in range(2000))
-    fixed = "".join(
-        f'<joint name="f{i}" type="{"continuous" if i == 1000 else "fixed"}"><parent link="l{i}"/>'
-        f'<child link="l{i + 1}"/><origin xyz="0 0 0.001"/></joint>'
-        for i in range(1999)
-    )
-    robot = Robot.from_urdf(f'<robot name="snake">{links}{fixed}</robot>', flange="l1999")
-    np.testing.assert_allclose(robot.forward(np.zeros((1, 1, 1)))[0, 0, :3, 3], [0, 0, 1.999], rtol=0, atol=1e-12)
 
 
 def test_wrong_names_are_met_with_the_right_ones():

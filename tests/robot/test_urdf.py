@@ -180,6 +180,7 @@ def test_the_longest_arm_allowed_is_weighed():
     bodies = 1999 - 5
     lever = 0.001 * (bodies - 1) / 2
     np.testing.assert_allclose(robot.gravity_torques(np.zeros((1, 1))), [[bodies * 9.81 * lever]], rtol=1e-9)
+    np.testing.assert_allclose(robot.forward(np.zeros(1))[:3, 3], [0, 1.999, 0], rtol=0, atol=1e-12)
 
 
 def test_more_joints_than_any_arm_has_are_refused():
