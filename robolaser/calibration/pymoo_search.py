@@ -90,7 +90,7 @@ def search(
     saved = time.monotonic()
     while algorithm.has_next():
         algorithm.next()
-        _go_on(course, *_generation(algorithm), int(algorithm.evaluator.n_eval))
+        _extend(course, *_generation(algorithm), int(algorithm.evaluator.n_eval))
         if progress is not None:
             progress("searching", min(1.0, len(course["best"]) / generations))
         if keeps is not None and time.monotonic() - saved > SECONDS_BETWEEN_CHECKPOINTS:
@@ -113,7 +113,7 @@ def _generation(algorithm: Any) -> tuple[Array, Array]:
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
 
-def _go_on(course: Mapping[str, list[Any]], X: Array, F: Array, evaluations: int) -> None:
+def _extend(course: Mapping[str, list[Any]], X: Array, F: Array, evaluations: int) -> None:
     """Add a generation to the course of a search."""
     i = int(np.argmin(np.where(np.isnan(F), np.inf, F)))
     better = not course["best"] or F[i] < course["best"][-1]

@@ -27,10 +27,10 @@ def comparable(log: MotionLog) -> dict[Kind, str]:
         "load": bool((log.has("load") & read).any()),
     }
     reasons = {kind: "" if there[kind] else lack for kind, lack in LACKING.items()}
-    return reasons | ({"torque": unusable_torque(log)} if there["torque"] else {})
+    return reasons | ({"torque": _unusable_torque(log)} if there["torque"] else {})
 
 
-def unusable_torque(log: MotionLog) -> str:
+def _unusable_torque(log: MotionLog) -> str:
     """Why a log's torques are set aside; "" where they are not."""
     if not log.torque_signed:
         return "the torques have no sign"

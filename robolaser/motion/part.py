@@ -31,7 +31,7 @@ it has, 3 to 58."""
 RARE, LIKELY = 10.0, 0.75
 """Rarity of an effect, from which on it is likely at most beside a cause that is not in the library. A judgement."""
 BINS = 12
-LEAST_SHARE = 0.05  # of what is left, that a coordinate must show to be named
+LEAST_SHOWN = 0.05  # of what is left, that a coordinate must show to be named
 ACTS = 0.001
 """Of a joint's squared error, that an effect must explain to be at work there. A judgement."""
 
@@ -157,7 +157,7 @@ def coordinate(left: Array, run: Ints, time_s: Array, command: Array, load: Arra
     there = np.isfinite(left)
     shares = {name: _explained(left[there], values[there]) for name, values in coordinates.items()}
     best = max(shares, key=shares.__getitem__)
-    return best if shares[best] > LEAST_SHARE else ""
+    return best if shares[best] > LEAST_SHOWN else ""
 
 
 def _explained(left: Array, values: Array) -> float:
