@@ -1,27 +1,29 @@
 """The page for owners of hobby arms does what it shows, from an empty folder, with an emulated arm."""
 
 import json
+import shlex
 import shutil
 import sys
-from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import chdir, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 from emulator_process import EmulatorProcess
+from virtual_cell import in_virtual_time
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
 from run_code_blocks import blocks, commands, compare, run_shell
 
+from robolaser.cli import main
 from robolaser.data.loading import load
 from robolaser.emulator.servo_loop import SERVO_FAULTS
 from robolaser.motion.reading import load_motion
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "howto" / "hobby-arm.md"
-SHOWN_ARM, SHOWN_CAMERA = "/dev/pts/7", "tcp://127.0.0.1:40083"
 TRUTH = {("joint_offset", "elbow_flex"): 0.05, ("backlash", "shoulder_lift"): 0.01}
 SERVOS = {
     ("dead_zone", "elbow_flex", "half_width"): 0.03,
@@ -31,24 +33,29 @@ SERVOS = {
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Where all commands of the page were run."""
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where all commands of the page were run; the recording takes no time."""
     folder = tmp_path_factory.mktemp("hobby")
     shutil.copytree(ROOT / "examples", folder / "examples")
-    with ExitStack() as running:
-        emulated: EmulatorProcess | None = None
-        for block in blocks(PAGE.read_text(encoding="utf-8")):
-            for typed, shown in commands(block.body) if block.language == "console" else ():
-                command = typed
-                if command.startswith("robolaser emulate "):
-                    cell = folder / command.split()[2]
-                    emulated = running.enter_context(EmulatorProcess(cell, world=cell / "world.toml"))
-                    continue
-                if emulated is not None:
-                    command = command.replace(SHOWN_ARM, emulated.arm).replace(SHOWN_CAMERA, str(emulated.camera))
+    for block in blocks(PAGE.read_text(encoding="utf-8")):
+        for command, shown in commands(block.body) if block.language == "console" else ():
+            if command.startswith("robolaser emulate "):
+                cell = folder / command.split()[2]
+                with EmulatorProcess(cell, world=cell / "world.toml") as emulated:
+                    assert emulated.camera
+            elif command.startswith("robolaser record ") and command.endswith("--move"):
+                compare(shown, _recorded(command, folder))
+            else:
                 compare(shown, run_shell(command, folder, expected=0))
-        assert emulated is not None
-        yield folder
+    return folder
+
+
+def _recorded(command: str, folder: Path) -> str:
+    _, *asked = shlex.split(command.replace("\\\n", ""))
+    out = StringIO()
+    with chdir(folder), in_virtual_time(folder / asked[1]), redirect_stdout(out):
+        assert main(asked) == 0
+    return out.getvalue()
 
 
 def test_the_recording_is_a_data_set_of_the_camera_and_a_log_of_the_same_motions(folder: Path) -> None:

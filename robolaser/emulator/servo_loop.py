@@ -40,6 +40,8 @@ class ServoLoop:
         if self._q is None:
             self._q, self._now_s = command(now_s), now_s
             self._told.extend([self._q] * (self._told.maxlen or 1))
+        if self._now_s + STEP_S > now_s:
+            return self._q
         sinks = self._droop * self._arm.torques(self._q[None], 0.0)[0]
         while self._now_s + STEP_S <= now_s:
             self._now_s += STEP_S

@@ -1,7 +1,7 @@
-"""A cell on the bench: emulated controllers on a fake wire, a fake camera, and a clock that jumps."""
+"""A cell on the bench: emulated controllers on a fake wire in virtual time, and a fake camera."""
 
 import pkgutil
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,92 +10,21 @@ import numpy as np
 import pytest
 from emulated_cell import cell_folder
 from fake_ur import UrRig
+from virtual_cell import Bench, Jumping
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.arms import ARMS
 from robolaser.cell.camera import Camera, no_more_images
-from robolaser.cell.clock import Clock
 from robolaser.cell.first_look import FirstLook
 from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered
-from robolaser.cell.serial_line import TICK_S, SerialLine
+from robolaser.cell.serial_line import SerialLine
 from robolaser.cell.session import Session
 from robolaser.cell.ur import UrArm
 from robolaser.data.cell_config import Cell, load_cell
-from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
-from robolaser.emulator.faults import read_fault
-from robolaser.emulator.faulty import FaultyController
 from robolaser.vision.board import Image
-
-BITS_A_BYTE = 10
-BAUD = 9600
-
-
-class Jumping(Clock):
-    """Time goes by when somebody waits for it."""
-
-    def __init__(self) -> None:
-        self.time_s = 0.0
-        self.at: list[tuple[float, Callable[[], None]]] = []
-
-    def now(self) -> float:
-        return self.time_s
-
-    def wait(self, seconds: float) -> None:
-        self.time_s += seconds
-        due = [event for event in self.at if event[0] <= self.time_s]
-        self.at = [event for event in self.at if event[0] > self.time_s]
-        for _, event in due:
-            event()
-
-
-class Bench:
-    """A wire to an emulated controller, as pyserial would open it."""
-
-    def __init__(
-        self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1, baud: int = BAUD
-    ) -> None:
-        self.clock = clock
-        self._bytes_a_s = baud / BITS_A_BYTE
-        self.controller = FaultyController(
-            controller, [read_fault(text) for text in faults], np.random.default_rng(seed)
-        )
-        self.coming = b""
-        self.sent = b""
-
-    def motor(self) -> Array:
-        return self.controller.motor(self.clock.now())
-
-    def _listen(self) -> None:
-        self.coming += self.controller.poll(self.clock.now())
-        if self.controller.cut(self.clock.now()):
-            raise OSError("device disconnected")
-
-    @property
-    def in_waiting(self) -> int:
-        self._listen()
-        return len(self.coming)
-
-    def read(self, size: int) -> bytes:
-        self._listen()
-        if not self.coming:
-            self.clock.wait(TICK_S)
-            self._listen()
-        data, self.coming = self.coming[:size], self.coming[size:]
-        self.clock.wait(len(data) / self._bytes_a_s)
-        return data
-
-    def write(self, data: bytes) -> int:
-        self._listen()
-        self.sent += data
-        self.clock.wait(len(data) / self._bytes_a_s)
-        self.coming += self.controller.receive(data, self.clock.now())
-        return len(data)
-
-    def close(self) -> None:
-        """Nothing."""
 
 
 class Watched:

@@ -1,25 +1,33 @@
 """A recording that is diagnosed while it is made."""
 
 import json
-import shutil
 from pathlib import Path
 
 import pytest
-from emulator_process import EmulatorProcess
+from virtual_cell import in_virtual_time
 
 from robolaser.cli import main
 from robolaser.commands.running_diagnosis import answer, in_a_line
 
 CELL = Path(__file__).parents[2] / "examples" / "cell"
-PLANNED = 10
+PLANNED = 6
 
 
 def test_the_diagnosis_of_all_poses_is_shown_as_they_come(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cell, recording = tmp_path / "cell", tmp_path / "recording"
-    shutil.copytree(CELL, cell)
-    with EmulatorProcess(cell, world=cell / "world.toml", time_scale=40.0) as emulated:
-        how = ["--plan", str(PLANNED), "--port", emulated.arm, "--camera", str(emulated.camera), "--move"]
-        assert main(["record", str(cell), "--output", str(recording), *how, "--diagnose", "--json"]) == 0
+    recording = tmp_path / "recording"
+    with in_virtual_time(CELL):
+        asked = [
+            "record",
+            str(CELL),
+            "--output",
+            str(recording),
+            "--plan",
+            str(PLANNED),
+            "--move",
+            "--diagnose",
+            "--json",
+        ]
+        assert main(asked) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["poses"] == PLANNED
     assert told["diagnosis"] == answer(recording)

@@ -38,14 +38,15 @@ def scene(*solids: Solid, stripe_axis: str = "v", projector: Projector | None = 
 
 def grey(scene: Scene, T_base_camera: Array, *, lit: bool = True) -> Array:
     """The image without noise, speckle and the sensor's end of range, (height, width)."""
-    room, laser = scene.render(T_base_camera, lit=lit)
+    room, laser = scene.render(T_base_camera)
     settings = scene.eye.settings
-    return settings.exposure * (settings.ambient_grey * room + laser)
+    return settings.exposure * (settings.ambient_grey * room + lit * laser)
 
 
 def photograph(scene: Scene, T_base_camera: Array, *, lit: bool = True, seed: int = 1) -> Image:
     rng = np.random.default_rng(seed)
-    return scene.expose(*scene.render(T_base_camera, lit=lit), rng=rng, grain=rng)
+    room, laser = scene.render(T_base_camera)
+    return scene.expose(room, lit * laser, rng=rng, grain=rng)
 
 
 def near(x: float, y: float, z: float) -> tuple[float, float, float]:

@@ -53,7 +53,7 @@ class Photo:
 def pictured(solids, *, power=260.0, speckle=0.1, tilt=(0.0, 0.0, 0.0)):
     scene, T = Scene(solids, EYE, LIGHT, Projector(power, speckle=speckle)), looking_down(tilt)
     rng = np.random.default_rng(1)
-    return Photo(scene.expose(*scene.render(T, lit=True), rng=rng, grain=rng), true_stripe(scene, T))
+    return Photo(scene.expose(*scene.render(T), rng=rng, grain=rng), true_stripe(scene, T))
 
 
 def judged(photo):

@@ -94,15 +94,11 @@ class Scene:
             free &= solid.hit(point + AWAY_M * normal, direction) > far - 2 * AWAY_M
         return free
 
-    def render(self, T_base_camera: Array, *, lit: bool) -> tuple[Array, Array]:
-        """Light that falls on the sensor: the room's, 1 for white paper under the lamp, and the laser's [grey].
-
-        Args:
-            T_base_camera: (4, 4).
-            lit: Whether the laser is on.
+    def render(self, T_base_camera: Array) -> tuple[Array, Array]:
+        """Light that falls on the sensor, (4, 4) -> (height, width) each.
 
         Returns:
-            (height, width) each.
+            The room's, 1 for white paper under the lamp, and that of the laser where it is on [grey].
         """
         turn, place = T_base_camera[:3, :3], T_base_camera[:3, 3]
         direction = self.eye.all_rays @ turn.T
@@ -113,7 +109,7 @@ class Scene:
             point = place + distance[own, None] * direction[own]
             normal, albedo = solid.normal(point), solid.albedo(point, place, self.eye.pixel_rad)
             room[own] = albedo * (FROM_ALL_SIDES + (1.0 - FROM_ALL_SIDES) * np.maximum(normal @ LAMP, 0.0))
-            if lit and self.light is not None:
+            if self.light is not None:
                 laser[own] = albedo * self._from_laser(self.light, point, normal, T_base_camera)
         return self._imaged(room), self._imaged(laser)
 

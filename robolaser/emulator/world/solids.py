@@ -108,11 +108,11 @@ class Block(Solid):
 
     def hit(self, origin: Array, direction: Array) -> Array:
         """Slab by slab, from outside."""
-        start, along = (origin - np.array(self.origin_m)) @ self._turn, direction @ self._turn
-        enter, leave = np.full(len(along), -np.inf), np.full(len(along), np.inf)
+        start, along = (self._turn.T @ rays.T for rays in (origin - np.array(self.origin_m), direction))
+        enter, leave = np.full(len(direction), -np.inf), np.full(len(direction), np.inf)
         with np.errstate(divide="ignore", invalid="ignore"):
             for i, (low, high) in enumerate(zip(*self._bounds, strict=True)):
-                one, other = (low - start[..., i]) / along[:, i], (high - start[..., i]) / along[:, i]
+                one, other = (low - start[i]) / along[i], (high - start[i]) / along[i]
                 enter, leave = np.fmax(enter, np.fmin(one, other)), np.fmin(leave, np.fmax(one, other))
         return np.where((enter <= leave) & (enter > 0), enter, np.inf)
 

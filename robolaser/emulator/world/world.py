@@ -46,7 +46,7 @@ class EmulatedWorld:
         for fault in self.faults:
             light = light and fault.light(light, run)
         self.scene = replace(scene, light=light)
-        self._rendered: dict[bool, tuple[bytes, tuple[Array, Array]]] = {}
+        self._rendered: tuple[bytes, Array, Array] | None = None
 
     def follow(self, motor: Array) -> None:
         """Go on to where the encoders are now, straight from where they were, (j,) [rad].
@@ -96,10 +96,11 @@ class EmulatedWorld:
         """
         T = self.T_base_camera
         place = T.tobytes()
-        if lit not in self._rendered or self._rendered[lit][0] != place:
-            self._rendered[lit] = place, self.scene.render(T, lit=lit)
+        if self._rendered is None or self._rendered[0] != place:
+            self._rendered = place, *self.scene.render(T)
+        _, room, laser = self._rendered
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
-        return self.scene.expose(*self._rendered[lit][1], rng=rng, grain=grain)
+        return self.scene.expose(room, laser if lit else np.zeros_like(laser), rng=rng, grain=grain)
 
     def truth(self) -> dict[str, float]:
         """The true numbers, by the names that a calibration and a diagnosis give them, SI.

@@ -1,0 +1,131 @@
+"""A cell in virtual time: an emulated controller on a fake wire, a camera in its world, and a clock that jumps."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robolaser.arrays import Array
+from robolaser.cell.camera import Camera
+from robolaser.cell.clock import Clock
+from robolaser.cell.serial_line import TICK_S, SerialLine
+from robolaser.data.cell_config import load_cell
+from robolaser.emulator.controller import Controller
+from robolaser.emulator.emulated_cell import controller_of
+from robolaser.emulator.faults import read_fault
+from robolaser.emulator.faulty import FaultyController
+from robolaser.emulator.world import EmulatedWorld, load_world
+from robolaser.vision.board import Image
+
+BITS_A_BYTE = 10
+BAUD = 9600
+EXPOSURE_S = 0.1
+LOOK_S = 0.02
+"""Between two looks at the motors: so gears feel every turn."""
+
+
+class Jumping(Clock):
+    """Time goes by when somebody waits for it."""
+
+    def __init__(self) -> None:
+        self.time_s = 0.0
+        self.at: list[tuple[float, Callable[[], None]]] = []
+
+    def now(self) -> float:
+        return self.time_s
+
+    def wait(self, seconds: float) -> None:
+        self.time_s += seconds
+        due = [event for event in self.at if event[0] <= self.time_s]
+        self.at = [event for event in self.at if event[0] > self.time_s]
+        for _, event in due:
+            event()
+
+
+class Bench:
+    """A wire to an emulated controller, as pyserial would open it."""
+
+    def __init__(
+        self, controller: Controller, clock: Jumping, faults: Sequence[str] = (), seed: int = 1, baud: int = BAUD
+    ) -> None:
+        self.clock = clock
+        self._bytes_a_s = baud / BITS_A_BYTE
+        self.controller = FaultyController(
+            controller, [read_fault(text) for text in faults], np.random.default_rng(seed)
+        )
+        self.coming = b""
+        self.sent = b""
+
+    def motor(self) -> Array:
+        return self.controller.motor(self.clock.now())
+
+    def _listen(self) -> None:
+        self.coming += self.controller.poll(self.clock.now())
+        if self.controller.cut(self.clock.now()):
+            raise OSError("device disconnected")
+
+    @property
+    def in_waiting(self) -> int:
+        self._listen()
+        return len(self.coming)
+
+    def read(self, size: int) -> bytes:
+        self._listen()
+        if not self.coming:
+            self.clock.wait(TICK_S)
+            self._listen()
+        data, self.coming = self.coming[:size], self.coming[size:]
+        self.clock.wait(len(data) / self._bytes_a_s)
+        return data
+
+    def write(self, data: bytes) -> int:
+        self._listen()
+        self.sent += data
+        self.clock.wait(len(data) / self._bytes_a_s)
+        self.coming += self.controller.receive(data, self.clock.now())
+        return len(data)
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+class Witness(Camera):
+    """A camera in a world whose arm goes where the motors on a bench go."""
+
+    def __init__(self, bench: Bench, world: EmulatedWorld, laser: int | None, seed: int) -> None:
+        self._bench, self._world, self._laser = bench, world, laser
+        self._rng = np.random.default_rng(seed)
+        self._look()
+
+    def shot(self, settle_s: float) -> Image:
+        clock = self._bench.clock
+        clock.wait(settle_s + EXPOSURE_S)
+        self._world.follow(self._bench.motor())
+        lit = self._laser is None or self._laser in self._bench.controller.outputs(clock.now())
+        return self._world.photograph(self._rng, lit=lit)
+
+    def close(self) -> None:
+        """Nothing."""
+
+    def _look(self) -> None:
+        clock = self._bench.clock
+        self._world.follow(self._bench.motor())
+        clock.at.append((clock.now() + LOOK_S, self._look))
+
+
+@contextmanager
+def in_virtual_time(folder: Path, *, seed: int = 1) -> Iterator[None]:
+    """Whatever port and camera `robolaser record` opens, they are those of a cell's world.toml; nobody waits."""
+    cell = load_cell(folder)
+    world = load_world(folder / "world.toml", cell.description)
+    clock = Jumping()
+    bench = Bench(controller_of(cell, world.loop), clock, seed=seed, baud=cell.arm.baud)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("robolaser.cell.clock.WallClock", lambda: clock)
+        patch.setattr(SerialLine, "open", lambda arm, clock: SerialLine(bench, arm.port, clock))
+        patch.setattr(
+            "robolaser.cell.cameras.open_camera", lambda cell, *_: Witness(bench, world, cell.laser_output, seed)
+        )
+        yield
