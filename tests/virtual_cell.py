@@ -116,16 +116,20 @@ class Witness(Camera):
 
 
 @contextmanager
-def in_virtual_time(folder: Path, *, seed: int = 1) -> Iterator[None]:
-    """Whatever port and camera `robolaser record` opens, they are those of a cell's world.toml; nobody waits."""
+def in_virtual_time(folder: Path, *, faults: Sequence[str] = (), seed: int = 1) -> Iterator[None]:
+    """Whatever port `robolaser record` opens, it leads to a cell's emulated controller, and nobody waits.
+
+    So does the camera to the cell's world, if the cell has a world.toml.
+    """
     cell = load_cell(folder)
-    world = load_world(folder / "world.toml", cell.description)
+    file = folder / "world.toml"
+    world = load_world(file, cell.description) if file.is_file() else None
     clock = Jumping()
-    bench = Bench(controller_of(cell, world.loop), clock, seed=seed, baud=cell.arm.baud)
+    bench = Bench(controller_of(cell, world and world.loop), clock, faults, seed, cell.arm.baud)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("robolaser.cell.clock.WallClock", lambda: clock)
         patch.setattr(SerialLine, "open", lambda arm, clock: SerialLine(bench, arm.port, clock))
-        patch.setattr(
-            "robolaser.cell.cameras.open_camera", lambda cell, *_: Witness(bench, world, cell.laser_output, seed)
-        )
+        if world is not None:
+            witness = Witness(bench, world, cell.laser_output, seed)
+            patch.setattr("robolaser.cell.cameras.open_camera", lambda *_: witness)
         yield

@@ -6,7 +6,7 @@ from typing import ClassVar, Self
 
 from robolaser.arrays import Array
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import cannot_follow
+from robolaser.cell.failures import ArmRefused
 from robolaser.data.cell_config import Cell
 
 
@@ -67,7 +67,9 @@ class Arm(ABC):
         Raises:
             ArmRefused: Its controller only takes goals that it plans a motion to.
         """
-        raise cannot_follow()
+        raise ArmRefused(
+            "This arm plans its motions itself and cannot follow setpoints. Take setpoint_hz out of [arm] in cell.toml."
+        )
 
     def prepare(self, q: Array) -> None:  # noqa: B027 - most arms have nothing to prepare
         """Tell the controller where the next motion goes, (j,), while the arm may still move. Nothing moves by this."""

@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import joints_differ, no_outputs
+from robolaser.cell.failures import joints_differ, refused
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.robot.kinematics import Robot
@@ -46,12 +46,11 @@ class BusArm(Arm):
         """Nothing: their encoders are absolute."""
 
     def laser_on(self, output: int) -> None:
-        """Switch an output on."""
-        raise no_outputs(self._line.port, output)
+        """Refuse: servos have no outputs."""
+        why = "these servos cannot switch outputs; remove [laser] from cell.toml"
+        raise refused(self._line.port, f"output {output}", "", why)
 
-    def laser_off(self, output: int) -> None:
-        """Switch an output off."""
-        raise no_outputs(self._line.port, output)
+    laser_off = laser_on
 
     def close(self) -> None:
         """Close it."""

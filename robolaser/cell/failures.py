@@ -57,18 +57,6 @@ def refused(port: str, command: str, answer: str, meaning: str) -> ArmRefused:
     return ArmRefused(f"The arm on {port} refused '{command}' with '{answer}'{why}. Resolve this before going on.")
 
 
-def cannot_follow() -> ArmRefused:
-    """The error of an arm that is to follow setpoints and cannot."""
-    return ArmRefused(
-        "This arm plans its motions itself and cannot follow setpoints. Take setpoint_hz out of [arm] in cell.toml."
-    )
-
-
-def no_outputs(port: str, output: int) -> ArmRefused:
-    """The error of servos that are to switch an output."""
-    return refused(port, f"output {output}", "", "these servos cannot switch outputs; remove [laser] from cell.toml")
-
-
 def alarm(port: str, joint: str, message: str, advice: str) -> ArmAlarm:
     """The error of an arm in trouble."""
     return ArmAlarm(f"The arm on {port} reports '{message}' ({joint}). {advice}")

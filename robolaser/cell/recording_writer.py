@@ -29,7 +29,6 @@ from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
-from robolaser.robot.kinematics import Robot
 from robolaser.vision.board import Image
 
 DATASET, PLAN = "dataset.toml", "plan.csv"
@@ -62,7 +61,7 @@ class Sample:
 class RecordingWriter:
     """The folder of a recording."""
 
-    def __init__(self, cell: Cell, robot: Robot, folder: Path, waypoints: Sequence[Waypoint], shots: int) -> None:
+    def __init__(self, cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int) -> None:
         self.folder = folder
         self.waypoints = tuple(waypoints)
         self.shots = shots
@@ -71,21 +70,18 @@ class RecordingWriter:
         self.begun = False
         """Whether anything is on the disk."""
         self._cell = cell
-        self._robot = robot
+        self._robot = cell.robot
         self._rows: list[dict[str, str]] = []
         self._tidy = True
         self._text: str | None = None
         self._log = SetpointLog(cell)
 
     @classmethod
-    def begin(
-        cls, cell: Cell, robot: Robot, folder: Path, waypoints: Sequence[Waypoint], shots: int, *, force: bool
-    ) -> Self:
+    def begin(cls, cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int, *, force: bool) -> Self:
         """Begin a recording. Nothing is written before the first entry.
 
         Args:
             cell: Where it is taken.
-            robot: The cell's.
             folder: Created where it is not there.
             waypoints: The poses; none where somebody else moves the arm.
             shots: At each pose, with the laser on.
@@ -96,23 +92,20 @@ class RecordingWriter:
         """
         if (folder / CELL).exists() or folder.resolve().is_relative_to(cell.folder.resolve()):
             raise OutputError(f"{folder} is a cell or is inside one, and is not changed. Choose another --output.")
-        writer = cls(cell, robot, folder, waypoints, shots)
+        writer = cls(cell, folder, waypoints, shots)
         there = [file for file in writer._files() if file.exists()]
         if there and not force:
             raise output_exists(there[0])
         return writer
 
     @classmethod
-    def resume(
-        cls, cell: Cell, robot: Robot, folder: Path, waypoints: Sequence[Waypoint] | None, shots: int | None
-    ) -> Self:
+    def resume(cls, cell: Cell, folder: Path, waypoints: Sequence[Waypoint] | None, shots: int | None) -> Self:
         """Go on with a recording that was interrupted. What an interruption left half done is done again.
 
         Nothing is written before the first entry.
 
         Args:
             cell: Where it is taken.
-            robot: The cell's.
             folder: Of the recording.
             waypoints: The poses; None: those it was begun with.
             shots: Likewise.
@@ -126,12 +119,12 @@ class RecordingWriter:
                 f"{folder} has no plan.csv, so no recording was begun there. Begin one without --resume.",
                 file=folder / PLAN,
             )
-        planned, planned_shots = read_route(folder / PLAN, robot)
+        planned, planned_shots = read_route(folder / PLAN, cell.robot)
         if shots is not None and shots != planned_shots:
             raise _another_plan(folder, f"{planned_shots} shots a pose, not {shots}")
         if waypoints is not None and not same(waypoints, planned):
             raise _another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} of this one")
-        writer = cls(cell, robot, folder, planned, planned_shots)
+        writer = cls(cell, folder, planned, planned_shots)
         writer.begun, writer._tidy = True, False
         if (folder / DATASET).is_file():
             check_same_cell(folder, DATASET, cell)

@@ -20,7 +20,6 @@ from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
-from robolaser.robot.kinematics import Robot
 from robolaser.vision.board import Image
 
 LIGHT_GREY = 40
@@ -40,7 +39,6 @@ class Session:
     def __init__(
         self,
         cell: Cell,
-        robot: Robot,
         arm: Arm,
         camera: Camera,
         writer: RecordingWriter,
@@ -51,7 +49,7 @@ class Session:
         first_look: FirstLook | None = None,
     ) -> None:
         self._cell = cell
-        self._robot = robot
+        self._robot = robot = cell.robot
         self._arm = arm
         self._camera = camera
         self._writer = writer

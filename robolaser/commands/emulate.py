@@ -39,8 +39,7 @@ def emulate(
         camera_port: Port of the camera; 0 is any that is free.
         socket: Serve the arm as socket://, not as a pseudo terminal.
     """
-    from robolaser.emulator.emulated_cell import EmulatedCell
-    from robolaser.emulator.serving import serve
+    from robolaser.emulator.emulated_cell import EmulatedCell, serve
 
     emulated = EmulatedCell(
         cell,

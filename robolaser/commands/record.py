@@ -121,7 +121,7 @@ def record(
     if waypoints is not None and both_ways:
         waypoints = visited_twice(waypoints, approach_rad)
     if resume:
-        writer = RecordingWriter.resume(described, described.robot, output, waypoints, repeats)
+        writer = RecordingWriter.resume(described, output, waypoints, repeats)
         remaining = writer.remaining
     else:
         remaining = waypoints or ()
@@ -135,7 +135,7 @@ def record(
             "Nothing was moved and no port was opened: this is only the plan. Let the arm move with --move."
         )
     if not resume:
-        writer = RecordingWriter.begin(described, described.robot, output, remaining, repeats or 1, force=force)
+        writer = RecordingWriter.begin(described, output, remaining, repeats or 1, force=force)
     with results_in(output, command="record", files=writer.files, inputs=read, over=["extract"], force=force or resume):
         _record(
             described, writer, terminal, position_confirmed=confirm_position, look=plan is not None, diagnose=diagnose
@@ -294,7 +294,6 @@ def _visit(
         board = cell.description.board
         session = Session(
             cell,
-            cell.robot,
             arm,
             camera,
             writer,
@@ -315,7 +314,7 @@ def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", termi
     from robolaser.data.result_folder import results_in
 
     clock, names = WallClock(), list[str]()
-    writer = RecordingWriter.begin(cell, cell.robot, output, (), 1, force=force)
+    writer = RecordingWriter.begin(cell, output, (), 1, force=force)
     files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
     with (
         results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),

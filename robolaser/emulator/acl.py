@@ -13,10 +13,8 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import Axis, angles, least_seconds, rest_s
+from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds, rest_s
 
-FASTEST_RAD_S = 1.0
-"""Of every axis, at speed 100 (or m/s)."""
 SEARCH_S, RETURN_S = 14.0, 6.0
 """What homing takes at least of one axis: it passes its switch, and comes back to it."""
 PASSED_RAD = 0.05
@@ -24,7 +22,7 @@ PASSED_RAD = 0.05
 SEARCH_RAD_S = 0.3
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
-ABORT, BACKSPACE, ENTER, NEWLINE = 0x01, 0x08, 0x0D, 0x0A
+ABORT, ENTER, NEWLINE = 0x01, 0x0D, 0x0A
 PROMPT = b">"
 BOOT = (
     "----RAM TEST COMPLETE.",
@@ -125,9 +123,7 @@ class AclController(Controller):
             line = self._line.decode("ascii", errors="replace")
             self._line.clear()
             return echo + self._answer(line, now_s)
-        if byte == BACKSPACE:
-            del self._line[-1:]
-        elif len(self._line) < LONGEST_LINE:
+        if len(self._line) < LONGEST_LINE:
             self._line.append(byte)
         return echo
 

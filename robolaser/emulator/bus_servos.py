@@ -7,13 +7,12 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.controller import ArmFault, ServoChain
-from robolaser.emulator.joints import least_seconds
+from robolaser.emulator.joints import FASTEST_RAD_S, least_seconds
 from robolaser.emulator.servo_loop import ServoLoop
 
 TURN = 4096
 MIDDLE = 2048
 REGISTERS = 256
-FASTEST_RAD_S = 1.0
 HOT, OVERLOADED = 4, 32
 READ, WRITE, SYNC_READ, SYNC_WRITE = 0x02, 0x03, 0x82, 0x83
 ALL = 0xFE

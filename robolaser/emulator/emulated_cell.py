@@ -1,6 +1,10 @@
 """An emulated cell that runs: its clock, its arm at the end of a line, and the camera that watches the arm."""
 
+import json
+import os
 import select
+import signal
+import stat
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -150,3 +154,26 @@ def _check(faults: Sequence[Fault], kind: str, axes: int) -> None:
             raise not_a_fault(fault.kind, f"arms of kind '{kind}' do no homing")
         if fault.kind in ARM and fault.amount > axes:
             raise UsageError(f"--fault {fault.kind}:{int(fault.amount)}: the arm has axes 1 to {axes}.")
+
+
+def serve(cell: EmulatedCell) -> None:
+    """Say where arm and camera are, and serve until killed, or until the pipe at standard input closes."""
+    ended: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda which, frame: ended.append(which))
+    print(json.dumps({"arm": cell.arm, "camera": cell.camera}), flush=True)
+    try:
+        while not ended and not _hung_up():
+            cell.turn()
+    finally:
+        cell.close()
+
+
+def _hung_up() -> bool:
+    """Whether standard input is a pipe whose other end is closed."""
+    try:
+        if not stat.S_ISFIFO(os.fstat(0).st_mode):
+            return False
+        return bool(select.select([0], [], [], 0)[0]) and not os.read(0, 1024)
+    except OSError:
+        return False

@@ -11,6 +11,8 @@ from robolaser.arrays import Array
 
 RAMP = 0.25
 """Share of a travel's time in which it gains speed, and in which it loses it again."""
+FASTEST_RAD_S = 1.0
+"""Of every axis, at full speed (or m/s)."""
 
 
 @final

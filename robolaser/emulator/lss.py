@@ -8,11 +8,10 @@ import numpy as np
 
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.controller import ArmFault, ServoChain
-from robolaser.emulator.joints import RAMP, Axis, least_seconds
+from robolaser.emulator.joints import FASTEST_RAD_S, Axis, least_seconds
 
 TENTHS = 1800 / np.pi
 """Of a degree, in a radian."""
-FASTEST_RAD_S = 1.0
 USUAL_SPEED = 1800
 """Cap on the speed of a servo that was just switched on; it cannot reach it [tenths of a degree/s]."""
 ALL = 254
@@ -25,9 +24,7 @@ class Status(IntEnum):
     """What a servo says that it does."""
 
     LIMP = 1
-    ACCELERATING = 3
     TRAVELLING = 4
-    DECELERATING = 5
     HOLDING = 6
     OUTSIDE_LIMITS = 7
     STUCK = 8
@@ -52,12 +49,7 @@ class Servo:
             return self.state
         if self.axis.jammed and abs(self.axis.at(now_s) - travel.goal) * TENTHS >= 1:
             return Status.STUCK
-        if now_s >= travel.ends_s:
-            return Status.HOLDING
-        gone = (now_s - travel.begins_s) / travel.seconds
-        if gone < RAMP:
-            return Status.ACCELERATING
-        return Status.DECELERATING if gone > 1 - RAMP else Status.TRAVELLING
+        return Status.HOLDING if now_s >= travel.ends_s else Status.TRAVELLING
 
     def rest(self, state: Status, now_s: float) -> None:
         """Stop here."""

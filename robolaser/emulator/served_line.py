@@ -4,7 +4,6 @@ import os
 import socket
 import termios
 import tty
-from abc import ABC, abstractmethod
 from contextlib import suppress
 from typing import final
 
@@ -15,27 +14,56 @@ MOST_PENDING = 65536
 """Bytes kept for a client that does not read; what comes after is lost, as on a line without flow control."""
 
 
-class ServedLine(ABC):
-    """Bytes in, bytes out, never waiting."""
+class ServedLine:
+    """Bytes in, bytes out, never waiting.
+
+    Attributes:
+        address: What pyserial opens.
+        near: Descriptor of the end that is served; None: nobody is there.
+    """
 
     address: str
-    """What pyserial opens."""
+    near: int | None = None
 
-    @abstractmethod
     def waits_on(self) -> list[int]:
         """Descriptors that become readable when there is something to take."""
+        return [] if self.near is None else [self.near]
 
-    @abstractmethod
     def take(self) -> bytes:
         """What came since."""
+        if self.near is None:
+            return b""
+        try:
+            data = os.read(self.near, LARGEST_READ)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self.hang_up()
+        return data
 
-    @abstractmethod
     def give(self, data: bytes) -> int:
         """Send as much as fits now; how much that was. Without a client all of it is gone."""
+        if self.near is None:
+            return len(data)
+        try:
+            return os.write(self.near, data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            self.hang_up()
+            return len(data)
 
-    @abstractmethod
+    def hang_up(self) -> None:
+        """Let go of the client."""
+        if self.near is not None:
+            os.close(self.near)
+            self.near = None
+
     def pull(self) -> None:
         """Pull the plug."""
+        self.hang_up()
 
 
 @final
@@ -43,48 +71,34 @@ class PtyLine(ServedLine):
     """A pseudo terminal. Whoever opens it at another speed sends and receives garbage, as on a wire."""
 
     def __init__(self, baud: int, rng: np.random.Generator) -> None:
-        self._near, self._far = os.openpty()
+        self.near, self._far = os.openpty()
         tty.setraw(self._far)
-        os.set_blocking(self._near, False)
+        os.set_blocking(self.near, False)
         self.address = os.ttyname(self._far)
         self._speed = getattr(termios, f"B{baud}", None)
         self._rng = rng
-        self._pulled = False
         speeds = termios.tcgetattr(self._far)
         if self._speed is not None:
             speeds[4] = speeds[5] = self._speed
             termios.tcsetattr(self._far, termios.TCSANOW, speeds)
 
-    def waits_on(self) -> list[int]:
-        """The near end; with a socket, server and client."""
-        return [] if self._pulled else [self._near]
-
     def take(self) -> bytes:
         """What came since."""
-        if self._pulled:
-            return b""
-        with suppress(BlockingIOError):
-            return self._as_heard(os.read(self._near, LARGEST_READ))
-        return b""
+        return self._as_heard(super().take())
 
     def give(self, data: bytes) -> int:
         """Send what fits now."""
-        if self._pulled:
-            return len(data)
-        with suppress(BlockingIOError):
-            return os.write(self._near, self._as_heard(data))
-        return 0
+        return super().give(self._as_heard(data))
 
-    def pull(self) -> None:
-        """Close all ends."""
-        if not self._pulled:
-            self._pulled = True
-            os.close(self._near)
+    def hang_up(self) -> None:
+        """Close both ends."""
+        if self.near is not None:
+            super().hang_up()
             os.close(self._far)
 
     def _as_heard(self, data: bytes) -> bytes:
         """The bytes themselves, or what they look like at another speed."""
-        if self._speed is None or termios.tcgetattr(self._far)[5] == self._speed:
+        if self.near is None or self._speed is None or termios.tcgetattr(self._far)[5] == self._speed:
             return data
         return self._rng.integers(0x80, 0x100, len(data), dtype=np.uint8).tobytes()
 
@@ -96,50 +110,22 @@ class TcpLine(ServedLine):
     def __init__(self) -> None:
         self._server = socket.create_server(("127.0.0.1", 0))
         self._server.settimeout(0.0)
-        self._client: socket.socket | None = None
         self.address = f"socket://127.0.0.1:{self._server.getsockname()[1]}"
 
     def waits_on(self) -> list[int]:
-        """The near end; with a socket, server and client."""
-        return [one.fileno() for one in (self._server, self._client) if one is not None and one.fileno() >= 0]
+        """Server and client."""
+        return [*super().waits_on(), *([self._server.fileno()] if self._server.fileno() >= 0 else [])]
 
     def take(self) -> bytes:
-        """What came since."""
+        """What came since, from the client that came last."""
         with suppress(OSError):
             client, _ = self._server.accept()
             client.settimeout(0.0)
-            self._hang_up()
-            self._client = client
-        if self._client is None:
-            return b""
-        try:
-            data = self._client.recv(LARGEST_READ)
-        except BlockingIOError:
-            return b""
-        except OSError:
-            data = b""
-        if not data:
-            self._hang_up()
-        return data
-
-    def give(self, data: bytes) -> int:
-        """Send what fits now."""
-        if self._client is None:
-            return len(data)
-        try:
-            return self._client.send(data)
-        except BlockingIOError:
-            return 0
-        except OSError:
-            self._hang_up()
-            return len(data)
+            self.hang_up()
+            self.near = client.detach()
+        return super().take()
 
     def pull(self) -> None:
-        """Close all ends."""
-        self._hang_up()
+        """Let go of the client, and take no other."""
+        super().pull()
         self._server.close()
-
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self._client.close()
-            self._client = None

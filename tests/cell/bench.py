@@ -133,10 +133,8 @@ def at_home(cell: Cell, home: bool) -> Cell:
 
 def poses(cell: Cell, count: int) -> tuple[Waypoint, ...]:
     """Postures near home that break no limit."""
-    robot = cell.description.robot
-    assert robot is not None
     home = controller_of(cell).motor(0.0)
-    offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(robot.joints)))
+    offsets = np.random.default_rng(8).uniform(-0.15, 0.15, (count, len(home)))
     return numbered(home + offsets)
 
 
@@ -150,15 +148,12 @@ def session(
     first_look: FirstLook | None = None,
 ) -> Session:
     """A recording on the bench, ready to run."""
-    robot = cell.description.robot
     size = cell.description.image_px
-    assert robot is not None
     assert size is not None
     eye = camera or Painted(bench, size)
     arm = arm_on(bench, cell)
     return Session(
         cell,
-        robot,
         arm,
         eye,
         writer,
@@ -171,13 +166,9 @@ def session(
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:
     """A recording that has not gone anywhere yet."""
-    robot = cell.description.robot
-    assert robot is not None
-    return RecordingWriter.begin(cell, robot, folder, waypoints, shots, force=False)
+    return RecordingWriter.begin(cell, folder, waypoints, shots, force=False)
 
 
 def resumed(cell: Cell, folder: Path) -> RecordingWriter:
     """The recording in a folder, taken up again."""
-    robot = cell.description.robot
-    assert robot is not None
-    return RecordingWriter.resume(cell, robot, folder, None, None)
+    return RecordingWriter.resume(cell, folder, None, None)

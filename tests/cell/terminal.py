@@ -1,4 +1,4 @@
-"""An emulated arm at the other end of a real pseudo terminal, and a folder of pictures for a camera."""
+"""An emulated arm, at the other end of a real pseudo terminal or in virtual time, and pictures for a camera."""
 
 import threading
 from collections.abc import Iterator
@@ -8,6 +8,7 @@ from pathlib import Path
 import bench
 import cv2
 import numpy as np
+from virtual_cell import in_virtual_time
 
 import robolaser
 from robolaser.cli import main
@@ -54,9 +55,16 @@ class Rig:
 
 
 @contextmanager
-def emulated(rig: Rig, *faults: str, time_scale: float = HURRY) -> Iterator[str]:
+def emulated(rig: Rig, *faults: str) -> Iterator[str]:
+    """The cell's arm, in virtual time."""
+    with in_virtual_time(rig.folder, faults=faults):
+        yield "bench"
+
+
+@contextmanager
+def on_a_terminal(rig: Rig) -> Iterator[str]:
     """The cell's arm, on a pseudo terminal."""
-    running = EmulatedCell(rig.folder, time_scale=time_scale, faults=faults)
+    running = EmulatedCell(rig.folder, time_scale=HURRY)
     over = threading.Event()
 
     def serve() -> None:

@@ -9,7 +9,6 @@ from emulated_cell import cell_folder
 
 from robolaser.cell.cell_collisions import collision_model
 from robolaser.cell.plan_validation import FINE, cell_violations
-from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import numbered
 from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
@@ -66,9 +65,7 @@ def test_a_dry_run_and_a_recording_refuse_and_nothing_moves(tmp_path: Path, caps
     cell = load_cell(folder)
     rig = bench.bench_for(cell)
     before = rig.motor().copy()
-    writer = RecordingWriter.begin(
-        cell, cell.robot, tmp_path / "rec", numbered(np.array([LEFT, RIGHT])), 1, force=False
-    )
+    writer = bench.begun(cell, tmp_path / "rec", numbered(np.array([LEFT, RIGHT])))
     with pytest.raises(PlanError, match="and post overlap"):
         bench.session(cell, rig, writer).run(lambda _: None)
     np.testing.assert_array_equal(rig.motor(), before)

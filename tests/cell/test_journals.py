@@ -105,12 +105,12 @@ def test_a_full_disk_leaves_the_recording_as_it_was(
     assert len(robolaser.load(tmp_path / "out").poses) == 4
 
 
-def test_a_recording_that_is_there_is_not_overwritten(cell: Cell, robot: Robot, tmp_path: Path) -> None:
+def test_a_recording_that_is_there_is_not_overwritten(cell: Cell, tmp_path: Path) -> None:
     with_two_poses(cell, tmp_path / "out")
     with pytest.raises(OutputError):
         bench.begun(cell, tmp_path / "out", numbered(Q))
     (tmp_path / "out" / "points.csv").write_text("pose,point\n")
-    anew = RecordingWriter.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=True)
+    anew = RecordingWriter.begin(cell, tmp_path / "out", numbered(Q), 1, force=True)
     assert len((tmp_path / "out" / "poses.csv").read_text().splitlines()) == 4
     anew.add([Sample("start", 0.0, Q[0])])
     assert robolaser.load(tmp_path / "out").poses.names == ("start",)
@@ -176,15 +176,15 @@ def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Pat
     assert not list((tmp_path / "out" / "images").glob(".*"))
 
 
-def test_going_on_with_another_plan_is_refused(cell: Cell, robot: Robot, tmp_path: Path) -> None:
+def test_going_on_with_another_plan_is_refused(cell: Cell, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no recording was begun"):
         bench.resumed(cell, tmp_path / "out")
     with_two_poses(cell, tmp_path / "out")
-    assert RecordingWriter.resume(cell, robot, tmp_path / "out", numbered(Q), 2).done == 2
+    assert RecordingWriter.resume(cell, tmp_path / "out", numbered(Q), 2).done == 2
     with pytest.raises(PlanError, match="2 shots a pose, not 3"):
-        RecordingWriter.resume(cell, robot, tmp_path / "out", None, 3)
+        RecordingWriter.resume(cell, tmp_path / "out", None, 3)
     with pytest.raises(PlanError, match="4 poses"):
-        RecordingWriter.resume(cell, robot, tmp_path / "out", numbered(Q[:3]), None)
+        RecordingWriter.resume(cell, tmp_path / "out", numbered(Q[:3]), None)
 
 
 def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
@@ -276,7 +276,7 @@ def test_a_laser_that_cannot_be_switched_leaves_no_column(cell: Cell, tmp_path: 
 def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot, tmp_path: Path, noise: str) -> None:
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n{noise}", "utf-8")
-    writer = RecordingWriter.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
+    writer = RecordingWriter.begin(cell, tmp_path / "out", numbered(Q), 1, force=False)
     writer.state_quantization_noise(np.full(len(robot.joints), 1e-3), pytest.fail)
     writer.add([Sample("start", 0.0, Q[0])])
     stated = robolaser.load(tmp_path / "out").noise
@@ -287,7 +287,7 @@ def test_a_recording_states_how_finely_joints_were_read(cell: Cell, robot: Robot
 def test_a_noise_of_readings_that_the_cell_states_is_kept(cell: Cell, robot: Robot, tmp_path: Path) -> None:
     said = cell.folder / "dataset.toml"
     said.write_text(f"{said.read_text('utf-8')}\n[noise]\njoint_rad = 3e-5\n", "utf-8")
-    writer = RecordingWriter.begin(cell, robot, tmp_path / "out", numbered(Q), 1, force=False)
+    writer = RecordingWriter.begin(cell, tmp_path / "out", numbered(Q), 1, force=False)
     writer.state_quantization_noise(np.full(len(robot.joints), 1e-3), pytest.fail)
     writer.add([Sample("start", 0.0, Q[0])])
     assert robolaser.load(tmp_path / "out").noise.joint_rad == 3e-5

@@ -24,16 +24,6 @@ def cell(tmp_path: Path) -> Cell:
     return bench.cell(tmp_path, "lss")
 
 
-def test_angles_are_the_motors_to_half_a_step(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
-    goal = rig.motor() + np.array([0.3, -0.2, 0.1, 0.25, -0.4])
-    arm.start_move(goal, 2.0)
-    rig.clock.wait(30.0)
-    assert np.abs(rig.motor() - goal).max() <= 0.51 * STEP
-    np.testing.assert_allclose(arm.read(), rig.motor(), atol=0.51 * STEP)
-
-
 def test_a_servo_that_is_not_there_is_named_within_two_seconds(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = cell.arm.__class__(kind="lss", port="bench")

@@ -1,4 +1,4 @@
-"""robolaser record on an emulated cell at the other end of a real pseudo terminal."""
+"""robolaser record on an emulated cell."""
 
 import re
 import signal
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terminal import Rig, emulated
+from terminal import Rig, emulated, on_a_terminal
 
 import robolaser
 from robolaser.cell.serial_line import SerialLine
@@ -29,8 +29,8 @@ def acl(tmp_path: Path) -> Rig:
     return Rig(tmp_path, "acl")
 
 
-def test_a_recording_is_taken(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    with emulated(rig) as port:
+def test_a_recording_is_taken_over_a_real_pseudo_terminal(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    with on_a_terminal(rig) as port:
         assert rig.record("--poses", str(rig.poses), "--repeats", "2", "--move", port=port) == 0
     assert rig.names() == ["a", "b", "c"]
     dataset = robolaser.load(rig.out)
@@ -112,7 +112,7 @@ def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.Ca
 
 
 def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    with emulated(acl) as port:
+    with on_a_terminal(acl) as port:
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("baud = 9600", "baud = 19200"))
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
@@ -124,7 +124,7 @@ def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
     header, first, *rest = acl.poses.read_text().splitlines()
     name, _, *others = first.split(",")
     acl.poses.write_text("\n".join([header, ",".join([name, "1.0", *others]), *rest]))  # in a quarter of a minute
-    with emulated(acl) as port:
+    with on_a_terminal(acl) as port:
         asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", port, "--move"]
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.01"))

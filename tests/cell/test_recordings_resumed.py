@@ -42,13 +42,13 @@ def test_a_cell_is_never_written_over(cell: Cell) -> None:
     before = files(cell.folder)
     for folder in (cell.folder, cell.folder / ".." / cell.folder.name, cell.folder / "recording"):
         with pytest.raises(OutputError, match="is a cell"):
-            RecordingWriter.begin(cell, cell.robot, folder, numbered(Q), 1, force=True)
+            RecordingWriter.begin(cell, folder, numbered(Q), 1, force=True)
     assert files(cell.folder) == before
 
 
 def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begun: Path) -> None:
     before = files(begun)
-    writer = RecordingWriter.begin(cell, cell.robot, begun, numbered(Q), 1, force=True)
+    writer = RecordingWriter.begin(cell, begun, numbered(Q), 1, force=True)
     (cell.folder / "dataset.toml").unlink()
     with pytest.raises(DataError):
         writer.add([Sample("start", 0.0, Q[0])])
@@ -57,7 +57,7 @@ def test_what_is_there_stays_until_the_new_one_can_be_described(cell: Cell, begu
 
 def test_a_recording_that_is_overwritten_leaves_no_image_behind(cell: Cell, begun: Path) -> None:
     (begun / "images" / "mine.png").write_bytes(b"not in poses.csv")
-    writer = RecordingWriter.begin(cell, cell.robot, begun, numbered(Q[2:]), 1, force=True)
+    writer = RecordingWriter.begin(cell, begun, numbered(Q[2:]), 1, force=True)
     writer.add([Sample("start", 0.0, Q[0])])
     assert [file.name for file in (begun / "images").iterdir()] == ["mine.png"]
 

@@ -87,12 +87,12 @@ def made(tmp_path_factory):
 
 def begun(folder):
     cell = load_cell(folder / "cell-acl")
-    return RecordingWriter.begin(cell, cell.robot, folder / "recording", numbered(np.zeros((2, 5))), 1, force=True)
+    return RecordingWriter.begin(cell, folder / "recording", numbered(np.zeros((2, 5))), 1, force=True)
 
 
 def resumed(folder):
     cell = load_cell(folder / "cell-acl")
-    return RecordingWriter.resume(cell, cell.robot, folder / "recording", None, None)
+    return RecordingWriter.resume(cell, folder / "recording", None, None)
 
 
 def as_bytes(text):

@@ -1,4 +1,4 @@
-"""Faults as they come over a real pseudo terminal: a clear message, an arm that stands, a recording that goes on."""
+"""Faults on the way from pose to pose: a clear message, an arm that stands, a recording that goes on."""
 
 import re
 from pathlib import Path
@@ -36,7 +36,7 @@ def test_after_a_fault_the_recording_is_gone_on_with(
     there = (acl.out / "plan.csv").exists()
     done = acl.names() if there else []
     acl.home_first()
-    with emulated(acl, time_scale=200) as port:
+    with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--move", *(["--resume"] if there else []), port=port) == 0
     assert acl.names() == ["a", "b", "c"]
     assert acl.names()[: len(done)] == done
