@@ -1,6 +1,7 @@
 """Scenes to photograph: an eye that looks down on a table from 0.3 m, and a sheet of light that crosses its view."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,8 +28,18 @@ def light(roll: float = 0.0, cone: float = 0.0) -> Light:
 
 
 def eye(stripe_axis: str = "v", **settings: float) -> CameraModel:
-    optics = ScannerOptics(TRUTH, (0.0, 0.0, 0.0, 1.0), "xyz", stripe_axis)
-    return CameraModel(optics, settings=replace(SPOTLESS, **settings))
+    made = CameraModel(_optics(stripe_axis), settings=replace(SPOTLESS, **settings))
+    vars(made)["all_rays"] = _rays(stripe_axis)  # a second's work, the same whatever the settings are
+    return made
+
+
+def _optics(stripe_axis: str) -> ScannerOptics:
+    return ScannerOptics(TRUTH, (0.0, 0.0, 0.0, 1.0), "xyz", stripe_axis)
+
+
+@cache
+def _rays(stripe_axis: str) -> Array:
+    return CameraModel(_optics(stripe_axis), settings=SPOTLESS).all_rays
 
 
 def scene(*solids: Solid, stripe_axis: str = "v", projector: Projector | None = None, **settings: float) -> Scene:
