@@ -6,14 +6,14 @@ from a camera that looks where the arm points, and holds for one that is tilted 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.cell.cell_collisions import collision_model, tool_points
-from robolaser.cell.plan_validation import allowed, reach, violations
+from robolaser.cell.plan_validation import RouteCheck, reach
 from robolaser.cell.route import Waypoint, numbered
 from robolaser.data.cell_config import Cell
 from robolaser.data.dataset import Dataset
@@ -69,7 +69,7 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
     Raises:
         PlanError: There are too few.
     """
-    described, may = _assumed(cell), allowed(cell, ASIDE_RAD / 2)
+    described, may = _assumed(cell), partial(RouteCheck.of(cell).allows, run_up=ASIDE_RAD / 2)
     for spare in SPARE:
         try:
             chosen = planned(
@@ -88,11 +88,11 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
 
 def _chained(cell: Cell, q: Array) -> Array:
     """Configurations (n, j) in an order in which each is the nearest to which the way is free; others are left out."""
-    bodies, tools = collision_model(cell.description, cell.limits), tool_points(cell.description)
+    check = RouteCheck.of(cell)
     kept, left = [q[0]], list(q[1:])
     while left:
         left.sort(key=lambda one: float(np.abs(one - kept[-1]).max()))
-        ways = (violations(cell.robot, cell.limits, tools, kept[-1], ("",), one[None], bodies) for one in left)
+        ways = (check.violations(kept[-1], ("",), one[None]) for one in left)
         following = next((i for i, broken in enumerate(ways) if not broken), None)
         if following is None:
             break
@@ -102,8 +102,7 @@ def _chained(cell: Cell, q: Array) -> Array:
 
 def with_motions(cell: Cell, waypoints: Sequence[Waypoint], seed: int) -> tuple[Waypoint, ...]:
     """The same poses, with places before each from which all joints turn back, as far as the way there is free."""
-    robot, rng = cell.robot, np.random.default_rng(seed)
-    bodies, tools = collision_model(cell.description, cell.limits), tool_points(cell.description)
+    check, rng = RouteCheck.of(cell), np.random.default_rng(seed)
     start: Array | None = None
     found = []
     for waypoint in waypoints:
@@ -112,7 +111,7 @@ def with_motions(cell: Cell, waypoints: Sequence[Waypoint], seed: int) -> tuple[
             signs = rng.choice([-1.0, 1.0], len(waypoint.q)) * (-1.0) ** np.arange(TURNS)[:, None]
             moved = replace(waypoint, approach=tuple(waypoint.q + signs * aside))
             names, q = zip(*moved.places, strict=True)
-            if not violations(robot, cell.limits, tools, start, names, np.array(q), bodies):
+            if not check.violations(start, names, np.array(q)):
                 break
         else:
             moved = waypoint

@@ -1,8 +1,8 @@
 """Validation of a route before its first motion: limits and collisions, at poses and on the way between."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Self, final
 
 import numpy as np
 
@@ -68,35 +68,84 @@ def reach(robot: Robot, q: Array) -> Array:
     return distance
 
 
-def violations(
-    robot: Robot,
-    limits: Limits,
-    tools: Array,
-    start: Array | None,
-    names: Sequence[str],
-    q: Array,
-    bodies: CollisionModel | None = None,
-) -> list[Violation]:
-    """All that a route would break, pose by pose.
+@final
+class RouteCheck:
+    """What an arm may not break on its way: joint limits, floor and reach, and the distances between bodies.
 
     Args:
         robot: Any arm.
         limits: Of the cell; joint limits are the robot's.
         tools: Points in the flange frame, (k, 3) [m].
-        bodies: What could collide; nothing when absent.
-        start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
-        names: Of the poses.
-        q: Joint values in the order of the route, (n, j).
+        bodies: What could collide.
     """
-    before = q[0] if start is None else start
-    found: list[Violation] = []
-    for name, goal in zip(names, q, strict=True):
-        steps = 1 + int(np.ceil(np.abs(goal - before).sum() / FINE))
-        line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
-        found += _broken(robot, limits, tools, name, line)
-        found += [] if bodies is None else collisions(bodies, limits.margin_m, name, line)
-        before = goal
-    return found
+
+    def __init__(self, robot: Robot, limits: Limits, tools: Array, bodies: CollisionModel) -> None:
+        self.robot, self.limits, self.tools, self.bodies = robot, limits, tools, bodies
+
+    @classmethod
+    def of(cls, cell: Cell) -> Self:
+        """What may not be broken in a cell."""
+        bodies = collision_model(cell.description, cell.limits, cell.boxes)
+        return cls(cell.robot, cell.limits, tool_points(cell.description), bodies)
+
+    def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[Violation]:
+        """All that a route would break, pose by pose.
+
+        Args:
+            start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
+            names: Of the poses.
+            q: Joint values in the order of the route, (n, j).
+        """
+        before = q[0] if start is None else start
+        found: list[Violation] = []
+        for name, goal in zip(names, q, strict=True):
+            steps = 1 + int(np.ceil(np.abs(goal - before).sum() / FINE))
+            line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
+            found += self._broken(name, line)
+            found += collisions(self.bodies, self.limits.margin_m, name, line)
+            before = goal
+        return found
+
+    def allows(self, q: Array, run_up: float) -> Bools:
+        """Whether the arm may stand at configurations (n, j), and at the beginning of an approach, below and above.
+
+        Args:
+            q: Configurations.
+            run_up: How far each joint begins below and above [rad or m].
+        """
+        robot, limits = self.robot, self.limits
+        good: Bools = np.ones(len(q), dtype=np.bool_)
+        for place in (q, q - run_up, q + run_up):
+            good &= ((place >= robot.lower) & (place <= robot.upper)).all(axis=1)
+            good &= True if limits.floor_m is None else lowest(robot, place, self.tools) >= limits.floor_m
+            good &= True if limits.reach_m is None else reach(robot, place) <= limits.reach_m
+        for place in (q, q - run_up, q + run_up)[: 3 if run_up else 1]:
+            good[good] = self.bodies.clear(place[good], limits.margin_m)
+        return good
+
+    def _broken(self, name: str, line: Array) -> list[Violation]:
+        """Of one straight way whose last posture is the pose itself, (s, j)."""
+        robot, limits = self.robot, self.limits
+        found: list[Violation] = []
+
+        def note(excess: Array, what: str, value: str, limit: str) -> None:
+            if excess.max() > 0:
+                found.append(Violation(name, bool(excess[-1] <= 0), what, f"at {value}, limit {limit}"))
+
+        for i, joint in enumerate(robot.joints):
+            lower, upper = float(robot.lower[i]), float(robot.upper[i])
+            least, most = float(line[:, i].min()), float(line[:, i].max())
+            note(lower - SLACK - line[:, i], joint, joint_text(robot, i, least), joint_text(robot, i, lower))
+            note(line[:, i] - upper - SLACK, joint, joint_text(robot, i, most), joint_text(robot, i, upper))
+        if limits.floor_m is not None:
+            height = lowest(robot, line, self.tools)
+            note(
+                limits.floor_m - height, "the lowest part", f"{height.min():.3f} m", f"{limits.floor_m:.3f} m (floor_m)"
+            )
+        if limits.reach_m is not None:
+            far = reach(robot, line)
+            note(far - limits.reach_m, "the flange", f"{far.max():.3f} m", f"{limits.reach_m:.3f} m (reach_m)")
+        return found
 
 
 def collisions(model: CollisionModel, margin_m: float, place: str, line: Array) -> list[Violation]:
@@ -127,54 +176,3 @@ def unsafe(broken: Sequence[Violation], *, run_up: bool) -> PlanError:
         f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"
         " [limits] or [[box]] in cell.toml, or the URDF's."
     )
-
-
-def cell_violations(cell: Cell, start: Array | None, names: Sequence[str], q: Array) -> list[Violation]:
-    """All that a route in a cell would break, as `violations` says."""
-    bodies = collision_model(cell.description, cell.limits, cell.boxes)
-    return violations(cell.robot, cell.limits, tool_points(cell.description), start, names, q, bodies)
-
-
-def allowed(cell: Cell, run_up: float) -> Callable[[Array], Bools]:
-    """A test of configurations (n, j): whether the arm may stand there, and so far below and above.
-
-    Args:
-        cell: With its limits and what stands in it.
-        run_up: Beginning of the approach, below and above in each joint [rad or m].
-    """
-    robot, tools, limits = cell.robot, tool_points(cell.description), cell.limits
-    bodies = collision_model(cell.description, limits, cell.boxes)
-
-    def may(q: Array) -> Bools:
-        good: Bools = np.ones(len(q), dtype=np.bool_)
-        for place in (q, q - run_up, q + run_up):
-            good &= ((place >= robot.lower) & (place <= robot.upper)).all(axis=1)
-            good &= True if limits.floor_m is None else lowest(robot, place, tools) >= limits.floor_m
-            good &= True if limits.reach_m is None else reach(robot, place) <= limits.reach_m
-        for place in (q, q - run_up, q + run_up)[: 3 if run_up else 1]:
-            good[good] = bodies.clear(place[good], limits.margin_m)
-        return good
-
-    return may
-
-
-def _broken(robot: Robot, limits: Limits, tools: Array, name: str, line: Array) -> list[Violation]:
-    """Of one straight way whose last posture is the pose itself, (s, j)."""
-    found: list[Violation] = []
-
-    def note(excess: Array, what: str, value: str, limit: str) -> None:
-        if excess.max() > 0:
-            found.append(Violation(name, bool(excess[-1] <= 0), what, f"at {value}, limit {limit}"))
-
-    for i, joint in enumerate(robot.joints):
-        lower, upper = float(robot.lower[i]), float(robot.upper[i])
-        least, most = float(line[:, i].min()), float(line[:, i].max())
-        note(lower - SLACK - line[:, i], joint, joint_text(robot, i, least), joint_text(robot, i, lower))
-        note(line[:, i] - upper - SLACK, joint, joint_text(robot, i, most), joint_text(robot, i, upper))
-    if limits.floor_m is not None:
-        height = lowest(robot, line, tools)
-        note(limits.floor_m - height, "the lowest part", f"{height.min():.3f} m", f"{limits.floor_m:.3f} m (floor_m)")
-    if limits.reach_m is not None:
-        far = reach(robot, line)
-        note(far - limits.reach_m, "the flange", f"{far.max():.3f} m", f"{limits.reach_m:.3f} m (reach_m)")
-    return found

@@ -15,7 +15,7 @@ from robolaser.cell.first_look import BoardCutOff, FirstLook
 from robolaser.cell.following import Follower
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
-from robolaser.cell.plan_validation import cell_violations, unsafe
+from robolaser.cell.plan_validation import RouteCheck, unsafe
 from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
@@ -126,7 +126,7 @@ class Session:
 
     def _check(self, start: Array, waypoints: tuple[Waypoint, ...]) -> None:
         if waypoints:
-            broken = cell_violations(self._cell, start, *way(waypoints))
+            broken = RouteCheck.of(self._cell).violations(start, *way(waypoints))
             if broken:
                 run_up = any(waypoint.approach for waypoint in waypoints)
                 raise unsafe(broken, run_up=run_up)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -185,28 +186,27 @@ def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
 def _planned(
     cell: "Cell", count: int, separate: tuple[str, ...], approach_rad: float, *, seed: int
 ) -> "tuple[Waypoint, ...]":
-    from robolaser.cell.plan_validation import allowed
+    from robolaser.cell.plan_validation import RouteCheck
     from robolaser.cell.route import numbered
     from robolaser.estimation.optimal_poses import planned
 
-    may = allowed(cell, approach_rad)
+    may = partial(RouteCheck.of(cell).allows, run_up=approach_rad)
     return numbered(planned(cell.description, count=count, effects=separate, allowed=may, seed=seed))
 
 
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there."""
-    from robolaser.cell.cell_collisions import collision_model, tool_points
     from robolaser.cell.joint_text import joint_text
     from robolaser.cell.motion_time import seconds_for
-    from robolaser.cell.plan_validation import cell_violations, lowest, unsafe
+    from robolaser.cell.plan_validation import RouteCheck, lowest, unsafe
     from robolaser.cell.route import way
 
     if not waypoints:
         terminal.print("No pose remains.")
         return
-    robot = cell.robot
+    robot, check = cell.robot, RouteCheck.of(cell)
     names, q = way(waypoints)
-    heights = lowest(robot, q, tool_points(cell.description))
+    heights = lowest(robot, q, check.tools)
     seconds = [0.0, *(seconds_for(step, cell.limits.speed_rad_s) for step in q[1:] - q[:-1])]
     width = max(4, *map(len, names))
     terminal.print(f"{'pose':<{width}} {' '.join(f'{joint:>10}' for joint in robot.joints)}  way [s]  lowest [m]")
@@ -214,7 +214,7 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
         angles = " ".join(f"{joint_text(robot, i, float(value)):>10}" for i, value in enumerate(row))
         terminal.print(f"{name:<{width}} {angles}  {time_s:>7.1f}  {height:>10.3f}")
     terminal.print(f"{len(waypoints)} poses; {sum(seconds):.0f} s on the way between them, and the way to the first.")
-    bodies = collision_model(cell.description, cell.limits, cell.boxes)
+    bodies = check.bodies
     boxes = {box.name for box in cell.boxes}
     for pair in bodies.unchecked:
         if boxes & {bodies.bodies[i].name for i in pair}:
@@ -223,7 +223,7 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
                 " Correct [[box]] in cell.toml."
             )
         terminal.warn(f"{bodies.name(pair)} overlap wherever the arm is: they are not checked against each other.")
-    broken = cell_violations(cell, None, names, q)
+    broken = check.violations(None, names, q)
     if broken:
         run_up = any(waypoint.approach for waypoint in waypoints)
         raise unsafe(broken, run_up=run_up)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from emulated_cell import cell_folder
 
-from robolaser.cell.cell_collisions import collision_model
-from robolaser.cell.plan_validation import FINE, cell_violations
+from robolaser.cell.plan_validation import FINE, RouteCheck
 from robolaser.cell.route import numbered
 from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
@@ -32,10 +31,10 @@ def with_post(tmp_path: Path, text: str = POST) -> Path:
 
 def test_pose_bodies_and_depth_are_said_and_the_way_is_looked_at(tmp_path: Path) -> None:
     cell = load_cell(with_post(tmp_path))
-    assert not cell_violations(cell, LEFT, ["left"], LEFT[None])
-    at_pose = {str(one) for one in cell_violations(cell, None, ["into"], INTO[None])}
+    assert not RouteCheck.of(cell).violations(LEFT, ["left"], LEFT[None])
+    at_pose = {str(one) for one in RouteCheck.of(cell).violations(None, ["into"], INTO[None])}
     assert any(one.startswith("into: link_3 and post overlap by ") for one in at_pose), at_pose
-    on_the_way = [str(one) for one in cell_violations(cell, LEFT, ["right"], RIGHT[None])]
+    on_the_way = [str(one) for one in RouteCheck.of(cell).violations(LEFT, ["right"], RIGHT[None])]
     assert on_the_way
     assert all(one.startswith("on the way to right: ") and "post" in one for one in on_the_way)
 
@@ -45,11 +44,11 @@ def test_a_body_nearer_than_the_margin_is_refused_and_none_slips_between_two_ste
     thin = POST.replace("[0.05, 0.05, 0.6]", "[0.0005, 0.0005, 0.6]")
     cell = load_cell(with_post(tmp_path, thin))
     assert cell.limits.margin_m > FINE * 0.6 / 2
-    assert cell_violations(cell, LEFT, ["right"], RIGHT[None])
+    assert RouteCheck.of(cell).violations(LEFT, ["right"], RIGHT[None])
     line = LEFT + np.linspace(0, 1, 200)[:, None] * (RIGHT - LEFT)
-    nearest = collision_model(cell.description, cell.limits, cell.boxes).gaps(line).min(axis=1)
+    nearest = RouteCheck.of(cell).bodies.gaps(line).min(axis=1)
     beside = line[np.flatnonzero((nearest > 0) & (nearest < cell.limits.margin_m))[0]]
-    (found,) = cell_violations(cell, None, ["p"], beside[None])
+    (found,) = RouteCheck.of(cell).violations(None, ["p"], beside[None])
     assert str(found).endswith("mm apart, limit 10 mm (margin_m)")
 
 

@@ -15,7 +15,7 @@ import robolaser
 from robolaser.cell.arms import arm_class
 from robolaser.cell.board_pdf import board_pdf
 from robolaser.cell.first_plan import layout
-from robolaser.cell.plan_validation import cell_violations
+from robolaser.cell.plan_validation import RouteCheck
 from robolaser.cell.route import from_table, way
 from robolaser.cli import main
 from robolaser.data.board import Board
@@ -58,7 +58,7 @@ def test_its_plans_hit_nothing_and_look_at_the_board_from_different_sides(folder
         if (folder / name).is_file():
             route = from_table(folder / name, cell.robot)
             assert [pose.name for pose in route] == [pose.name for pose in poses]
-            assert not cell_violations(cell, None, *way(route))
+            assert not RouteCheck.of(cell).violations(None, *way(route))
 
 
 def test_it_can_be_tried_without_hardware_where_the_arm_can_be_emulated(folder: Path) -> None:

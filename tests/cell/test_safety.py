@@ -1,5 +1,6 @@
 """Limits are kept at every pose and on all the way between."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,32 +9,39 @@ import numpy as np
 import pytest
 from emulated_cell import ARMS
 
-from robolaser.cell.cell_collisions import collision_model, tool_points
+from robolaser.arrays import Array
+from robolaser.cell.cell_collisions import tool_points
 from robolaser.cell.failures import NotSettled
 from robolaser.cell.motion import Mover
 from robolaser.cell.motion_time import PEAK, seconds_for
-from robolaser.cell.plan_validation import allowed, lowest, reach, violations
+from robolaser.cell.plan_validation import RouteCheck, Violation, lowest, reach
 from robolaser.data.cell_config import Limits
 from robolaser.errors import ArmError, PlanError
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.by_name import find_robot
+from robolaser.robot.collisions import CollisionModel
 
 ROBOT = find_robot("scorbot_er7")
 NONE = np.empty((0, 3))
 HOME = np.array([0.0, -0.4, 0.6, 0.0, 0.0])
 
 
+def violations(limits: Limits, start: Array | None, names: Sequence[str], q: Array) -> list[Violation]:
+    """Of an arm that carries nothing and hits nothing."""
+    return RouteCheck(ROBOT, limits, NONE, CollisionModel(ROBOT, [])).violations(start, names, q)
+
+
 def test_a_route_within_all_limits_breaks_none() -> None:
     rng = np.random.default_rng(2)
     q = HOME + rng.uniform(-0.1, 0.1, (10, 5))
-    assert not violations(ROBOT, Limits(floor_m=0.05, reach_m=0.9), NONE, HOME, [str(i) for i in range(10)], q)
+    assert not violations(Limits(floor_m=0.05, reach_m=0.9), HOME, [str(i) for i in range(10)], q)
 
 
 def test_every_pose_beyond_a_joints_limit_is_named() -> None:
     q = np.tile(HOME, (3, 1))
     q[1, 2] = ROBOT.upper[2] + 0.1
     q[2, 0] = ROBOT.lower[0] - 0.1
-    found = violations(ROBOT, Limits(), NONE, HOME, ["a", "b", "c"], q)
+    found = violations(Limits(), HOME, ["a", "b", "c"], q)
     assert [(one.place, one.what, one.on_the_way) for one in found if not one.on_the_way] == [
         ("b", "joint_3", False),
         ("c", "joint_1", False),
@@ -52,7 +60,7 @@ def test_a_dip_below_the_floor_on_the_way_is_found() -> None:
     assert len(dips) > 20
     for i in dips[:20]:
         floor = float(heights[:, i].min() + ends[i]) / 2
-        (found,) = violations(ROBOT, Limits(floor_m=floor), NONE, a[i], ["p"], b[i : i + 1])
+        (found,) = violations(Limits(floor_m=floor), a[i], ["p"], b[i : i + 1])
         assert found.on_the_way
         assert found.what == "the lowest part"
         assert str(found).startswith("on the way to p")
@@ -72,19 +80,19 @@ def test_the_sensor_on_the_flange_counts(tmp_path: Path) -> None:
 def test_too_far_is_too_far() -> None:
     q = np.zeros((1, 5))
     far = float(reach(ROBOT, q)[0])
-    assert not violations(ROBOT, Limits(reach_m=far + 0.01), NONE, None, ["p"], q)
-    (found,) = violations(ROBOT, Limits(reach_m=far - 0.01), NONE, None, ["p"], q)
+    assert not violations(Limits(reach_m=far + 0.01), None, ["p"], q)
+    (found,) = violations(Limits(reach_m=far - 0.01), None, ["p"], q)
     assert found.what == "the flange"
 
 
 def test_postures_that_are_allowed_break_nothing(tmp_path: Path) -> None:
     cell = replace(bench.cell(tmp_path), limits=Limits(floor_m=0.1, reach_m=0.6, margin_m=0.05))
     q = np.random.default_rng(1).uniform(ROBOT.lower, ROBOT.upper, (300, 5))
-    may = allowed(cell, 0.05)(q)
+    check = RouteCheck.of(cell)
+    may = check.allows(q, 0.05)
     assert 5 < may.sum() < 295
-    tools, bodies = tool_points(cell.description), collision_model(cell.description, cell.limits)
     for good, row in zip(may, q, strict=True):
-        ways = [violations(ROBOT, cell.limits, tools, None, ["p"], (row + d)[None], bodies) for d in (-0.05, 0.0, 0.05)]
+        ways = [check.violations(None, ["p"], (row + d)[None]) for d in (-0.05, 0.0, 0.05)]
         assert good == (not any(ways)) or np.abs([row - ROBOT.lower, ROBOT.upper - row]).min() < 0.06
 
 
