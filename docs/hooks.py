@@ -10,11 +10,14 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 from robolaser.cli import main
+from robolaser.model.effects import EFFECTS
+from robolaser.motion.effects import MOTION_EFFECTS
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 HELP = re.compile(r"<!-- help: ([\w ]+) -->")
 BENCHMARKS = "<!-- the READMEs of the benchmarks come here -->"
+MOVING = "<!-- sizes, remedies and sources of moving arms -->"
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -26,10 +29,12 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:
-    """Turn links to the guests; put in what commands say with --help, and what each benchmark says of itself."""
+    """Turn links to the guests; put in what commands, effects and benchmarks say of themselves."""
     for name, source in GUESTS.items():
         markdown = re.sub(rf"\]\(\.\./((?:\.\./)*){source}", rf"](\1{name}", markdown)
     markdown = HELP.sub(lambda marked: _help(marked[1]), markdown)
+    if MOVING in markdown:
+        markdown = _with_sources(markdown).replace(MOVING, _moving())
     if BENCHMARKS not in markdown:
         return markdown
     texts = [file.read_text(encoding="utf-8") for file in sorted((ROOT / "benchmarks").glob("*/README.md"))]
@@ -43,6 +48,26 @@ def _help(command: str) -> str:
     with contextlib.redirect_stdout(printed):
         main([*command.split(), "--help"])
     return f"```text\n{printed.getvalue()}```"
+
+
+def _with_sources(text: str) -> str:
+    """Remedy and source of each effect at the end of its section."""
+    for effect in EFFECTS:
+        words = f"Remedy: {effect.remedy.replace('{where}', 'the joint')}\n\nSource: {effect.reference}."
+        section = re.compile(rf"^### {effect.name}\n.*?(?=^##)", re.MULTILINE | re.DOTALL)
+        text = section.sub(lambda found, words=words: f"{found[0]}{words}\n\n", text)
+    return text
+
+
+def _moving() -> str:
+    """The table of usual sizes, remedies and sources of the effects on moving arms."""
+    rows = [
+        f"| `{effect.name}` ({effect.rows}) | {size.usual:g} {size.unit} | {effect.remedy} | {effect.reference} |"
+        for effect in MOTION_EFFECTS
+        for size in effect.numbers[:1]
+        if not effect.form
+    ]
+    return "\n".join(["| effect | usual size | remedy | source |", "|---|---|---|---|", *rows])
 
 
 def _from_here(text: str) -> str:

@@ -100,17 +100,6 @@ def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
     assert missing((f"help: {name}" for name in app if name[0].isalpha()), "reference/commands.md") == []
 
 
-def test_every_effect_on_moving_arms_has_its_size_remedy_and_source_in_the_docs() -> None:
-    said = PAGES["docs/reference/effects.md"].read_text(encoding="utf-8")
-    for effect in MOTION_EFFECTS:
-        first = effect.numbers[0]
-        size = f"{first.usual:g} {first.unit}".rstrip()
-        assert (
-            effect.form
-            or f"| `{effect.name}` ({effect.rows}) | {size} | {effect.remedy} | {effect.reference} |" in said
-        )
-
-
 def test_every_parameter_of_a_scanner_has_its_word_in_the_conventions() -> None:
     names = {**Stripe.format.units, **POSE_UNITS}
     assert missing((name for name in names if name not in "xyz"), "reference/conventions.md") == []
