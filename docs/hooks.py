@@ -11,13 +11,14 @@ from mkdocs.structure.files import File, Files
 
 from robolaser.cli import main
 from robolaser.model.effects import EFFECTS
+from robolaser.motion.effect import Number
 from robolaser.motion.effects import MOTION_EFFECTS
 
 ROOT = Path(__file__).parents[1]
 GUESTS = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 HELP = re.compile(r"<!-- help: ([\w ]+) -->")
 BENCHMARKS = "<!-- the READMEs of the benchmarks come here -->"
-MOVING = "<!-- sizes, remedies and sources of moving arms -->"
+MOVING = "<!-- the effects on moving arms come here -->"
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -60,14 +61,23 @@ def _with_sources(text: str) -> str:
 
 
 def _moving() -> str:
-    """The table of usual sizes, remedies and sources of the effects on moving arms."""
-    rows = [
-        f"| `{effect.name}` ({effect.rows}) | {size.usual:g} {size.unit} | {effect.remedy} | {effect.reference} |"
-        for effect in MOTION_EFFECTS
-        for size in effect.numbers[:1]
-        if not effect.form
-    ]
-    return "\n".join(["| effect | usual size | remedy | source |", "|---|---|---|---|", *rows])
+    """The effects on moving arms: parameters and alternatives; usual sizes, remedies and sources."""
+    lines = ["| effect | class | parameters | what | alternatives |", "|---" * 5 + "|"]
+    for effect in MOTION_EFFECTS:
+        numbers, rivals = ", ".join(map(_number, effect.numbers)), ", ".join(f"`{rival}`" for rival in effect.rivals)
+        lines.append(f"| `{effect.name}` ({effect.rows}) | `{effect.cause}` | {numbers} | {effect.title} | {rivals} |")
+    lines += ["", "Usual sizes are those of the first parameter; fits and first steps are relative to them.", ""]
+    lines += ["| effect | usual size | remedy | source |", "|---" * 4 + "|"]
+    for effect in MOTION_EFFECTS:
+        size = f"{effect.numbers[0].usual:g} {effect.numbers[0].unit}"
+        if not effect.form:
+            lines.append(f"| `{effect.name}` ({effect.rows}) | {size} | {effect.remedy} | {effect.reference} |")
+    return "\n".join(lines)
+
+
+def _number(number: Number) -> str:
+    """A parameter and its unit."""
+    return f"`{number.name}` [{number.unit}]" if number.unit else f"`{number.name}`"
 
 
 def _from_here(text: str) -> str:
