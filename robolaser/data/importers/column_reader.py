@@ -97,7 +97,8 @@ def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
     """
     if EULER[0] in table:
         try:
-            R = Rotation.from_euler(sequence or "", table.numbers(EULER)).as_matrix()
+            angles = table.numbers(EULER)  # older versions of SciPy refuse none
+            R = Rotation.from_euler(sequence or "", angles).as_matrix() if len(angles) else np.empty((0, 3, 3))
         except ValueError:  # SciPy names the sequence, but not the option
             raise UsageError(
                 f"--euler {sequence!r}: expected three axes, such as ZYX as they turn or zyx as they stay."
