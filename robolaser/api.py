@@ -29,6 +29,7 @@ from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
 if TYPE_CHECKING:
+    from robolaser.benchmark.result import BenchmarkResult
     from robolaser.results.comparison import ComparisonResult
 
 Data = Dataset | str | Path
@@ -165,10 +166,12 @@ def compare(
     """
     from robolaser.benchmark import compare as comparing  # noqa: PLC0415 - a second that calibrations do without
     from robolaser.benchmark.solvers import DEFAULT  # noqa: PLC0415
-    from robolaser.results.comparison import ComparisonResult, write_comparison  # noqa: PLC0415
+    from robolaser.results.comparison import ComparisonResult  # noqa: PLC0415
 
-    made = comparing.compare(problems, algorithms or DEFAULT, write=write_comparison, **options)
-    return ComparisonResult(made)
+    def write(made: "BenchmarkResult", folder: Path) -> None:
+        ComparisonResult(made).save(folder)
+
+    return ComparisonResult(comparing.compare(problems, algorithms or DEFAULT, write=write, **options))
 
 
 def check(data: Data) -> DataCheck:

@@ -56,12 +56,10 @@ def calibrate(
         if unused:
             raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
         from robolaser.motion.calibration import calibrate_motion
-        from robolaser.report.motion import document as motion_document
         from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
 
         on_motion(
             lambda log, progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
-            lambda result: motion_document(result.fit),
             dataset,
             output,
             MOTION_CALIBRATION_FILES,

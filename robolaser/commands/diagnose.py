@@ -42,12 +42,10 @@ def diagnose(
 
     if is_motion(dataset):
         from robolaser.motion.diagnosis import diagnose_motion
-        from robolaser.report.motion import document as motion_document
         from robolaser.results.motion import MOTION_FILES, MotionResult
 
         on_motion(
             lambda log, progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
-            lambda result: motion_document(result.diagnosis.fit, result.diagnosis),
             dataset,
             output,
             MOTION_FILES,
@@ -61,8 +59,6 @@ def diagnose(
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
     from robolaser.export.files import is_withheld
-    from robolaser.report.console import print_document
-    from robolaser.report.diagnosis.page import document
     from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
 
     data, others = load(dataset), [load(other) for other in validate]
@@ -79,7 +75,4 @@ def diagnose(
             )
         write_results(output, texts)
 
-    def print_summary() -> None:
-        print_document(document(found, brief=True, files=result["files"]), output)
-
-    terminal.show(texts["diagnosis.json"] or "", print_summary)
+    terminal.show(texts["diagnosis.json"] or "", lambda: result.print(output))

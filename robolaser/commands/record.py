@@ -1,7 +1,7 @@
 """robolaser record: drive the arm from pose to pose and take images."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -230,42 +230,7 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
 
 
 def _record(
-    cell: "Cell",
-    writer: "RecordingWriter",
-    terminal: Terminal,
-    *,
-    position_confirmed: bool,
-    look: bool,
-    diagnose: bool,
-) -> None:
-    from robolaser.commands.running_diagnosis import RunningDiagnosis
-
-    exposures = bool(cell.camera.exposures)
-    running = RunningDiagnosis(writer.folder, exposures=exposures, show=terminal.print) if diagnose else None
-    with ExitStack() as at_end:
-        if running is not None:
-            at_end.callback(running.stop)
-        after_each = running.pose_recorded if running is not None else None
-        _visit(cell, writer, terminal, after_each, position_confirmed=position_confirmed, look=look)
-        if running is not None:
-            running.finish()
-    planned = len(writer.waypoints)
-    series = "; extract them with --exposures" if exposures else ""
-    terminal.show(
-        {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
-        | ({"diagnosis": running.latest} if running is not None else {}),
-        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
-    )
-
-
-def _visit(
-    cell: "Cell",
-    writer: "RecordingWriter",
-    terminal: Terminal,
-    after_each: Callable[[], None] | None,
-    *,
-    position_confirmed: bool,
-    look: bool,
+    cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool, diagnose: bool
 ) -> None:
     """Drive to all poses that remain."""
     from robolaser.cell.arms import open_arm
@@ -273,36 +238,48 @@ def _visit(
     from robolaser.cell.clock import WallClock
     from robolaser.cell.first_look import FirstLook
     from robolaser.cell.session import Session
+    from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    clock = WallClock()
-    planned = len(writer.waypoints)
-    with (
-        ended_as_by_hand(),
-        terminal.progress() as progress,  # which counts from here: to open a line takes its time too
-        open_camera(cell, clock, terminal.warn) as camera,
-        open_arm(cell, clock) as arm,
-    ):
+    clock, planned, board = WallClock(), len(writer.waypoints), cell.description.board
+    exposures = bool(cell.camera.exposures)
+    with ExitStack() as at_end:
+        running = RunningDiagnosis(writer.folder, exposures=exposures, show=terminal.print) if diagnose else None
+        if running is not None:
+            at_end.callback(running.stop)
+        with (
+            ended_as_by_hand(),
+            terminal.progress() as progress,  # which counts from here: to open a line takes its time too
+            open_camera(cell, clock, terminal.warn) as camera,
+            open_arm(cell, clock) as arm,
+        ):
 
-        def tell(what: str) -> None:
-            progress(what, writer.done / planned)
+            def tell(what: str) -> None:
+                progress(what, writer.done / planned)
 
-        def recorded(waypoint: "Waypoint") -> None:
-            tell(waypoint.name)
-            if after_each is not None:
-                after_each()
+            def recorded(waypoint: "Waypoint") -> None:
+                tell(waypoint.name)
+                if running is not None:
+                    running.pose_recorded()
 
-        board = cell.description.board
-        session = Session(
-            cell,
-            arm,
-            camera,
-            writer,
-            clock,
-            terminal.warn,
-            position_confirmed=position_confirmed,
-            first_look=FirstLook(board) if look and board is not None else None,
-        )
-        session.run(recorded, tell)
+            session = Session(
+                cell,
+                arm,
+                camera,
+                writer,
+                clock,
+                terminal.warn,
+                position_confirmed=position_confirmed,
+                first_look=FirstLook(board) if look and board is not None else None,
+            )
+            session.run(recorded, tell)
+        if running is not None:
+            running.finish()
+    series = "; extract them with --exposures" if exposures else ""
+    terminal.show(
+        {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
+        | ({"diagnosis": running.latest} if running is not None else {}),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
+    )
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:

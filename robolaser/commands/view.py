@@ -77,14 +77,14 @@ def view(
 
 def _fitted(data: "Dataset", calibration: Path) -> "CellPoses":
     """The cell by the numbers and effects of a saved calibration."""
-    from robolaser.calibration.result import FORMAT
     from robolaser.model.effects import candidate_effects
     from robolaser.report.cell_poses import fitted_cell
-    from robolaser.results.contents import FILES, numbers_of, read_back
+    from robolaser.results.calibration import load_calibration
+    from robolaser.results.contents import numbers_of
 
-    contents, _ = read_back(calibration, FILES[FORMAT], FORMAT)
-    names = [f"{one['effect']}:{one['where']}" for one in contents["effects"] if one["effect"] != "outliers"]
-    numbers = {name: float(number["value"]) for name, number in numbers_of(contents).items()}
+    found = load_calibration(calibration)
+    names = [f"{one.effect}:{one.where}" for one in found.effects if one.effect != "outliers"]
+    numbers = {name: float(number["value"]) for name, number in numbers_of(found).items()}
     return fitted_cell(data, tuple(candidate_effects(names, data)), numbers)
 
 

@@ -12,7 +12,7 @@ from robolaser.bounded_reading import read_text
 from robolaser.data.atomic_write import write_text
 from robolaser.data.result_folder import results_in, write_results
 from robolaser.errors import UsageError, near
-from robolaser.report.console import printed
+from robolaser.report.console import print_document, printed
 from robolaser.report.document import Charts, Document
 from robolaser.report.page import charts_in, fragment
 from robolaser.report.plots import Plots, plots
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 PAGE: Final = "report.html"
+FINDING: Final = [
+    "effect", "where", "probability", "parameters", "gap_mm_before", "gap_mm_after", "gap_mm_without",
+    "indistinguishable_from",
+]  # fmt: skip
 Files = Mapping[str, str | None]
 
 
@@ -82,6 +86,11 @@ class Result(ABC):
         """The summary of a result that was read back."""
         text: str = self.to_frame().to_string()
         return text
+
+    def print(self, folder: Path) -> None:
+        """Print the summary, in colour on a terminal, and where the page is that was saved to a folder."""
+        if document := self._document(brief=True):
+            print_document(document, folder)
 
     def save(self, folder: str | Path) -> None:
         """Write the files that the command of this name writes.
@@ -149,6 +158,12 @@ class FittedResult(Result, Record):
         if name not in numbers:
             raise UsageError(f"No parameter '{name}'.{near(name, numbers)}")
         return float(numbers[name]["value"])
+
+    def to_frame(self) -> "pd.DataFrame":
+        """A row for each effect."""
+        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
+
+        return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
 
     @property
     def robot(self) -> Robot | None:

@@ -68,11 +68,6 @@ class ComparisonResult(Result):
         return tuple(standings(self.benchmark, family) for family in self.benchmark.families)
 
 
-def write_comparison(benchmark: BenchmarkResult, folder: Path) -> None:
-    """Write the files of a comparison to its folder."""
-    ComparisonResult(benchmark).save(folder)
-
-
 def load_comparison(*folders: str | Path) -> ComparisonResult:
     """Read comparisons back, finished or not, and put their runs together, as those of an array job.
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self, final
+from typing import Any, Final, Self, final
 
 from robolaser.calibration.result import Calibration
 from robolaser.data.dataset import Dataset
@@ -23,15 +23,8 @@ from robolaser.results.contents import json_text, read_back, robot_in
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 Again = Callable[[Dataset], Diagnosis]
 DIAGNOSIS_FILES: Final = ("diagnosis.json", *CALIBRATION_FILES)
-FINDING: Final = [
-    "effect", "where", "probability", "parameters", "gap_mm_before", "gap_mm_after", "gap_mm_without",
-    "indistinguishable_from",
-]  # fmt: skip
 
 
 @final
@@ -122,12 +115,6 @@ class DiagnosisResult(FittedResult):
     def robot(self) -> Robot | None:
         """The corrected arm: `forward`, `jacobian` and `inverse`, in batches; see `Diagnosis.robot`."""
         return robot_in(self._folder) if self.diagnosis is None else self.diagnosis.robot
-
-    def to_frame(self) -> "pd.DataFrame":
-        """A row for each effect."""
-        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
-
-        return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, and the files of the corrected model as a calibration."""

@@ -11,7 +11,6 @@ from robolaser.report import motion as of_motion
 from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult
-from robolaser.results.diagnosis import FINDING
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,12 +32,6 @@ class MotionResult(FittedResult):
     def __init__(self, made: MotionDiagnosis) -> None:
         super().__init__(motion_json(made))
         self.diagnosis = made
-
-    def to_frame(self) -> "pd.DataFrame":
-        """A row for each effect."""
-        import pandas as pd  # noqa: PLC0415 - half a second that summaries and files do without
-
-        return pd.DataFrame(self.to_dict()["effects"], columns=FINDING)
 
     def files(self, *, command: str = "") -> Files:
         """diagnosis.json, the table of the servos' numbers, and the page."""
