@@ -121,6 +121,8 @@ class Processes(Executor):
         with _START, _main_out_of_sight():
             pid: int = pool.submit(os.getpid).result()
         self._processes[pid] = pool
+        if self._closed:  # while it started, when it could not be ended yet
+            _kill(pid)
         return pool, pid
 
     def _end(self) -> None:

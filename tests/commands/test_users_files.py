@@ -90,6 +90,8 @@ def test_the_second_of_two_comparisons_on_one_folder_is_refused_and_the_first_lo
         while not record.exists() and first.poll() is None:
             time.sleep(0.05)
         assert first.poll() is None, "the first comparison ended before the second began"
+        there = record.read_bytes()
         assert main([*typed, "--seeds", "2", "--seed", "100", "--budget", "100", "--force"]) == 1
         assert "Another robolaser command" in capsys.readouterr().err
+        assert record.read_bytes().startswith(there)
         first.terminate()
