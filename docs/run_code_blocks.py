@@ -59,6 +59,10 @@ class Block:
     body_at: tuple[int, int]
     shown_at: tuple[int, int]
 
+    @property
+    def runs(self) -> bool:
+        return self.language in ("python", "console") and not self.mark.startswith("not run: ")
+
 
 def blocks(text: str) -> Iterator[Block]:
     for found in FENCE.finditer(text):
@@ -170,7 +174,7 @@ def run_page(page: Path, *, update: bool) -> int:
         os.chdir(scratch)
         try:
             for block in blocks(text):
-                if block.language not in ("python", "console") or block.mark.startswith("not run: "):
+                if not block.runs:
                     continue
                 try:
                     if block.language == "console":

@@ -40,13 +40,10 @@ def result(dataset: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_help_explains_the_command(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([command, "--help"]) == 0
-    assert f"robolaser {command}" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize(
-    "words", [[name] for name in app if name[0].isalpha() and name not in GROUPS] + [["new", "cell"]]
+    "words",
+    [[name] for name in app if name[0].isalpha() and name not in GROUPS]
+    + [["challenge", "new"], ["challenge", "score"], ["new", "cell"]],
 )
 def test_every_command_has_json_quiet_and_an_example(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "--help"]) == 0
@@ -207,23 +204,6 @@ def test_options_that_the_papers_experiment_fixes_are_not_passed_over(
     assert not (tmp_path / "p").exists()
 
 
-def test_a_result_that_the_disk_has_no_room_for_leaves_the_earlier_one_whole(
-    dataset: Path, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    copy = Path(shutil.copytree(result, tmp_path / "copy"))
-    before = {path.name: path.read_bytes() for path in copy.iterdir()}
-
-    def full(descriptor: int) -> None:
-        if os.fstat(descriptor).st_size > 100_000:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr("os.fsync", full)
-    again = ["calibrate", str(dataset), "--output", str(copy), "--algorithm", "gauss-newton", "--force"]
-    assert main(again) == 1
-    assert "No space left" in capsys.readouterr().err
-    assert {path.name: path.read_bytes() for path in copy.iterdir()} == before
-
-
 @pytest.mark.parametrize("stream", ["closed", "full", "ascii"])
 def test_whatever_the_output_is_nobody_sees_a_traceback(stream: str) -> None:
     how = {"closed": ">&-", "full": ">/dev/full", "ascii": "| cat"}[stream]
@@ -270,7 +250,7 @@ def test_a_data_set_without_images_cannot_be_extracted_from(
 
 def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "1500"]
+    whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "500"]
     script = (
         "import sys, threading, time, signal, os\n"
         "import robolaser.calibration.pymoo_search as search\n"
