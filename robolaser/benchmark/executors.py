@@ -88,7 +88,7 @@ class Processes(Executor):
 
     def __init__(self, workers: int, time_limit_s: float | None = None) -> None:
         self._threads, self._limit_s = ThreadPoolExecutor(workers), time_limit_s
-        self._own, self._closed = threading.local(), False
+        self._own, self._closed = threading.local(), threading.Event()
         self._processes: dict[int, ProcessPoolExecutor] = {}
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -97,7 +97,7 @@ class Processes(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002 - Executor's
         """End all processes at once."""
-        self._closed = True
+        self._closed.set()
         for pid in list(self._processes):
             _kill(pid)
         self._threads.shutdown(wait=wait, cancel_futures=True)
@@ -115,13 +115,13 @@ class Processes(Executor):
             raise WorkerLost("its process died: it ended itself, crashed, or the machine ran out of memory") from None
 
     def _started(self) -> tuple[ProcessPoolExecutor, int]:
-        if self._closed:
+        if self._closed.is_set():
             raise WorkerLost("it was not begun")
         pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
         with _START, _main_out_of_sight():
             pid: int = pool.submit(os.getpid).result()
         self._processes[pid] = pool
-        if self._closed:  # while it started, when it could not be ended yet
+        if self._closed.is_set():  # while it started, when it could not be ended yet
             _kill(pid)
         return pool, pid
 

@@ -5,7 +5,6 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.on_motion import on_motion
 from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 from robolaser.errors import Interrupted, OutputError, UsageError
@@ -48,7 +47,8 @@ def calibrate(
         resume: Continue a stopped search.
         force: Overwrite an earlier result.
     """
-    from robolaser.motion.reading import is_motion
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.reading import is_motion, load_motion
 
     if is_motion(dataset):
         searches = {"--algorithm": algorithm, "--generations": generations, "--resume": resume}
@@ -58,23 +58,20 @@ def calibrate(
         from robolaser.motion.calibration import calibrate_motion
         from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
 
-        on_motion(
-            lambda log, progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
-            dataset,
-            output,
-            MOTION_CALIBRATION_FILES,
-            command="calibrate",
-            force=force,
-            terminal=terminal,
-            typed=typed,
-        )
+        log = load_motion(dataset)
+        with results_in(output, command="calibrate", files=MOTION_CALIBRATION_FILES, inputs=[dataset], force=force):
+            terminal.warn(*log.warnings)
+            with terminal.progress() as progress:
+                moving = MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed)
+            texts = moving.files(command=typed)
+            write_results(output, texts)
+        terminal.show(texts["calibration.json"] or "", lambda: moving.print(output))
         return
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.calibration.page import document
     from robolaser.report.console import print_document
     from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult

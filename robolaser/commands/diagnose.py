@@ -5,7 +5,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.on_motion import on_motion
 from robolaser.commands.options import RESULT, Force, Seed, Typed
 from robolaser.commands.terminal import TERMINAL, Terminal
 
@@ -38,25 +37,23 @@ def diagnose(
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
-    from robolaser.motion.reading import is_motion
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.reading import is_motion, load_motion
 
     if is_motion(dataset):
         from robolaser.motion.diagnosis import diagnose_motion
         from robolaser.results.motion import MOTION_FILES, MotionResult
 
-        on_motion(
-            lambda log, progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
-            dataset,
-            output,
-            MOTION_FILES,
-            command="diagnose",
-            force=force,
-            terminal=terminal,
-            typed=typed,
-        )
+        log = load_motion(dataset)
+        with results_in(output, command="diagnose", files=MOTION_FILES, inputs=[dataset], force=force):
+            terminal.warn(*log.warnings)
+            with terminal.progress() as progress:
+                moving = MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress))
+            texts = moving.files(command=typed)
+            write_results(output, texts)
+        terminal.show(texts["diagnosis.json"] or "", lambda: moving.print(output))
         return
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
     from robolaser.export.files import is_withheld
     from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
@@ -74,5 +71,4 @@ def diagnose(
                 " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
             )
         write_results(output, texts)
-
     terminal.show(texts["diagnosis.json"] or "", lambda: result.print(output))

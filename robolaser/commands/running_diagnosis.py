@@ -1,6 +1,7 @@
 """The diagnosis of a recording while it is made: of all its poses so far, in a process beside the arm's."""
 
 import signal
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -54,7 +55,7 @@ class RunningDiagnosis:
     def _ask(self) -> None:
         with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
             self._asked, self._is_current = (
-                self._engine.submit(_answer_here, self._folder, exposures=self._exposures),
+                self._engine.submit(answer, self._folder, exposures=self._exposures),
                 True,
             )
 
@@ -77,29 +78,27 @@ def _leave_ctrl_c_to_the_arm() -> None:
 @final
 @dataclass
 class _SoFar:
-    """What the engine's process knows of the recording: what its images showed, and the last diagnosis."""
+    """What a process knows of a recording: what its images showed, and the last diagnosis."""
 
     shown: dict[object, Any] = field(default_factory=dict)
     found: Any = None
 
 
-_HERE = _SoFar()
+_KNOWN: defaultdict[Path, _SoFar] = defaultdict(_SoFar)
 
 
-def _answer_here(folder: Path, *, exposures: bool) -> str:
-    """The answer of a process that is asked of one recording again and again."""
-    return answer(folder, exposures=exposures, so_far=_HERE)
+def answer(folder: Path, *, exposures: bool = False) -> str:
+    """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet.
 
-
-def answer(folder: Path, *, exposures: bool = False, so_far: _SoFar | None = None) -> str:
-    """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet."""
+    A process that is asked of one recording again and again looks at each image once.
+    """
     from robolaser.api import diagnose
     from robolaser.data.loading import load
     from robolaser.model.sensors import sensor_class
     from robolaser.vision.recordings import points_from_images
     from robolaser.vision.target_corners import points_of_target
 
-    so_far = so_far or _SoFar()
+    so_far = _KNOWN[folder]
     try:
         recording = load(folder)
         has_stripe = sensor_class(recording.kind).has_laser_plane()

@@ -86,7 +86,9 @@ def sample_points(source: Source, recording: Dataset) -> Points:
         return source.points.take(_spread(len(source.points)))
     assert recording.folder is not None  # stripes.npy lies in it
     stripes = open_stripes(recording.folder / FILE)
-    return as_points(_checked(stripes[_spread(len(stripes))], recording))
+    some = stripes[_spread(len(stripes))]
+    check_poses(some, recording)
+    return as_points(some)
 
 
 def points_in_images(recording: Dataset, rows: Ints) -> Points:
@@ -126,11 +128,6 @@ def no_line_centres(source: str) -> ScanError:
         f"No image shows a stripe: there is no line centre in {source}. Check that the laser was on, the exposure, and"
         " [sensor] stripe_axis; then record again, or run `robolaser extract --force`."
     )
-
-
-def _checked(stripes: Stripes, recording: Dataset) -> Stripes:
-    check_poses(stripes, recording)
-    return stripes
 
 
 def _spread(count: int) -> Ints:
