@@ -10,6 +10,7 @@ from contextlib import suppress
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
+import robolaser
 from robolaser.commands.calibrate import calibrate
 from robolaser.commands.challenge import challenge
 from robolaser.commands.check import check
@@ -37,13 +38,6 @@ DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
 
-def version() -> str:
-    """The program and its version."""
-    from importlib.metadata import version as version_of  # noqa: PLC0415 - a fifth of `--help`
-
-    return f"robolaser {version_of('robolaser')}"
-
-
 find = Group.create_ordered("Find what is wrong")
 data = Group.create_ordered("Get data")
 use = Group.create_ordered("Use the result")
@@ -54,7 +48,7 @@ app = App(
     help_epilogue="Exit status 0: done. 1: the data, the robot or a file was at fault. 2: wrong usage.",
     help_format="plaintext",
     version_format="plaintext",
-    version=version,
+    version=lambda: f"robolaser {robolaser.__version__}",
     default_parameter=Parameter(negative=(), show_default=shown_default),
     group_commands=Group.create_ordered("More"),
     suppress_keyboard_interrupt=False,

@@ -11,6 +11,8 @@ import pytest
 
 import robolaser
 from robolaser import load_comparison
+from robolaser.benchmark import executors
+from robolaser.benchmark.executors import Processes, WorkerLost
 from robolaser.errors import BenchmarkError
 
 HERE = Path(__file__).parent
@@ -34,6 +36,18 @@ def test_a_cluster_that_does_not_answer_is_named(monkeypatch):
     monkeypatch.setattr("robolaser.benchmark.executors.CONNECT_S", 0.5)
     with pytest.raises(BenchmarkError, match=r"tcp://127\.0\.0\.1:1\b"):
         robolaser.compare(["pymoo:sphere-3"], ["random"], seeds=1, budget=10, scheduler="tcp://127.0.0.1:1")
+
+
+def test_a_process_that_is_ended_while_it_starts_ends():
+    processes = Processes(1)
+    asked = processes.submit(time.sleep, 60)
+    began = time.monotonic()
+    while not executors._START.locked():
+        time.sleep(0.001)
+    processes.shutdown()
+    with pytest.raises(WorkerLost):
+        asked.result()
+    assert time.monotonic() - began < 30
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
