@@ -53,6 +53,7 @@ def extract(
         exposures: The images of a pose are an exposure series, not repeats.
         force: Overwrite earlier points.
     """
+    from robolaser.data.image_list import images_of_poses
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in
     from robolaser.data.several_sensors import CORNERS
@@ -66,7 +67,8 @@ def extract(
         output = None
     both = has_stripe and not to_scan
     files = {STRIPES if to_scan else POINTS, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
-    images = [] if output is None else _images(dataset, recording)
+    shots = [] if output is None else images_of_poses(dataset)
+    images = [str(file.relative_to(recording)) for shot in shots for file in shot.files]
     place = _Place(recording, output, images)
     with results_in(place.folder, command="extract", files=[*sorted(files), *images], force=force):
         if not has_stripe:
@@ -193,10 +195,3 @@ def _stripes(recording: "Dataset", place: _Place, seen: "StripeOptions", termina
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
     )
-
-
-def _images(recording: "Dataset", source: Path) -> list[str]:
-    """Names of a recording's images in its folder."""
-    from robolaser.data.image_list import images_of_poses
-
-    return [str(file.relative_to(source)) for shots in images_of_poses(recording) for file in shots.files]
