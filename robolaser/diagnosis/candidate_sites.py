@@ -1,6 +1,6 @@
 """Where a gap may lie: at each site, what a departure of any smooth form there would do to the residuals."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
@@ -10,9 +10,10 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.path_velocities import known_velocities
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.gaussian_process_basis import OfPoses, smooth
+from robolaser.diagnosis.gaussian_process_basis import smooth, smoothed
+from robolaser.diagnosis.pose_coordinates import angle_of, hanging, motion_of, of_run, overturning, torque_of
 from robolaser.diagnosis.stage_derivatives import StageDerivatives, stage_derivatives
-from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD
+from robolaser.diagnosis.thresholds import DENT, MAX_DISTORTION_PX, SMOOTH_LOAD, SMOOTH_POSTURE
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
@@ -21,6 +22,8 @@ from robolaser.model.effects.requirements import own_lengths, passes
 from robolaser.model.effects.sensor_sites import sites_of_sensors
 from robolaser.model.stages import Stage
 
+Basis = tuple[str, Array]
+"""A coordinate of poses by name, with the basis functions of it, (n, p)."""
 FORCE = "force at the flange"
 """The coordinate of what pulls at the flange."""
 SEVERAL = 2
@@ -68,50 +71,52 @@ def sites(fit: Fit) -> tuple[Site, ...]:
 
 def _sites(fit: Fit) -> Iterator[Site]:
     dataset = fit.model.dataset
-    derivatives, coordinates = stage_derivatives(fit), OfPoses(fit.model.run)
-    yield from _of_joints(fit, derivatives, coordinates)
+    derivatives, run = stage_derivatives(fit), fit.model.run
+    in_run = tuple(smoothed(of_run(run)))
+    yield from _of_joints(fit, derivatives, in_run)
     yield from (site for site in of_several_joints(fit) if site.coordinate == FORCE)
     motion = np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
     base = derivatives.base(dataset.flange()[:, :3, 3].mean(axis=0)) * motion
     poses = fit.pose_of_number
-    for coordinate, basis in (*coordinates.run(), *coordinates.overturning()):
+    for coordinate, basis in (*in_run, *smoothed(overturning(run), SMOOTH_LOAD)):
         yield Site("base", coordinate, base, basis, poses)
-    for coordinate, basis in coordinates.run():
+    for coordinate, basis in in_run:
         yield Site("base", coordinate, base[:, :3], basis, poses)
-    carried = derivatives.tool() * motion
-    for coordinate, basis in (*coordinates.run(), *coordinates.hanging()):
+    carried = derivatives.by_motion(Stage.FLANGE) * motion
+    for coordinate, basis in (*in_run, *smoothed(hanging(run), SMOOTH_LOAD)):
         yield Site("hand_eye" if fit.has_optics else "tool", coordinate, carried, basis, poses)
-    yield from _of_camera_and_laser(fit, derivatives, coordinates)
+    yield from _of_camera_and_laser(fit, derivatives, in_run)
     yield from _of_target(fit, derivatives)
     yield from _of_measuring_system(fit, derivatives)
 
 
-def _of_joints(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
+def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:
     joints = moving_joints(fit.model.dataset.robot)
     if not joints:
         return
-    robot, _ = fit.model.dataset.arm
-    free = {name: derivatives.joint(name) for name in joints}
+    (robot, q), run = fit.model.dataset.arm, fit.model.run
+    free = {name: derivatives.by_motion(Stage.JOINTS, name) for name in joints}
     poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
     for name in joints:
         for coordinate, basis in (
-            *coordinates.joint(name),
-            *coordinates.run(),
-            *coordinates.posture(),
-            *(coordinates.angle(other) for other in joints if other != name),
+            *smoothed([angle_of(run, name), *torque_of(run, name)]),
+            *((one.name, one.values / np.abs(one.values).max()) for one in motion_of(run, name)),
+            *in_run,
+            ("posture", _of_posture(q)),
+            *smoothed(angle_of(run, other) for other in joints if other != name),
         ):
             yield Site(name, coordinate, free[name], basis, poses)
-        placement = derivatives.placement(name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
+        placement = derivatives.by_motion(Stage.LINKS, name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
             yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
         shift = placement[:, :3]
-        for coordinate, basis in coordinates.run() if name != joints[0] else ():  # the first joint stands on the base
+        for coordinate, basis in in_run if name != joints[0] else ():  # the first joint stands on the base
             yield Site(name, coordinate, shift, basis, poses)
     qd = known_velocities(fit.model.dataset)
     if qd is not None and np.abs(qd).max() > 0:
         late = np.sum([free[name] * qd[poses][:, [robot.joints.index(name)]] for name in joints], axis=0)
         yield Site("timing", "velocity", late, alike, poses)
-        for coordinate, basis in coordinates.run():
+        for coordinate, basis in in_run:
             yield Site("timing", coordinate, late, basis, poses)
 
 
@@ -127,8 +132,8 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
         return
     robot, q = dataset.arm
     last = [robot.joints.index(name) for name in joints]
-    by_joint = np.hstack([derivatives.joint(name) for name in joints])
-    ((_, posture),) = OfPoses(fit.model.run).posture()
+    by_joint = np.hstack([derivatives.by_motion(Stage.JOINTS, name) for name in joints])
+    posture = _of_posture(q)
     place = smooth(dataset.flange()[:, :3, 3], SMOOTH_LOAD)
 
     levers = robot.jacobian(q[None])[0, :, :3][poses][:, :, last]
@@ -138,18 +143,24 @@ def of_several_joints(fit: Fit) -> Iterator[Site]:
         yield Site(middle, FORCE, (levers[:, :, :several] * turns[:, None]).sum(axis=2), place, poses)
 
 
-def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: OfPoses) -> Iterator[Site]:
+def _of_posture(q: Array) -> Array:
+    """Basis of a function of all joints (n, j) at once, (n, p)."""
+    return smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
+
+
+def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis]) -> Iterator[Site]:
     dataset = fit.model.dataset
     pixel = dataset.points.pixel
     if pixel is None or derivatives.passing(Stage.PIXELS) is None:
         return
-    seen, rows = derivatives.pixel(), fit.problem.row_of_number
+    seen, rows = derivatives.by_motion(Stage.PIXELS), fit.problem.row_of_number
     for name, here in _rows_of_sensors(fit, "camera", Stage.PIXELS):
         yield Site(name, "image position", _only(here, seen, rows), smooth(pixel), rows, most=MAX_DISTORTION_PX)
     on_plane = derivatives.passing(Stage.POINTS)
     if on_plane is None:
         return
-    plane, turned, tilt = derivatives.laser_plane(), derivatives.turned_laser_plane(), fit.model.run.tilt
+    plane = derivatives.by_motion(Stage.LASER_PLANE)[:, 3:]  # by the plane's distance from where it should be
+    turned, tilt = derivatives.turned_laser_plane(), fit.model.run.tilt
     for name, here in _rows_of_sensors(fit, "laser", Stage.LASER_PLANE):
         own = _only(here, plane, rows)
         directions = np.broadcast_to(fit.model.run.across_stripe, pixel.shape)
@@ -161,7 +172,7 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, coordinates: O
             biased = _only(here, seen[:, [across]], rows)
             yield Site(name, "tilt of the surface", biased, smooth(tilt[:, None]), rows)
         moved = np.hstack([own, _only(here, turned, rows) / LEVER_M])
-        for coordinate, basis in coordinates.run():
+        for coordinate, basis in in_run:
             middle = _centred(pixel[here, along], dataset.points.pose[here], len(basis))
             yield Site(name, coordinate, moved, np.concatenate([basis, basis * middle], axis=1), fit.pose_of_number)
 
@@ -183,7 +194,7 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     points = fit.model.dataset.points
     if points.pixel is None or points.xyz is None or derivatives.passing(Stage.TARGET) is None:
         return
-    given = derivatives.target()
+    given = derivatives.by_motion(Stage.TARGET)
     height = given @ fit.model.run.target.axes[:, 2:]
     rows = fit.problem.row_of_number
     yield Site("target", "place on the target", given, smooth(points.xyz), rows)
@@ -195,7 +206,7 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Si
     if points.xyz is None or own_lengths(fit.model.dataset):
         return
     rows = fit.problem.row_of_number
-    longer = (derivatives.target() * points.xyz[rows]).sum(axis=1, keepdims=True)
+    longer = (derivatives.by_motion(Stage.TARGET) * points.xyz[rows]).sum(axis=1, keepdims=True)
     yield Site("measuring_system", "distance", longer, np.ones((len(points), 1)), rows, unknown=False)
 
 

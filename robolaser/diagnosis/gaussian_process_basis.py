@@ -2,22 +2,12 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
-from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.diagnosis.pose_coordinates import (
-    Coordinate,
-    angle_of,
-    hanging,
-    motion_of,
-    of_run,
-    overturning,
-    torque_of,
-)
-from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH, SMOOTH_LOAD, SMOOTH_POSTURE
-from robolaser.model.effects.run import Run
+from robolaser.diagnosis.pose_coordinates import Coordinate
+from robolaser.diagnosis.thresholds import FLAT, ROUGH, SMOOTH
 
 KEPT = 1e-3
 """Basis functions with a smaller share of the variance are left out."""
@@ -91,47 +81,6 @@ def _basis(kernel: Array, most: int) -> Array:
     return basis
 
 
-@final
-class OfPoses:
-    """Coordinates of the poses of a data set.
-
-    Args:
-        run: The data set as effects see it.
-    """
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-
-    def run(self) -> Iterator[tuple[str, Array]]:
-        """Those in which anything may change from pose to pose: (name, basis (n, p))."""
-        return _smoothed(of_run(self._run))
-
-    def posture(self) -> Iterator[tuple[str, Array]]:
-        """All joints at once."""
-        q = self._run.poses.q
-        if q is not None:
-            yield "posture", smooth(q, SMOOTH_POSTURE * np.sqrt(q.shape[1]))
-
-    def hanging(self) -> Iterator[tuple[str, Array]]:
-        """The direction of gravity, as the flange feels it."""
-        return _smoothed(hanging(self._run), SMOOTH_LOAD)
-
-    def overturning(self) -> Iterator[tuple[str, Array]]:
-        """The moment of the arm's weight about the base's origin."""
-        return _smoothed(overturning(self._run), SMOOTH_LOAD)
-
-    def angle(self, name: str) -> tuple[str, Array]:
-        """The angle of one joint."""
-        angle = angle_of(self._run, name)
-        return angle.name, smooth(angle.values)
-
-    def joint(self, name: str) -> Iterator[tuple[str, Array]]:
-        """Those of one joint: smooth functions of its angle and torque, straight lines of how it came there."""
-        yield self.angle(name)
-        yield from _smoothed(torque_of(self._run, name))
-        for motion in motion_of(self._run, name):
-            yield motion.name, motion.values / np.abs(motion.values).max()
-
-
-def _smoothed(coordinates: Iterable[Coordinate], length: float = SMOOTH) -> Iterator[tuple[str, Array]]:
+def smoothed(coordinates: Iterable[Coordinate], length: float = SMOOTH) -> Iterator[tuple[str, Array]]:
+    """Coordinates of poses by name, each with the basis (n, p) of a smooth function of it."""
     return ((one.name, smooth(one.values, length)) for one in coordinates)

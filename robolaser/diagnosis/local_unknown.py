@@ -25,6 +25,7 @@ from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.run import Run
+from robolaser.model.stages import Stage
 
 GEOMETRY: Final = "arm_geometry"
 """The class of effects that are constants of the arm."""
@@ -54,7 +55,9 @@ def local_unknown_chi2(fit: Fit, site: str) -> float:
 
     def ratios(joint: str, bases: Iterable[Array], *, chance: bool) -> Iterator[float]:
         n = len(fit.model.dataset.poses)
-        gradient, own, shared = normal_equations(fit, derivatives.joint(joint)[:, 0], fit.pose_of_number, n)
+        gradient, own, shared = normal_equations(
+            fit, derivatives.by_motion(Stage.JOINTS, joint)[:, 0], fit.pose_of_number, n
+        )
         for basis in bases:
             along = basis.T @ shared
             yield likelihood_ratio((basis.T * own) @ basis - along @ along.T, basis.T @ gradient)[0]

@@ -37,13 +37,14 @@ def sparse_shape_chi2(fit: Fit, site: str) -> float:
     """
     derivatives, dataset = stage_derivatives(fit), fit.model.dataset
     if site in moving_joints(dataset.robot):
-        sums = normal_equations(fit, derivatives.joint(site)[:, 0], fit.pose_of_number, len(dataset.poses))
+        by_joint = derivatives.by_motion(Stage.JOINTS, site)[:, 0]
+        sums = normal_equations(fit, by_joint, fit.pose_of_number, len(dataset.poses))
         return max(_ratio(shapes, *sums) for shapes in _of_joint(fit, site))
     xyz = dataset.points.xyz
     if site != TARGET or xyz is None or not fit.has_optics or derivatives.passing(Stage.TARGET) is None:
         return 0.0
     plane = fit.model.run.target
-    height = derivatives.target() @ plane.axes[:, 2]
+    height = derivatives.by_motion(Stage.TARGET) @ plane.axes[:, 2]
     sums = normal_equations(fit, height, fit.problem.row_of_number, len(xyz))
     return _ratio(dents((xyz - plane.centre) @ plane.axes[:, :2]), *sums)
 

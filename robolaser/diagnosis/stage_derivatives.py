@@ -71,7 +71,8 @@ class StageDerivatives:
         """By small motions of what passes a stage, (K, q): shifts and turns in its own frame [1/m, 1/rad], or shifts.
 
         Args:
-            stage: Which.
+            stage: `JOINTS`: a joint's value, (K, 1) [1/rad or 1/m]. `LINKS`: shifts and turns of a joint on the link
+                before it. `FLANGE`: of what the flange carries. Others pass rows: shifts [1/px or 1/m].
             joint: Where it is one of the arm's, the joint.
         """
         if (stage, joint) not in self._known:
@@ -84,14 +85,6 @@ class StageDerivatives:
         if stage in (Stage.FLANGE, Stage.MOUNT):
             return self._by(stage, lambda value: value @ _motion(TWISTS))
         return self._by_shift(stage, np.eye(NUMBERS[stage]))
-
-    def joint(self, name: str) -> Array:
-        """By a joint's value, (K, 1) [1/rad or 1/m]."""
-        return self.by_motion(Stage.JOINTS, name)
-
-    def placement(self, joint: str) -> Array:
-        """By shifts and turns of a joint on the link before it, in its own frame, (K, 6) [1/m, 1/rad]."""
-        return self.by_motion(Stage.LINKS, joint)
 
     def _of_arm(self, stage: Stage, joint: str) -> Array:
         """By motions of one joint, (K, 1), or link, (K, 6): they move the flange in six ways, and rows by these."""
@@ -125,25 +118,9 @@ class StageDerivatives:
         there, back = pose(np.eye(3), centre), pose(np.eye(3), -centre)
         return self._by(Stage.FLANGE, lambda value: _motion(there @ TWISTS @ back) @ value)
 
-    def tool(self) -> Array:
-        """By shifts and turns of what the flange carries, in its frame, (K, 6) [1/m, 1/rad]."""
-        return self.by_motion(Stage.FLANGE)
-
-    def pixel(self) -> Array:
-        """By the pixel's u and v, (K, 2) [1/px]."""
-        return self.by_motion(Stage.PIXELS)
-
-    def laser_plane(self) -> Array:
-        """By the distance of the laser plane from where it should be, (K, 1) [1/m]."""
-        return self.by_motion(Stage.LASER_PLANE)[:, 3:]
-
     def turned_laser_plane(self) -> Array:
-        """By its distance from where it should be, in proportion to the depth: it turns, (K, 1)."""
+        """By the distance of the laser plane from where it should be, in proportion to the depth: it turns, (K, 1)."""
         return self._by_shift(Stage.LASER_PLANE, np.array([[0.0, 0.0, 1.0, 0.0]]))
-
-    def target(self) -> Array:
-        """By the point's place on the target, (K, 3) [1/m]."""
-        return self.by_motion(Stage.TARGET)
 
 
 @lru_cache(maxsize=REMEMBERED)

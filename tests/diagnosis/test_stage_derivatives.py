@@ -12,6 +12,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.link_geometry import LinkGeometry
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Stage
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -32,6 +33,6 @@ def test_rows_move_with_joints_and_links_as_with_effects_that_move_these(kind: s
         x[some] = 0.1 * problem.parameters.upper[some]
     slopes = dict(zip(names, (Fit(problem, x).at.slopes / problem.scale).T, strict=True))
     known = StageDerivatives(Fit(problem, x))
-    for one, moved in ((OFFSET, known.joint(JOINT)), (PLACED, known.placement(JOINT))):
+    for one, moved in ((OFFSET, known.by_motion(Stage.JOINTS, JOINT)), (PLACED, known.by_motion(Stage.LINKS, JOINT))):
         expected = np.column_stack([slopes[name] for name in one.parameters.names])
         np.testing.assert_allclose(moved, expected, atol=1e-6 * np.abs(expected).max())

@@ -199,7 +199,7 @@ def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
     column, poses = robot.joints.index(joint), len(q)
     values = fit.problem.parameters.values(fit.x[None])
     moves = (perturb_with((one.candidate_effect.at(values),), run)(Stage.JOINTS, q[None]) - q)[0, :, column]
-    by_joint = stage_derivatives(fit).joint(joint)[:, 0]
+    by_joint = stage_derivatives(fit).by_motion(Stage.JOINTS, joint)[:, 0]
     own = np.bincount(fit.pose_of_number, by_joint**2, minlength=poses)
     seen = np.flatnonzero(own > SEEN * np.median(own[own > 0.0]))
 
