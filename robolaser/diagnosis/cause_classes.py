@@ -4,7 +4,7 @@ An arm that is off everywhere a little has a dozen effects that could each stand
 the arm's geometry could stand in for all of them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -71,13 +71,12 @@ def cause_classes(
         some = at_least_one(list(members.values()))
         without_m = None
         if own:
-            without = _without(refits, final, own)
+            without = refits.without(final, [one.candidate_effect for one in own])
             without_m = held_out.gap(refits.of(without))
             some = max(some, _probability(refits, final, without, class_of, name))
         if some < LEAST_PROBABILITY:
             continue
-        ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
-        found.append(CauseClass(name, some, without_m, gap, ordered, tuple(filter(None, map(credible_set, own)))))
+        found.append(CauseClass(name, some, without_m, gap, _ordered(members), _credible_sets(own)))
     if scatter:
         found.append(CauseClass(SCATTER, 1.0 - scatter.p_value, None, gap, site=scatter.where))
     strange = next((site for site in left if site.unknown), None)
@@ -110,7 +109,7 @@ def cause_kinds(
     for kind in dict.fromkeys(one.candidate_effect.effect for one in evidence):
         own = [one for one in evidence if one.candidate_effect.effect is kind]
         places = {one.where: p for one, p in probabilities.items() if one.effect is kind}
-        without = _without(refits, final, own)
+        without = refits.without(final, [one.candidate_effect for one in own])
         some = at_least_one(list(places.values()))
         if some < CREDIBLE_MASS and len(places) > 1:
             some = max(some, _probability(refits, final, without, _kind, kind))
@@ -137,9 +136,8 @@ def reweighed_classes(
             one.probability, [p for each, p in were.items() if class_of(each) == one.name], list(members.values())
         )
         own = [each for each in now if class_of(each.candidate_effect) == one.name]
-        ordered = tuple(sorted(members.items(), key=lambda pair: -pair[1]))
-        sets = tuple(filter(None, map(credible_set, own)))
-        updated.append(replace(one, probability=some, members=ordered, credible_sets=sets) if members else one)
+        changed = replace(one, probability=some, members=_ordered(members), credible_sets=_credible_sets(own))
+        updated.append(changed if members else one)
     return tuple(sorted(updated, key=_importance))
 
 
@@ -197,6 +195,14 @@ def member_probabilities(evidence: Sequence[EffectEvidence]) -> dict[CandidateEf
     return {candidate: 1.0 - p for candidate, p in none.items() if 1.0 - p >= LEAST_PROBABILITY}
 
 
+def _ordered(members: Mapping[CandidateEffect, float]) -> tuple[tuple[CandidateEffect, float], ...]:
+    return tuple(sorted(members.items(), key=lambda pair: -pair[1]))
+
+
+def _credible_sets(evidence: Sequence[EffectEvidence]) -> tuple[tuple[CandidateEffect, ...], ...]:
+    return tuple(filter(None, map(credible_set, evidence)))
+
+
 def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
     """The fewest candidates in an effect's place that together have the credible mass; what is at work together, whole.
 
@@ -212,12 +218,6 @@ def credible_set(evidence: EffectEvidence) -> tuple[CandidateEffect, ...]:
         chosen.append(candidate)
         mass, last = mass + weight * evidence.credibility, weight
     return tuple(chosen) if mass >= CREDIBLE_MASS else ()
-
-
-def _without(refits: Refits, final: Fit, own: Sequence[EffectEvidence]) -> Fit:
-    for one in own:
-        final = refits.refit(final, removed=one.candidate_effect)
-    return final
 
 
 def _probability(

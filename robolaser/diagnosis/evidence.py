@@ -1,6 +1,6 @@
 """How sure it is that an effect is the cause: what else could stand in its place."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -80,7 +80,8 @@ def evidence_for(
         zip((candidate_effect, *(one for one, _ in others), None), weights.tolist(), strict=True)
     )
     fits: dict[CandidateEffect | None, Fit] = {candidate_effect: final, None: without, **dict(others)}
-    alike = sorted(_alike(final, others), key=lambda pair: refits.cost(pair[1]))
+    alike = [pair for pair in others if is_indistinguishable(final.deviance, pair[1].deviance)]
+    alike = sorted(alike, key=lambda pair: refits.cost(pair[1]))
     for rival in set_rivals(refits, final, candidate_effect, held_out):
         instead = by_candidate[candidate_effect] * rival.probability
         by_candidate[candidate_effect] -= instead
@@ -114,10 +115,6 @@ def _alternatives_refitted(
     return ((one, fit) for one, fit in refitted if not fit.exceeds_bounds(one))
 
 
-def _alike(final: Fit, others: Sequence[tuple[CandidateEffect, Fit]]) -> list[tuple[CandidateEffect, Fit]]:
-    return [one for one in others if is_indistinguishable(final.deviance, one[1].deviance)]
-
-
 def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:
     """Effects that only imitate what a larger one leaves, the least explaining first.
 
@@ -144,10 +141,7 @@ def _explained_beside(
     larger = [other for other in explained if explained[other] > explained[one] and other.where == one.where]
     if not larger:
         return 0.0
-    without = refits.refit(final, removed=one)
-    for other in larger:
-        without = refits.refit(without, removed=other)
-    return without.chi2 - final.chi2
+    return refits.without(final, [one, *larger]).chi2 - final.chi2
 
 
 def _other_locations(refits: Refits, final: Fit, one: CandidateEffect) -> set[str]:

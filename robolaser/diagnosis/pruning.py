@@ -116,10 +116,8 @@ def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEff
 
 
 def _without_half(refits: Refits, final: Fit, doubtful: Sequence[CandidateEffect]) -> Fit:
-    """Without the first half of some effects, taken out one by one."""
-    for one in doubtful[: -(-len(doubtful) // 2)]:
-        final = refits.refit(final, removed=one)
-    return final
+    """Without the first half of some effects."""
+    return refits.without(final, doubtful[: -(-len(doubtful) // 2)])
 
 
 def _plausible(refits: Refits, final: Fit) -> Fit:
@@ -144,9 +142,7 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     without = refits.refit(final, removed=candidate_effect)
     probabilities = [refits.unmodelled(final, without)]
     if beside := [one for one in without.effects if one.where == where]:
-        for one in beside:
-            without = refits.refit(without, removed=one)
-        probabilities.append(refits.unmodelled(final, without))
+        probabilities.append(refits.unmodelled(final, refits.without(without, beside)))
     if has_form(final, candidate_effect):
         probabilities.append(refits.locally_unmodelled(final, candidate_effect))
     return max(probabilities)
@@ -196,6 +192,4 @@ def probable_remainder(
     likely = {one.name for one in classes if one.probability >= EVEN}
     doubted = [one.candidate_effect for one in evidence if one.probability < EVEN]
     doubted = [one for one in doubted if class_of(one) not in likely]
-    for one in doubted:
-        final = refits.refit(final, removed=one)
-    return localize(final) if doubted else left
+    return localize(refits.without(final, doubted)) if doubted else left

@@ -1,6 +1,6 @@
 """Fits of sets of effects, each worked out once, and what each set costs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -51,10 +51,7 @@ class Refits:
     _fits: dict[frozenset[CandidateEffect], Fit] = field(default_factory=dict)
     _tests: dict[frozenset[CandidateEffect], list[ScoreTest]] = field(default_factory=dict)
     _begun: set[tuple[frozenset[CandidateEffect], tuple[object, ...]]] = field(default_factory=set)
-    _beside_unmodelled: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
-    _at_joint: dict[tuple[frozenset[CandidateEffect], str], tuple[float, float]] = field(default_factory=dict)
-    _sparse: dict[tuple[frozenset[CandidateEffect], str], tuple[float, float]] = field(default_factory=dict)
-    _beside_posture: dict[frozenset[CandidateEffect], tuple[float, float]] = field(default_factory=dict)
+    _unknown: dict[tuple[object, ...], tuple[float, float]] = field(default_factory=dict)
     _columns: Columns = field(default_factory=Columns)
     _latest: dict[CandidateEffect, ScoreTest] = field(default_factory=dict)
 
@@ -93,6 +90,12 @@ class Refits:
                 return None
             slopes |= dict(zip(one.parameters.names, (columns * one.parameters.width).T, strict=True))
         return np.array([slopes[name] for name in problem.parameters.names])
+
+    def without(self, fit: Fit, effects: Iterable[CandidateEffect]) -> Fit:
+        """A fit without some of its effects, taken out one by one."""
+        for one in effects:
+            fit = self.refit(fit, removed=one)
+        return fit
 
     def of(self, near: Fit, added: Sequence[ScoreTest] = ()) -> Fit:
         """The best fit so far of a set of effects; a refit where there is none."""
@@ -148,7 +151,7 @@ class Refits:
 
         Smooth functions of any form at any site stand for that cause, beside the effects and in their place.
         """
-        return probability_of_unmodelled(self._cost_beside_unmodelled(without), self._cost_beside_unmodelled(fit))
+        return probability_of_unmodelled(self._beside_unmodelled(without), self._beside_unmodelled(fit))
 
     def locally_unmodelled(self, fit: Fit, candidate_effect: CandidateEffect) -> float:
         """Probability that a function of unknown form at a joint explains what an effect there does, or its rest.
@@ -157,10 +160,8 @@ class Refits:
         of whole poses: that holds small errors elsewhere, too.
         """
         joint, without = candidate_effect.where, self.refit(fit, removed=candidate_effect)
-        bare = without
-        for one in without.effects:
-            if one.where == joint and has_form(fit, one):
-                bare = self.refit(bare, removed=one)
+        beside = [one for one in without.effects if one.where == joint and has_form(fit, one)]
+        bare = self.without(without, beside)
         sets = (without,) if bare is without else (without, bare)
         sparse = max(self._sparsely_unmodelled(fit, one, joint) for one in sets)
         final = self._cost_and_local_unknown(fit, joint)
@@ -186,8 +187,8 @@ class Refits:
             with_effects = final + prices[0] - max(0.0, form - CHI2_OF_UNMODELLED_CAUSE, beside - other)
             return float(posterior_weights(np.array([with_effects, instead + prices[1]]))[1])
 
-        form, beside = self._cost_and_local_unknown(fit, site)[1], self._sparse_shape_chi2(fit, site)
-        unknown = probability(fit.chi2, form, beside, without.chi2 - self._sparse_shape_chi2(without, site))
+        form, beside = self._once(local_unknown_chi2, fit, site), self._once(sparse_shape_chi2, fit, site)
+        unknown = probability(fit.chi2, form, beside, without.chi2 - self._once(sparse_shape_chi2, without, site))
         if unknown >= LEAST_PROBABILITY and (calm := fit.with_likeliest_scatter) is not fit:
             form, beside = local_unknown_chi2(calm, site), sparse_shape_chi2(calm, site)
             alike = Fit.of(without.problem.with_noise(calm.noise), without.x)
@@ -195,25 +196,22 @@ class Refits:
             unknown = min(unknown, probability(calm.chi2, form, beside, instead))
         return unknown if unknown >= LEAST_PROBABILITY else 0.0
 
-    def _sparse_shape_chi2(self, fit: Fit, site: str) -> float:
-        key = frozenset(fit.effects), site
-        if key not in self._sparse or self._sparse[key][0] != fit.chi2:
-            self._sparse[key] = fit.chi2, sparse_shape_chi2(fit, site)
-        return self._sparse[key][1]
-
     def _cost_and_local_unknown(self, fit: Fit, joint: str) -> tuple[float, float]:
-        key = frozenset(fit.effects), joint
-        if key not in self._at_joint or self._at_joint[key][0] != fit.chi2:
-            self._at_joint[key] = fit.chi2, local_unknown_chi2(fit, joint)
-        return self.cost_by_chi2(fit), self._at_joint[key][1]
+        return self.cost_by_chi2(fit), self._once(local_unknown_chi2, fit, joint)
 
     def cost_beside_posture_unknown(self, fit: Fit) -> float:
         """Cost of a fit beside a smooth function that turns several joints, which costs what an effect does."""
-        key = frozenset(fit.effects)
-        if key not in self._beside_posture or self._beside_posture[key][0] != fit.chi2:
-            unknown = posture_unknown_chi2(fit) - CHI2_PER_EFFECT
-            self._beside_posture[key] = fit.chi2, self.cost_by_chi2(fit) - unknown
-        return self._beside_posture[key][1]
+        return self.cost_by_chi2(fit) - (self._once(posture_unknown_chi2, fit) - CHI2_PER_EFFECT)
+
+    def _beside_unmodelled(self, fit: Fit) -> float:
+        return self.cost_by_chi2(fit) - self._once(unmodelled_chi2, fit)
+
+    def _once(self, chi2_of: Callable[..., float], fit: Fit, *site: str) -> float:
+        """What something unknown explains beside a set of effects, worked out again only for a better fit of it."""
+        key = chi2_of, frozenset(fit.effects), *site
+        if key not in self._unknown or self._unknown[key][0] != fit.chi2:
+            self._unknown[key] = fit.chi2, chi2_of(fit, *site)
+        return self._unknown[key][1]
 
     def is_unmodelled(self, fit: Fit, without: Fit) -> bool:
         """Whether effects are left out because an unmodelled cause more probably explains what they do.
@@ -222,12 +220,6 @@ class Refits:
         the test would leave out effects that predict new poses well. Their probability still counts it.
         """
         return fit.has_optics and self.unmodelled(fit, without) > EVEN
-
-    def _cost_beside_unmodelled(self, fit: Fit) -> float:
-        key = frozenset(fit.effects)
-        if key not in self._beside_unmodelled or self._beside_unmodelled[key][0] != fit.chi2:
-            self._beside_unmodelled[key] = fit.chi2, self.cost_by_chi2(fit) - unmodelled_chi2(fit)
-        return self._beside_unmodelled[key][1]
 
 
 def penalty(test: ScoreTest) -> float:

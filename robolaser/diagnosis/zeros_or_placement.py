@@ -86,8 +86,7 @@ def _exchanged(
     refits: Refits, fit: Fit, removed: Sequence[CandidateEffect], added: Sequence[CandidateEffect]
 ) -> Fit | None:
     """The fit with some effects in the place of others; None where these are no candidates."""
-    for one in removed:
-        fit = refits.refit(fit, removed=one)
+    fit = refits.without(fit, removed)
     tests = {test.candidate_effect: test for test in refits.score_tests(fit)}
     if not all(one in tests for one in added):
         return None

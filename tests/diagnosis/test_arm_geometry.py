@@ -12,6 +12,7 @@ from robolaser.diagnosis.arm_geometry import USUAL_SIZES, marginal_cost, placeme
 from robolaser.diagnosis.evidence import aliases
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.refits import Refits
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.robot.by_name import find_robot
@@ -36,6 +37,8 @@ def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int
     effects = (*placements(count), eccentric)
 
     class Refitted:
+        without = Refits.without
+
         def refit(self, fit: SimpleNamespace, removed: CandidateEffect) -> SimpleNamespace:
             explained = 100.0 if removed is eccentric else 1e4
             left = tuple(one for one in fit.effects if one is not removed)
