@@ -1,6 +1,6 @@
 """A diagnosis as diagnosis.json."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from robolaser.diagnosis.gross_errors import probability
@@ -110,14 +110,28 @@ def _scatter_kind(scatter: ExcessScatter) -> dict[str, Any]:
 
 
 def _finding(found: Finding) -> dict[str, Any]:
+    gaps = found.gap_before_m, found.gap_after_m, found.gap_without_m
+    rivals = [_pair(alternative.candidate_effect) for alternative in found.alternatives]
+    return _effect(_named(found.candidate_effect), found.probability, _numbers(found.parameters), gaps, rivals)
+
+
+def _effect(
+    named: dict[str, str],
+    probability: float,
+    parameters: dict[str, Any],
+    gaps_m: tuple[float, float, float],
+    rivals: Sequence[list[str]] = (),
+) -> dict[str, Any]:
+    """What is at work, with the gap before it, after it and without it."""
+    before, after, without = map(_mm, gaps_m)
     return {
-        **_named(found.candidate_effect),
-        "probability": found.probability,
-        "parameters": _numbers(found.parameters),
-        "gap_mm_before": _mm(found.gap_before_m),
-        "gap_mm_after": _mm(found.gap_after_m),
-        "gap_mm_without": _mm(found.gap_without_m),
-        "indistinguishable_from": [_pair(alternative.candidate_effect) for alternative in found.alternatives],
+        **named,
+        "probability": probability,
+        "parameters": parameters,
+        "gap_mm_before": before,
+        "gap_mm_after": after,
+        "gap_mm_without": without,
+        "indistinguishable_from": list(rivals),
     }
 
 
@@ -158,32 +172,14 @@ def _class(one: CauseClass, scatter: ExcessScatter | None) -> dict[str, Any]:
 
 def _pose_scatter(scatter: ExcessScatter, gap: Gap) -> dict[str, Any]:
     """Scatter of whole poses as a finding: it is chance, and closes no gap."""
-    after = _mm(gap.after_m)
-    return {
-        "effect": NAME,
-        "where": scatter.where,
-        "probability": scatter.probability,
-        "parameters": {
-            name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in scatter.sizes.items()
-        },
-        "gap_mm_before": after,
-        "gap_mm_after": after,
-        "gap_mm_without": after,
-        "indistinguishable_from": [],
-    }
+    sizes = {name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in scatter.sizes.items()}
+    return _effect({"effect": NAME, "where": scatter.where}, scatter.probability, sizes, (gap.after_m,) * 3)
 
 
 def _wrong_input(found: WrongInput) -> dict[str, Any]:
-    return {
-        "effect": found.name,
-        "where": found.where,
-        "probability": found.probability,
-        "parameters": _numbers(found.parameters),
-        "gap_mm_before": _mm(found.gap_before_m),
-        "gap_mm_after": _mm(found.gap_after_m),
-        "gap_mm_without": _mm(found.gap_before_m),
-        "indistinguishable_from": [_pair(one) for one in found.alternatives],
-    }
+    gaps = found.gap_before_m, found.gap_after_m, found.gap_before_m
+    named = {"effect": found.name, "where": found.where}
+    return _effect(named, found.probability, _numbers(found.parameters), gaps, [*map(_pair, found.alternatives)])
 
 
 def _class_of_input(found: WrongInput) -> dict[str, Any]:
@@ -200,14 +196,9 @@ def _class_of_input(found: WrongInput) -> dict[str, Any]:
 def _outliers(diagnosis: Diagnosis) -> dict[str, Any]:
     """Gross errors as a finding: survived, not modelled, so they change no gap."""
     share = len(diagnosis.outliers) / max(1, len(diagnosis.dataset.points))
-    after = _mm(diagnosis.gap.after_m)
-    return {
-        "effect": "outliers",
-        "where": "image",
-        "probability": probability(diagnosis.dataset, diagnosis.outliers, diagnosis.verdict),
-        "parameters": {"share": {"value": share, "std": None, "unit": ""}},
-        "gap_mm_before": after,
-        "gap_mm_after": after,
-        "gap_mm_without": after,
-        "indistinguishable_from": [],
-    }
+    return _effect(
+        {"effect": "outliers", "where": "image"},
+        probability(diagnosis.dataset, diagnosis.outliers, diagnosis.verdict),
+        {"share": {"value": share, "std": None, "unit": ""}},
+        (diagnosis.gap.after_m,) * 3,
+    )
