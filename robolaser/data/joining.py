@@ -118,15 +118,15 @@ def _poses(datasets: Mapping[str, Dataset]) -> Poses:
     session = tuple(session for session, one in datasets.items() for _ in one.poses.names)
     if len(set(names)) < len(names):
         names = [f"{at}/{name}" for at, name in zip(session, names, strict=True)]
-    return replace(_table([one.poses for one in datasets.values()]), names=tuple(names), session=session)
+    return replace(stacked([one.poses for one in datasets.values()]), names=tuple(names), session=session)
 
 
 def _points(datasets: Sequence[Dataset]) -> Points:
     before = np.cumsum([0, *(len(one.poses) for one in datasets)])[:-1]
-    return _table([replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)])
+    return stacked([replace(one.points, pose=one.points.pose + n) for one, n in zip(datasets, before, strict=True)])
 
 
-def _table(parts: Sequence[Table]) -> Table:
+def stacked(parts: Sequence[Table]) -> Table:
     """The rows of all of them: of the columns that all of them have."""
 
     def joined(columns: Sequence[Any]) -> Any:

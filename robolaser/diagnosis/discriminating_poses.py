@@ -2,23 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import different_poses
 from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Limits
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Points
+from robolaser.data.joining import stacked
 from robolaser.diagnosis.fit import Fit
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.postures import limits, random_configurations
-
-A = TypeVar("A", bound=np.generic)
 
 TRIED = 1500
 """Configurations that are tried: half near measured ones, half anywhere."""
@@ -128,42 +125,20 @@ def _prediction(fit: Fit, extended: Dataset) -> Array:
 
 
 def _extended(dataset: Dataset, q: Array, seen: Points) -> tuple[Dataset, Ints]:
-    """The data set with configurations (k, j) and what is seen there after its last pose; rows of each, (k, r)."""
-    points, n, k = dataset.points, len(dataset.poses), len(q)
-    number = np.unique(seen.pose, return_inverse=True)[1]
+    """The data set with configurations (k, j) and what is seen there after its last pose; rows of each, (k, r).
 
-    def both(before: NDArray[A] | None, after: NDArray[A] | None) -> NDArray[A] | None:
-        return None if before is None or after is None else np.concatenate([before, after])
-
-    longer = Points(
-        np.concatenate([points.pose, n + number]),
-        (*points.names, *seen.names),
-        pixel=both(points.pixel, seen.pixel),
-        xyz=both(points.xyz, seen.xyz),
-        columns={name: np.concatenate([values, seen.columns[name]]) for name, values in points.columns.items()},
-        sensor=both(points.sensor, seen.sensor),
-    )
-    rows = len(points) + np.arange(len(seen)).reshape(k, -1)
-    return replace(dataset, poses=_after(dataset, q), points=longer), rows
-
-
-def _after(dataset: Dataset, q: Array) -> Poses:
-    """Poses with more at the end, all at the time of the last, at rest, in its warmth, in the last session."""
-    poses, session = dataset.poses, dataset.sessions.names[-1] if dataset.sessions else ""
-    assert poses.q is not None
+    All are at the time of the last pose, moving as it did, in its warmth, in the last session.
+    """
+    points, poses, n, k = dataset.points, dataset.poses, len(dataset.poses), len(q)
     last = 0 if poses.time_s is None else int(np.argmax(poses.time_s))
-    k = len(q)
-    return Poses(
-        names=(*poses.names, *(f"next {i}" for i in range(k))),
-        time_s=None if poses.time_s is None else np.concatenate([poses.time_s, np.full(k, poses.time_s[last])]),
-        q=np.concatenate([poses.q, q]),
-        qd=None if poses.qd is None else np.concatenate([poses.qd, np.repeat(poses.qd[[last]], k, axis=0)]),
-        payload_kg=_as_last(poses.payload_kg, last, k),
-        temperature_c=_as_last(poses.temperature_c, last, k),
-        session=None if poses.session is None else (*poses.session, *(session,) * k),
-        extra={name: (*cells, *(cells[last],) * k) for name, cells in poses.extra.items()},
+    session = None if poses.session is None else (dataset.sessions.names[-1] if dataset.sessions else "",) * k
+    there = replace(
+        poses.take(np.full(k, last)), names=tuple(f"next {i}" for i in range(k)), q=q, image=None, session=session
     )
-
-
-def _as_last(values: Array | None, last: int, k: int) -> Array | None:
-    return None if values is None else np.append(values, np.full(k, values[last]))
+    number = np.unique(seen.pose, return_inverse=True)[1]
+    longer = replace(
+        dataset,
+        poses=stacked([poses, there]),
+        points=stacked([points, replace(seen, pose=n + number)]),
+    )
+    return longer, len(points) + np.arange(len(seen)).reshape(k, -1)
