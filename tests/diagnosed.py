@@ -85,7 +85,6 @@ def of(calibration, verdict="explained", *, rivals=(), gross=()):
         x=x,
         std=calibration.std,
         calibrated_x=x[: len(model.parameters) - len(model.effect_parameters)],
-        observed=model.dataset,
         unseen=None,
         before_m=before,
         after_m=after,

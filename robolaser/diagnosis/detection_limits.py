@@ -57,17 +57,13 @@ def _size(test: ScoreTest) -> float:
     length = float(np.linalg.norm(test.columns[:, 0]))
     needed = np.sqrt(penalty(test)) + DETECTION_SIGMA
     scale = test.candidate_effect.effect.amplitudes()[0].prior_scale
-    return np.inf if _is_imitated(test) else float(needed / length * scale)
+    return np.inf if _share_left(test) < NEGLIGIBLE else float(needed / length * scale)
 
 
 def _largest(test: ScoreTest) -> float:
     """Plausible size of that parameter."""
     amplitude = test.candidate_effect.effect.amplitudes()[0]
     return min(amplitude.bound, LARGEST_PLAUSIBLE * amplitude.prior_scale)
-
-
-def _is_imitated(test: ScoreTest) -> bool:
-    return _share_left(test) < NEGLIGIBLE
 
 
 def _share_left(test: ScoreTest) -> float:

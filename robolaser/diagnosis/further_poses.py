@@ -135,7 +135,7 @@ class Weighed:
         final: That with all effects found.
         evidence: For each of them, when all poses were examined.
         dataset: The averaged rows of all poses since.
-        followed: The models by their fits.
+        followed: The models by their fits; empty while no pose came since all were examined.
     """
 
     start: Fit
@@ -143,11 +143,6 @@ class Weighed:
     evidence: Sequence[EffectEvidence]
     dataset: Dataset
     followed: Mapping[Fit, Followed] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, start: Fit, final: Fit, evidence: Sequence[EffectEvidence]) -> "Weighed":
-        """Models that were fitted to all poses."""
-        return cls(start, final, evidence, start.model.dataset)
 
     def with_poses(self, further: Dataset) -> "Weighed":
         """After these poses, too."""
@@ -158,11 +153,6 @@ class Weighed:
             for fit in dict.fromkeys((self.start, self.final, *rivals))
         }
         return replace(self, dataset=rows.dataset, followed=followed)
-
-    @property
-    def is_of_all_poses(self) -> bool:
-        """Whether no pose came since all were examined."""
-        return not self.followed
 
     @property
     def reweighed(self) -> tuple[EffectEvidence, ...]:

@@ -30,31 +30,25 @@ class HeldOut:
 
     def __init__(self, start: Fit, seed: int, calibration: Calibration | None = None) -> None:
         self._folds = assign_folds(start.model, seed)
-        self._known: dict[int, tuple[Fit, Array, Array]] = {}
-        self._of_folds: dict[int, FoldFits] = {}
+        self._known: dict[Fit, tuple[Array, Array, FoldFits | None]] = {}
         self._calibration = calibration
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What the user should know of the folds."""
-        return () if self._folds is None else self._folds.warnings
 
     def errors(self, fit: Fit) -> Array:
         """Of each row, (m, j) [m]."""
-        if id(fit) not in self._known:
-            calibrated = self._calibrated(fit)
+        if fit not in self._known:
+            calibrated, found = self._calibrated(fit), None
             if calibrated is not None or self._folds is None:
                 rows = fit.at.plain if calibrated is None else calibrated
             else:
                 found = held_out(fit.problem, fit.x, self._folds, enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2))
-                rows, self._of_folds[id(fit)] = found.errors, found
-            self._known[id(fit)] = fit, fit.in_metres(rows), rows
-        return self._known[id(fit)][1]
+                rows = found.errors
+            self._known[fit] = fit.in_metres(rows), rows, found
+        return self._known[fit][0]
 
     def unseen(self, fit: Fit) -> FoldFits | None:
         """The fits without each fold, where they were made for this fit."""
         self.errors(fit)
-        return self._of_folds.get(id(fit))
+        return self._known[fit][2]
 
     def _calibrated(self, fit: Fit) -> Array | None:
         """The calibration's errors, where they are a fit's, (m, k)."""
@@ -66,7 +60,7 @@ class HeldOut:
         """Root mean square of those numbers of the rows that are angles [rad]."""
         self.errors(fit)
         row_format = fit.model.dataset.format
-        return rms(self._known[id(fit)][2][:, row_format.numbers - row_format.angles :])
+        return rms(self._known[fit][1][:, row_format.numbers - row_format.angles :])
 
     def gap(self, fit: Fit) -> float:
         """Their root mean square [m]; without effects the calibration's, also where a search left out other rows."""

@@ -162,7 +162,6 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         x=final.x,
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
-        observed=data.dataset,
         unseen=held_out.unseen(final),
         before_m=held_out.errors(start),
         after_m=held_out.errors(final),
@@ -173,7 +172,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         hindrance=hindrance,
         wrong_input=mispaired(moved, gap.calibrated_m) if moved else None,
         pose_scatter=scatter,
-        weighed=Weighed.of(start, final, evidence),
+        weighed=Weighed(start, final, evidence, start.model.dataset),
     )
 
 

@@ -44,14 +44,10 @@ class Repeatability:
     at_sensor_m: float
     is_stated: bool = False
 
-    @property
-    def is_estimated(self) -> bool:
-        """Whether nobody stated it."""
-        return any(source.origin != "stated" for source in self.sources.values())
-
     def is_most_of(self, floor_m: float) -> bool:
         """Whether it is worth saying: nobody stated it, and it is most of what noise alone makes of a row."""
-        return self.is_estimated and self.at_sensor_m > WORTH_SAYING * floor_m
+        is_estimated = any(source.origin != "stated" for source in self.sources.values())
+        return is_estimated and self.at_sensor_m > WORTH_SAYING * floor_m
 
 
 def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:

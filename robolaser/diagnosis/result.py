@@ -244,9 +244,8 @@ class Diagnosis:
         x: Its parameters, in the order of `model.parameters`.
         std: One standard deviation of each; NaN for what is held.
         calibrated_x: The sensor's parameters without effects in the model, in the same order.
-        observed: Averaged rows without gross errors.
         unseen: Fits of the final model without each fold of these rows; None where none could be held out.
-        before_m: Held-out errors of those rows in the calibrated model, (m, 3).
+        before_m: Held-out errors of the averaged rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
         noise: Sources of noise, by name.
         repeatability: How much whole poses scatter.
@@ -281,7 +280,6 @@ class Diagnosis:
     x: Array
     std: Array
     calibrated_x: Array
-    observed: Dataset
     unseen: FoldFits | None
     before_m: Array
     after_m: Array
@@ -295,6 +293,11 @@ class Diagnosis:
     pose_scatter: ExcessScatter | None = None
     weighed: Weighed | None = None
     added_poses: int = 0
+
+    @property
+    def observed(self) -> Dataset:
+        """Averaged rows without gross errors."""
+        return self.model.dataset
 
     @cached_property
     def robot(self) -> Robot | None:

@@ -46,7 +46,7 @@ def test_further_poses_give_the_names_of_a_fresh_diagnosis_and_its_probabilities
     grown, fresh = found, robolaser.diagnose(first(arm, FIRST + 3), seed=1)
     for count in range(FIRST + 1, FIRST + 4):
         grown = grown.with_poses(first(arm, count))
-    assert not grown.diagnosis.weighed.is_of_all_poses
+    assert grown.diagnosis.weighed.followed
     assert told(grown) == pytest.approx(told(fresh), abs=0.02)
     assert grown.poses == fresh.poses == {"used": FIRST + 3, "all": FIRST + 3}
     assert {one["class"]: one.probability for one in grown.classes} == pytest.approx(
@@ -90,11 +90,11 @@ def test_a_pose_that_the_model_does_not_predict_has_all_poses_examined_anew(arm,
     points = first(arm, FIRST + 1).points
     last = points.pose == FIRST
     off = replace(points, xyz=points.xyz + 2e-3 * last[:, None])
-    assert found.with_poses(replace(first(arm, FIRST + 1), points=off)).diagnosis.weighed.is_of_all_poses
+    assert not found.with_poses(replace(first(arm, FIRST + 1), points=off)).diagnosis.weighed.followed
 
 
 def test_after_a_twentieth_more_poses_all_are_examined_anew(arm, found):
-    assert found.with_poses(first(arm, FIRST + int(SHARE * FIRST) + 1)).diagnosis.weighed.is_of_all_poses
+    assert not found.with_poses(first(arm, FIRST + int(SHARE * FIRST) + 1)).diagnosis.weighed.followed
 
 
 def test_a_grown_diagnosis_has_files_of_its_own(arm, found, tmp_path):
