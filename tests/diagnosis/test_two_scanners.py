@@ -16,9 +16,9 @@ from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import IMAGE_PX, Ranges, build, in_sight
 from robolaser.trials.synthetic.fault_models.light import ProjectorRoll
 
-ROLL = 0.03
+ROLL = 0.01
 NAMES = ("laser_roll", "laser_curvature", "laser_drift", "stripe_bias", "radial_distortion", "joint_offset", "backlash")
-FEW = Ranges(poses=(30, 30), points=(6, 6))
+FEW = Ranges(poses=(20, 20), points=(6, 6))
 
 
 @pytest.fixture(scope="module")
