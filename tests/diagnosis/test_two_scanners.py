@@ -11,6 +11,7 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.cause_words import named, place
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import IMAGE_PX, Ranges, build, in_sight
@@ -71,6 +72,17 @@ def test_an_effect_of_one_scanner_moves_its_rows_alone(cell: Dataset, effect: st
     rights = cell.points.sensor == 1
     assert (moved[~rights] == 0.0).all()
     assert (moved[rights] > 0.0).mean() > 0.9
+
+
+def test_an_effect_stays_at_its_scanner_where_the_others_rows_are_gross_errors(cell: Dataset) -> None:
+    own, other = (np.flatnonzero(cell.points.sensor == number) for number in (0, 1))
+    left = replace(cell, points=cell.points.take(np.sort(np.append(own, other[:2]))))
+    (bias,) = (one for one in candidate_effects([StripeBias], cell) if one.where == "left.laser")
+    assert bias.where not in StripeBias.locations(left)  # two points are no plane
+    model = Model(left, (bias,))
+    values = model.parameters.values(model.parameters.nominal[None])
+    moved = model.residuals_at({**values, bias.key("slope"): np.ones(1)})[0] != model.residuals_at(values)[0]
+    np.testing.assert_array_equal(moved.any(axis=1), left.points.sensor == 0)
 
 
 def test_each_scanners_stripe_runs_along_its_own_axis(cell: Dataset) -> None:

@@ -16,7 +16,7 @@ from robolaser.model.effects.mechanism import Part
 from robolaser.model.effects.requirements import passes
 from robolaser.model.effects.run import Run
 from robolaser.model.effects.run_summary import RunSummary
-from robolaser.model.effects.sensor_sites import of_sensor, sites_of_sensors
+from robolaser.model.effects.sensor_sites import of_sensor, sensors_at, sites_of_sensors
 from robolaser.model.sensors import parts_with_lens
 from robolaser.model.stages import OF_ROWS, Perturbation, Stage
 from robolaser.parameters import Parameter, Parameters, Values
@@ -287,5 +287,5 @@ def _untouched(effect: Effect, dataset: Dataset) -> Array:
     """Rows of sensors that cannot have an effect, or are elsewhere, (m,)."""
     lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in parts_with_lens(dataset)])
     if of_sensor(effect.where):
-        lacks |= ~effect.sites_of_sensors(dataset)[effect.where]
+        lacks |= ~sensors_at(effect.where, dataset)
     return np.asarray(lacks[dataset.sensor_of_row])

@@ -27,6 +27,12 @@ def of_sensor(where: str) -> bool:
     return kind_of_site(where) != where
 
 
+def sensors_at(where: str, dataset: Dataset) -> Bools:
+    """Which of the sensors are at a site that is some sensors' own, (sensors,)."""
+    name, _, site = where.rpartition(".")
+    return np.array([OWNER[site](sensor) == name for sensor in dataset.sensors])
+
+
 def sites_of_sensors(site: str, dataset: Dataset, has: Callable[[int], bool]) -> dict[str, Bools]:
     """Names of a site, and which of the sensors are there, (sensors,); the site itself where it is one for all.
 
