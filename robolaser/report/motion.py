@@ -13,7 +13,7 @@ from robolaser.motion.part import Finding
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
-from robolaser.report.digits import SIGNIFICANT, plain
+from robolaser.report.digits import SIGNIFICANT, percent, plain
 from robolaser.report.document import (
     Block,
     Cell,
@@ -115,7 +115,7 @@ def _kinds(found: MotionDiagnosis) -> Table:
         (
             Cell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
             ", ".join(kind["where"]),
-            Cell(f"{100.0 * kind['probability']:.3g} %", order=kind["probability"]),
+            Cell(percent(kind["probability"]), order=kind["probability"]),
         )
         for kind in kinds_json(found.fit)
     ]
@@ -128,7 +128,7 @@ def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
         (
             Cell(_at(one.at), below=[_rivals(one)] if one.judged.rivals else []),
             _numbers(one),
-            *([Cell(f"{100.0 * one.judged.probability:.3g} %", order=one.judged.probability)] if sure else []),
+            *([Cell(percent(one.judged.probability), order=one.judged.probability)] if sure else []),
         )
         for one in fit.findings
     ]
