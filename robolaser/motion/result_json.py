@@ -243,14 +243,16 @@ def sentence(found: MotionDiagnosis) -> str:
     gaps = "; ".join(_shrinks(gap) for gap in found.fit.gaps)
     if found.verdict == "no_gap":
         return f"There is no gap: the arm follows its model. On unseen motions: {gaps}."
-    kinds = kinds_json(found.fit)
-    certain = [one["effect"] for one in kinds if one["probability"] >= CERTAIN]
-    likely = [one["effect"] for one in kinds if one["probability"] < CERTAIN]
     clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
     if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}."
-    causes = "; ".join([*(clauses[name] for name in certain), *(f"likely, {clauses[name]}" for name in likely)])
+    causes = "; ".join(
+        ("" if one["probability"] >= CERTAIN else "likely, ")
+        + clauses[one["effect"]]
+        + _places(one["where"], found.fit.log.joints)
+        for one in sorted(kinds_json(found.fit), key=lambda one: one["probability"] < CERTAIN)
+    )
     rest = ""
     if found.verdict == "unexplained" and found.places:
         place = found.places[0]
@@ -258,6 +260,13 @@ def sentence(found: MotionDiagnosis) -> str:
             f", by the {place.coordinate}." if place.coordinate else "."
         )
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
+
+
+def _places(where: Sequence[str], joints: Sequence[str]) -> str:
+    """The joints of an effect behind its clause; nothing where it sits at none."""
+    at = [joint for joint in where if joint in joints]
+    every = 1 < len(joints) == len(at)
+    return f" ({'all joints' if every else ', '.join(at)})" if at else ""
 
 
 def _shrinks(gap: KindGap) -> str:
