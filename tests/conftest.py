@@ -17,7 +17,7 @@ LONGEST = (
     "test_journeys.py", "test_hobby_page.py", "test_blind_run.py", "test_soak.py", "test_held_parameters.py",
     "test_misread.py", "test_every_motion_effect.py", "test_blind_motion.py", "test_simulation.py",
 )  # fmt: skip
-"""Files that take more than a minute: they begin first, so that no processor waits for them at the end."""
+"""The slowest files: they begin first, so that no processor waits for them at the end."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

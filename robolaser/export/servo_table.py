@@ -48,12 +48,12 @@ def servo_table(effects: Sequence[Mapping[str, Any]]) -> str:
     for one in effects:
         for name, number in one["parameters"].items():
             value = number["value"]
-            words = [_said(each, value) for each in WORDS.get((one["effect"], name), ("", ""))]
+            words = [_with_number(each, value) for each in WORDS.get((one["effect"], name), ("", ""))]
             known = [one["where"], one["effect"], name, repr(float(value)), number["unit"], f"{one['probability']:.3f}"]
             table.writerow([*known, *words])
     return out.getvalue()
 
 
-def _said(words: str, value: float) -> str:
+def _with_number(words: str, value: float) -> str:
     """Words with a number in them; none of the stiffness of what does not give way."""
     return "" if "{1" in words and not value > 0.0 else words.format(value, 1.0 / (value or 1.0))

@@ -12,9 +12,10 @@ from robolaser.bounded_reading import SETTINGS_BYTES, read_text
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC
 from robolaser.data.importers.ros_messages import STAMPS
+from robolaser.data.importers.units import Units
 from robolaser.data.lerobot import TURN, Servo, read_servos
 from robolaser.errors import DataError, UsageError, near
-from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME, Units
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, TIME
 from robolaser.motion.log import QUANTITIES, MotionLog
 from robolaser.motion.recorders import COMMAND_TOPIC, RecordedRun, runs_of
 from robolaser.robot.kinematics import Robot

@@ -250,7 +250,7 @@ def sentence(found: MotionDiagnosis) -> str:
     causes = "; ".join(
         ("" if one["probability"] >= CERTAIN else "likely, ")
         + clauses[one["effect"]]
-        + _places(one["where"], found.fit.log.joints)
+        + _locations(one["where"], found.fit.log.joints)
         for one in sorted(kinds_json(found.fit), key=lambda one: one["probability"] < CERTAIN)
     )
     rest = ""
@@ -262,7 +262,7 @@ def sentence(found: MotionDiagnosis) -> str:
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
 
 
-def _places(where: Sequence[str], joints: Sequence[str]) -> str:
+def _locations(where: Sequence[str], joints: Sequence[str]) -> str:
     """The joints of an effect behind its clause; nothing where it sits at none."""
     at = [joint for joint in where if joint in joints]
     every = 1 < len(joints) == len(at)

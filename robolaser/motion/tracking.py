@@ -90,7 +90,7 @@ class TrackingRows:
         for s, part in enumerate(self._pieces):
             self._q[:, : lengths[s], s] = log.q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
-        sent = told_to(log.robot, [_filled(log.command[part]) for part in self._pieces], step, log.step_s)
+        sent = runs_of_commands(log.robot, [_filled(log.command[part]) for part in self._pieces], step, log.step_s)
         places = [[_first(self._q[j, :, s], sent.start[j, s]) for s in range(count)] for j in range(joints)]
         self._runs = replace(sent, start=np.array(places))
         self._used = np.ones((longest, count), dtype=bool)
@@ -334,7 +334,7 @@ class TrackingRows:
         return out
 
 
-def told_to(robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Runs:
+def runs_of_commands(robot: Robot, commands: Sequence[Array], step: Array, step_s: float) -> Runs:
     """Runs by their commands, (n, j) each, the longest first, with the torques that they take; joints begin there.
 
     Args:

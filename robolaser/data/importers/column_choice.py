@@ -7,10 +7,11 @@ from typing import Final, final
 from robolaser.data.csv_tables import CsvTable
 from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.importer import ImportOptions
+from robolaser.data.importers.units import NONE
 from robolaser.data.importers.wide_tables import joint_columns
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
-from robolaser.geometry.units import ANGLE, LENGTH, NONE, TIME
+from robolaser.geometry.units import ANGLE, LENGTH, TIME
 
 POSES: Final = "poses"
 POINTS: Final = "points"

@@ -11,10 +11,11 @@ from robolaser.data.csv_tables import CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.column_choice import EULER, POINTS, ROTATION_VECTOR, TEXT, Chosen, Quantities
 from robolaser.data.importers.importer import ImportOptions, Reading
+from robolaser.data.importers.units import Units
 from robolaser.data.sensor_format import QUATERNION
 from robolaser.errors import UsageError
 from robolaser.geometry.rigid_motion import exp_so3, to_quaternion
-from robolaser.geometry.units import ANGLE, Units
+from robolaser.geometry.units import ANGLE
 
 
 @final

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, is_dual
 from robolaser.model.effects.joints import moving_joints
@@ -142,15 +142,12 @@ class Effect(ABC):
         """
         if cls.missing(dataset):
             return ()
-        return tuple(cls.sites_of_sensors(dataset)) if cls.site else cls.sites(dataset.robot)
-
-    @classmethod
-    def sites_of_sensors(cls, dataset: Dataset) -> dict[str, Bools]:
-        """Its site, by name where sensors have their own, and which of the sensors are there, (sensors,)."""
+        if not cls.site:
+            return cls.sites(dataset.robot)
         if cls.stage not in OF_ROWS:
-            return {cls.site: np.ones(len(dataset.sensors), dtype=bool)}
+            return (cls.site,)
         missing = cls.missing_by_sensor(dataset)
-        return sites_of_sensors(cls.site, dataset, lambda number: not missing[number])
+        return tuple(sites_of_sensors(cls.site, dataset, lambda number: not missing[number]))
 
     @classmethod
     def grid(cls, dataset: Dataset, where: str) -> Array:

@@ -59,7 +59,7 @@ def condensed(errors: PoseErrors, is_row: Bools) -> PoseErrors:
     times = np.ones(len(rows))
     times[-1] = 1.0 + others - len(few)
     unit = {name: turned(C, own.get(name, 0.0)) for name, C in errors.unit.items()}
-    floor = turned(errors.floor, errors.floor.min(where=_diagonal(is_row), initial=1.0))
+    floor = turned(errors.floor, errors.floor[_diagonal(is_row)].min())
     return PoseErrors(unit, floor, rows[..., -1], rows[..., :-1], times)
 
 

@@ -46,7 +46,8 @@ class NoiseLikelihood:
         if unknown := [source for source in self.sources if source.name not in known]:
             low = np.array([(least or {}).get(source.name, source.least) for source in unknown])
             high = np.array([source.most for source in unknown])
-            errors, known_covariance = self._errors, self._covariance(sigmas)
+            errors = self._errors
+            known_covariance = sum((size**2 * errors.unit[name] for name, size in sigmas.items()), errors.floor)
             unit = [errors.unit[source.name] for source in unknown]
             found, cost = reml.estimate(known_covariance, unit, errors.e, errors.Q, low, high, errors.times)
             sigmas |= dict(zip([source.name for source in unknown], found.tolist(), strict=True))
@@ -103,11 +104,6 @@ class NoiseLikelihood:
         unit = {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
         floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
         return condensed(PoseErrors(unit, floor, e, Q, np.ones(len(e))), self._is_row)
-
-    def _covariance(self, sigmas: Mapping[str, float]) -> Array:
-        """Of the numbers of each pose by sources of some sizes, regular, (n, s, s)."""
-        errors = self._errors
-        return np.asarray(sum((size**2 * errors.unit[name] for name, size in sigmas.items()), errors.floor))
 
 
 def _most_of_a_pose(poses: int) -> int:

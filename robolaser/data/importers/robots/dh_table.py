@@ -7,8 +7,9 @@ from typing import Any, Final
 
 from robolaser.bounded_reading import ROBOT_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import finite, read_table
+from robolaser.data.importers.units import Units
 from robolaser.errors import RobotError, UsageError, near
-from robolaser.geometry.units import ANGLE, FACTORS, LENGTH, Units
+from robolaser.geometry.units import ANGLE, FACTORS, LENGTH
 from robolaser.robot.by_name.description import Convention, rows_urdf
 
 CONVENTIONS: Final[tuple[Convention, ...]] = ("standard", "modified")
