@@ -7,7 +7,7 @@ from typing import Any, Final, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.calibration.result import Calibration, rms
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.subsampling import evenly
@@ -31,8 +31,8 @@ from robolaser.results.file_readers import by_description, by_module, by_mujoco,
 Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array]
 """Gives the flange poses of the held poses of a data set, by a file's text."""
-UNSEEN_POSES: Final = 300
-"""On which errors are measured at most: more say no more."""
+UNSEEN_POSES: Final = 150
+"""On which errors are measured: no further fold is, once there are so many; more say no more."""
 PLACING_POSES: Final = 60
 """Beside the unseen ones, to which base and tool are fitted: they are in no file, and each fold has them elsewhere."""
 ALIKE: Final = 1e-7
@@ -159,20 +159,17 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
     unseen, data = calibration.unseen, calibration.fitted_model.dataset
     if unseen is None:
         return
+    count = 0
     for number, x in enumerate(unseen.x):
-        of_fold = np.isin(np.arange(len(data.poses)), data.points.pose[unseen.of_row == number])
-        held, looked_at = (np.zeros(len(data.poses), dtype=bool) for _ in range(2))
-        held[_some(of_fold, UNSEEN_POSES // len(unseen.x))] = True
-        looked_at[_some(~of_fold, PLACING_POSES)] = True
-        looked_at |= held
+        if count >= UNSEEN_POSES:
+            return
+        held: Bools = np.isin(np.arange(len(data.poses)), data.points.pose[unseen.of_row == number])
+        others, looked_at = np.flatnonzero(~held), held.copy()
+        looked_at[others[evenly(len(others), PLACING_POSES)]] = True
         part = data.of_poses(looked_at)
         rows = held[np.flatnonzero(looked_at)[part.points.pose]]
+        count += int(held.sum())
         yield _Fold(replace(calibration, x=x), looked_at, part, rows, [])
-
-
-def _some(chosen: Bools, most: int) -> Ints:
-    numbers = np.flatnonzero(chosen)
-    return numbers[evenly(len(numbers), most)]
 
 
 def _placed_anew(calibration: Calibration, part: Dataset, flange: Array) -> Array:

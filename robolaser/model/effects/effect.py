@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
@@ -266,13 +266,19 @@ def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
     return lambda value: acted(effect, value, run)
 
 
+@cache
+def _parameters(kind: type[Effect]) -> tuple[str, ...]:
+    """Names of an effect's parameters; every evaluation asks for them."""
+    return tuple(kind.units())
+
+
 def acted(effect: Effect, value: Array, run: Run) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
-    if any(is_dual(getattr(effect, name)) for name in effect.units()) and not is_dual(value):
+    if not is_dual(value) and any(is_dual(getattr(effect, name)) for name in _parameters(type(effect))):
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
     else:
         out = effect.apply(value, run)
-    if len(run.dataset.sensors) == 1 or effect.stage not in OF_ROWS:
+    if effect.stage not in OF_ROWS or len(run.dataset.sensors) == 1:
         return out
     if value.shape[1] == 1 and not of_sensor(effect.where):
         return out
