@@ -85,7 +85,7 @@ def _named(text: str, name: str) -> ProblemSpec:
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
     from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems.reduction import ReducedModel  # noqa: PLC0415
+    from robolaser.problems.calibration import ReducedModel  # noqa: PLC0415
 
     found, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")

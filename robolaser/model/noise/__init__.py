@@ -3,6 +3,5 @@
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.likelihood import NoiseLikelihood
 from robolaser.model.noise.repeats import pixel_from_repeats
-from robolaser.model.noise.two_units import comparable
 
-__all__ = ["NoiseLikelihood", "NoiseModel", "comparable", "pixel_from_repeats"]
+__all__ = ["NoiseLikelihood", "NoiseModel", "pixel_from_repeats"]
