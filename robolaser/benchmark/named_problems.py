@@ -13,14 +13,15 @@ import numpy as np
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import imported, made
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.problem_summary import (
+from robolaser.benchmark.problem import (
     CALIBRATION,
     OUR_OWN,
     OWN,
     SEVERAL,
     TEST_FUNCTION,
     THEORY,
+    BenchmarkProblem,
+    ProblemSpec,
     ProblemSummary,
 )
 from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near

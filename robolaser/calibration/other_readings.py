@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import RobolaserError
 from robolaser.geometry.rigid_motion import inverse, pose
-from robolaser.model.sensors.mounting import Mounting
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.robot.by_name import find_robot, known_robots
 from robolaser.robot.kinematics import Robot
 

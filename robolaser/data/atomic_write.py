@@ -3,10 +3,13 @@
 import fcntl
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from robolaser.errors import unwritable
 
@@ -29,6 +32,8 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 Contents = bytes | Callable[[BinaryIO], object] | Path
+
+
 """Of a file: its bytes, what writes them, or a whole file below the same folder that becomes it."""
 
 
@@ -120,3 +125,32 @@ def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) ->
             Path(name).unlink(missing_ok=True)
             raise
     return Path(name)
+
+
+def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]]) -> int:
+    """Write records, whole or not at all.
+
+    Args:
+        path: The file; what was there stays until all is written.
+        head: Gives what stands before so many records; as long for one number as for any other.
+        pieces: Records in order, each (n,).
+
+    Returns:
+        How many records were written.
+
+    Raises:
+        OutputError: The disk or its rights refuse.
+    """
+    count = 0
+
+    def write(file: BinaryIO) -> None:
+        nonlocal count
+        file.write(head(0))
+        for piece in pieces:
+            file.write(np.ascontiguousarray(piece).data.cast("B"))
+            count += len(piece)
+        file.seek(0)
+        file.write(head(count))
+
+    write_together(path.parent, {path.name: write})
+    return count

@@ -17,7 +17,7 @@ from robolaser.model.effects import EFFECTS
 from robolaser.robot.urdf import markup
 from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.editing import with_placements
-from robolaser.robot.urdf.numbers import origin_of
+from robolaser.robot.urdf.elements import origin_of
 
 FARTHEST_M, FARTHEST_RAD = 0.05, 0.3
 """By which a joint of the same robot can be off at most: more, and the files describe two robots."""

@@ -15,7 +15,7 @@ from robolaser.model.blocks import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.mounting import stands
+from robolaser.model.sensors.in_cell import stands
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

@@ -13,8 +13,7 @@ from robolaser.data.subsampling import evenly
 from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
-from robolaser.model.sensors.in_cell import InCell
-from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.in_cell import InCell, Mounting, stands
 from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor

@@ -5,7 +5,7 @@ import math
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.problem_summary import (
+from robolaser.benchmark.problem import (
     CALIBRATION,
     OUR_OWN,
     OWN,
