@@ -24,8 +24,7 @@ from robolaser.operators.bounds import check_probability, finite_bounds
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import Form, non_uniform, step_size
-from robolaser.operators.roulette_selection import roulette_wheel
-from robolaser.operators.scaling import inverse_cost
+from robolaser.operators.roulette_selection import inverse_cost, roulette_wheel
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it

@@ -66,10 +66,10 @@ def write_together(
             if not isinstance(data, Path):
                 staged[name] = _stage(folder / name, data, mode)
         for name in delete:
-            with _naming(folder / name):
+            with naming(folder / name):
                 (folder / name).unlink(missing_ok=True)
         for name in files:
-            with _naming(folder / name):
+            with naming(folder / name):
                 os.replace(staged[name], folder / name)
     except BaseException:
         for temporary in staged.values():
@@ -101,7 +101,8 @@ def clear_staged(folder: Path) -> None:
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def naming(path: Path) -> Iterator[None]:
+    """Turn what the disk or the rights refuse into an `OutputError` that names the file or folder."""
     try:
         yield
     except OSError as error:
@@ -110,7 +111,7 @@ def _naming(path: Path) -> Iterator[None]:
 
 def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) -> Path:
     """Write a file under a name of its own beside the one that it is to become."""
-    with _naming(path):
+    with naming(path):
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=STAGED, suffix=f".{path.name}")
         try:
             with open(name, "wb", opener=lambda *_: descriptor) as file:
