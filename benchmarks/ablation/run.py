@@ -17,7 +17,7 @@ import vl_convert
 
 from robolaser import load_comparison
 from robolaser.benchmark.problem import CALIBRATION
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.charts import AlgorithmLines, solved
 

@@ -17,7 +17,7 @@ from typing import Any
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import BenchmarkRun
-from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.table import Standings
 
 FORMAT = "robolaser-comparison/1"
 LAYOUT = "0.3.18"

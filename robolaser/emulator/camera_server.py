@@ -14,7 +14,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.faults import Fault, FaultyCamera
-from robolaser.emulator.world import EmulatedWorld
+from robolaser.emulator.world.world import EmulatedWorld
 from robolaser.errors import CameraError
 
 FRAMES_A_S = 15.0

@@ -21,7 +21,7 @@ from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault,
 from robolaser.emulator.lss import LssController
 from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
-from robolaser.emulator.world import load_world
+from robolaser.emulator.world.world_file import load_world
 from robolaser.errors import DataError, UsageError, near
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002

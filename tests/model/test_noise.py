@@ -10,9 +10,10 @@ from robolaser.data.stated_noise import Noise
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseLikelihood, NoiseModel, pixel_from_repeats
-from robolaser.model.noise.likelihood import PoseErrors, condensed
+from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
 from robolaser.model.noise.reml import estimate, restricted
+from robolaser.model.noise.repeats import pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot

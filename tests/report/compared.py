@@ -8,7 +8,7 @@ from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 
 BUDGET = 60_000
 LONG = "ga:crossover=arithmetic:mutation=non-uniform"

@@ -7,9 +7,15 @@ import numpy as np
 
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import between, chance, figure, share
-from robolaser.benchmark.standings.table import OnProblem, Order, PairwiseComparison, ResultOnProblem, Standing
+from robolaser.benchmark.standings.table import (
+    OnProblem,
+    Order,
+    PairwiseComparison,
+    ResultOnProblem,
+    Standing,
+    Standings,
+)
 from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import NEVER, count, duration, many, rate
 from robolaser.report.document import Cell, Column, Table

@@ -15,7 +15,7 @@ from robolaser.benchmark.problem import (
     ProblemSummary,
 )
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.table import Standings
 from robolaser.report.digits import duration, plain, rate, times
 from robolaser.report.page import version
 

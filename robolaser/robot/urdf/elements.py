@@ -68,7 +68,7 @@ def _rpy(R: Array) -> Array:
     return np.array([np.arctan2(-rest[1, 2], rest[1, 1]), np.arctan2(-rest[2, 0], rest[0, 0]), yaw])
 
 
-def digits(values: Array) -> str:
+def digits(values: Array | float) -> str:
     """Numbers to the last bit."""
     return " ".join(repr(float(value)) for value in np.ravel(values))
 
