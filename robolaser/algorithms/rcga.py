@@ -46,7 +46,7 @@ class RCGA(ArrayBased):
 
     It stops after 10 000 generations without a better cost, unless it is given another termination, such as
     `TerminateIfAny(Stalled(500), CostReached(1e-6))`. The last generation T of the mutation is the termination's, see
-    `robolaser.operators.schedule.progress`. A cost that is not a number counts as infinite.
+    `robolaser.operators.non_uniform_mutation.progress`. A cost that is not a number counts as infinite.
 
     A run is its seed. Draws, in this order, for N individuals, E elites, d variables and M = ⌈(N − E)/2⌉ pairs:
     first random((N, d)), the initial population; then in each generation random((M, 2)), the parents on the

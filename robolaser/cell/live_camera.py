@@ -177,7 +177,7 @@ def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     return capture
 
 
-def _open_stream(source: str, *, in_colour: bool = False) -> Any:
+def _open_stream(source: str, *, in_colour: bool) -> Any:
     """Open a stream: what `cv2.VideoCapture` gives, or `_ImageStream` where the stream is made of single images.
 
     Args:

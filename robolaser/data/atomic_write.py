@@ -32,8 +32,6 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 Contents = bytes | Callable[[BinaryIO], object] | Path
-
-
 """Of a file: its bytes, what writes them, or a whole file below the same folder that becomes it."""
 
 

@@ -56,8 +56,6 @@ SCALINGS: Mapping[str, Callable[[Array], Array]] = {
     "sigma": sigma_scaling,
     "ranking": linear_ranking,
 }
-
-
 """By name: each gives costs (n,) their weights (n,) on the wheel, none negative and not all 0.
 
 A cost that is infinite or not a number has no weight, unless no cost is finite: then all are alike.

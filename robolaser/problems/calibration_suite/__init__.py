@@ -47,7 +47,7 @@ def instances() -> dict[str, Instance]:
     return {name: msgspec.convert({"id": name, **entry}, Instance) for name, entry in found.items()}
 
 
-def instance_named(name: str) -> Instance:
+def _instance_named(name: str) -> Instance:
     """The instance of this id.
 
     Raises:
@@ -167,7 +167,7 @@ class Suite:
             UsageError: There is none of that id.
             IndexError: There is none of that number.
         """
-        return SuiteProblem(instance_named(which if isinstance(which, str) else self.ids[which]))
+        return SuiteProblem(_instance_named(which if isinstance(which, str) else self.ids[which]))
 
     def __iter__(self) -> Iterator[SuiteProblem]:
         return (self[name] for name in self.ids)
@@ -188,4 +188,4 @@ def suite(ids: Sequence[str] | None = None) -> Suite:
         >>> minimize(problem, GA(pop_size=20), ("n_eval", 200), seed=1).F[0] > problem.lowest
         np.True_
     """
-    return Suite([instance_named(name).id for name in (instances() if ids is None else ids)])
+    return Suite([_instance_named(name).id for name in (instances() if ids is None else ids)])
