@@ -23,11 +23,11 @@ from robolaser.commands.extract import extract
 from robolaser.commands.import_files import import_files
 from robolaser.commands.listing import list_family
 from robolaser.commands.new import new
-from robolaser.commands.options import shown_default
 from robolaser.commands.plan import plan
 from robolaser.commands.record import record
 from robolaser.commands.scan import scan
 from robolaser.commands.simulate import simulate
+from robolaser.commands.terminal import shown_default
 from robolaser.commands.view import view
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.report.printable import printable, short

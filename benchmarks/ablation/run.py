@@ -16,8 +16,8 @@ from typing import Any
 import vl_convert
 
 from robolaser import load_comparison
-from robolaser.benchmark.problem_summary import CALIBRATION
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.problem import CALIBRATION
+from robolaser.benchmark.standings.ranking import standings
 from robolaser.report.chart import CONFIG
 from robolaser.report.comparison.charts import AlgorithmLines, solved
 

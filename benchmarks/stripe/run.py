@@ -24,8 +24,7 @@ from robolaser.data.stripe_file import Stripes
 from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.scene import Projector, Scene
 from robolaser.emulator.world.solids import Block, Floor, Sphere
-from robolaser.trials.synthetic.light import Light
-from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 from robolaser.vision.board import Image
 from robolaser.vision.images import laser_alone
 from robolaser.vision.stripe_trace import trace

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.parameters import Parameters
-from robolaser.problems.calibration_suite.problem import TABLE, TARGET, Instance, SuiteProblem, instances
+from robolaser.problems.calibration_suite import TABLE, TARGET, Instance, SuiteProblem, instances
 
 AT_ONCE = 25
 OFFSETS, LINKS = ("joint_offset",), ("link_geometry",)

@@ -6,11 +6,10 @@ from copy import copy
 from typing import Any, Self, final
 
 import numpy as np
-from pymoo.core.individual import Individual
+from pymoo.core.individual import Individual, constr_to_cv
 from pymoo.core.population import Population
 
-from robolaser.algorithms.violation import violation_of
-from robolaser.arrays import Array, Ints
+from robolaser.arrays import Array, Bools, Ints
 
 _CONSTRAINTS = ("G", "H")
 _DERIVED = ("born", "feas")  # columns that pymoo's individuals work out by themselves, or call otherwise
@@ -63,7 +62,7 @@ class PopulationArrays:
         if math.isnan(F.min()):
             columns["F"] = np.where(np.isnan(F), np.inf, F)
         if not columns.keys().isdisjoint(("CV", *_CONSTRAINTS)):
-            columns["CV"], columns["feas"] = violation_of(columns)
+            columns["CV"], columns["feas"] = _violation_of(columns)
         return cls(columns, evaluated.union(out))
 
     @classmethod
@@ -167,3 +166,26 @@ def _joined(one: Array, rows: Ints, other: Array, others: Ints) -> Array:
     one.astype(both.dtype, copy=False).take(rows, 0, both[:n], "clip")
     other.astype(both.dtype, copy=False).take(others, 0, both[n:], "clip")
     return both
+
+
+def _violation_of(values: dict[str, Any]) -> tuple[Array, Bools]:
+    """Violation, (n, 1), and whether pymoo tolerates it, (n,).
+
+    Args:
+        values: Values of n candidates: of G (n, g), which is to be at most 0, H (n, h), which is to be 0,
+            and CV (n, 1), the violation itself, those that there are.
+    """
+    config = Individual.default_config()
+    if "CV" in values:
+        violation = np.asarray(values["CV"], np.float64)[:, 0]
+    else:
+        G = _each(values["G"], config["cv_ieq"]) if "G" in values else 0.0
+        H = _each(np.abs(values["H"]), config["cv_eq"]) if "H" in values else 0.0
+        violation = np.asarray(G + H, np.float64)
+    return violation[:, None], violation <= config.get("cv_eps", 0.0)
+
+
+def _each(excess: Array, rule: dict[str, Any]) -> Array:
+    if rule["func"] is np.sum:
+        return np.asarray(constr_to_cv(excess, **{**rule, "func": lambda rows: rows.sum(axis=1)}))
+    return np.array([constr_to_cv(row, **rule) for row in excess])

@@ -24,8 +24,7 @@ from robolaser.operators.bounds import check_probability, finite_bounds
 from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import Form, non_uniform, step_size
-from robolaser.operators.roulette_selection import roulette_wheel
-from robolaser.operators.scaling import inverse_cost
+from robolaser.operators.roulette_selection import inverse_cost, roulette_wheel
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
@@ -47,7 +46,7 @@ class RCGA(ArrayBased):
 
     It stops after 10 000 generations without a better cost, unless it is given another termination, such as
     `TerminateIfAny(Stalled(500), CostReached(1e-6))`. The last generation T of the mutation is the termination's, see
-    `robolaser.operators.schedule.progress`. A cost that is not a number counts as infinite.
+    `robolaser.operators.non_uniform_mutation.progress`. A cost that is not a number counts as infinite.
 
     A run is its seed. Draws, in this order, for N individuals, E elites, d variables and M = ⌈(N − E)/2⌉ pairs:
     first random((N, d)), the initial population; then in each generation random((M, 2)), the parents on the

@@ -14,10 +14,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import BenchmarkRun
-from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.table import Standings
 
 FORMAT = "robolaser-comparison/1"
 LAYOUT = "0.3.18"

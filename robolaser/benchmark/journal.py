@@ -13,7 +13,7 @@ import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.measures import measured
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.run import DONE, BenchmarkRun, Key
 from robolaser.errors import BenchmarkError, unwritable

@@ -13,7 +13,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem_summary import CALIBRATION, SEVERAL, THEORY, ProblemSummary
+from robolaser.benchmark.problem import CALIBRATION, SEVERAL, THEORY, ProblemSummary
 from robolaser.benchmark.run import BenchmarkRun
 
 LOWER = 1e-9

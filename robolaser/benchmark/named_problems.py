@@ -13,14 +13,15 @@ import numpy as np
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import imported, made
 from robolaser.arrays import Array
-from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
-from robolaser.benchmark.problem_summary import (
+from robolaser.benchmark.problem import (
     CALIBRATION,
     OUR_OWN,
     OWN,
     SEVERAL,
     TEST_FUNCTION,
     THEORY,
+    BenchmarkProblem,
+    ProblemSpec,
     ProblemSummary,
 )
 from robolaser.errors import BenchmarkError, DependencyMissing, RobolaserError, UsageError, near
@@ -85,7 +86,7 @@ def _named(text: str, name: str) -> ProblemSpec:
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
     from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems.reduction import ReducedModel  # noqa: PLC0415
+    from robolaser.problems.calibration import ReducedModel  # noqa: PLC0415
 
     found, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")

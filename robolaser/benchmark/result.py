@@ -9,8 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.benchmark.measures import TOLERANCE, tolerances
-from robolaser.benchmark.problem import INFEASIBLE
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import INFEASIBLE, ProblemSummary
 from robolaser.benchmark.run import FAILED, BenchmarkRun
 
 if TYPE_CHECKING:

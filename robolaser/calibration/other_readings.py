@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import RobolaserError
 from robolaser.geometry.rigid_motion import inverse, pose
-from robolaser.model.sensors.mounting import Mounting
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.robot.by_name import find_robot, known_robots
 from robolaser.robot.kinematics import Robot
 
@@ -28,6 +28,7 @@ LENGTHS: Final = {
 """What lengths may be instead of metres, and the metres of one."""
 MOST_NAMES: Final = 6
 """Names of points of which all orders are tried."""
+MOST_LISTED: Final = 4  # poses that a sentence names
 FAR_APART: Final = 10.0
 """Times the usual deviation of a distance, from which a pose's distances are others, and below which they fit."""
 LEAST_M: Final = 2e-4
@@ -210,9 +211,9 @@ def with_names(dataset: Dataset, names: Mapping[int, Mapping[str, str]]) -> Data
     return replace(dataset, points=replace(points, names=right))
 
 
-def fault_text(names: Mapping[int, Mapping[str, str]], poses: Sequence[str], most: int = 4) -> str:
+def fault_text(names: Mapping[int, Mapping[str, str]], poses: Sequence[str]) -> str:
     """The beginning of a sentence: which points of which poses."""
     which = ", ".join(sorted({name for one in names.values() for name in one}))
     where = [poses[number] for number in names]
-    listed = ", ".join(where[:most]) + (" and others" if len(where) > most else "")
+    listed = ", ".join(where[:MOST_LISTED]) + (" and others" if len(where) > MOST_LISTED else "")
     return f"The points {which} of pose{'s' if len(where) > 1 else ''} {listed} seem to be exchanged"

@@ -72,9 +72,7 @@ def first_poses(cell: Cell, count: int, seed: int) -> tuple[Waypoint, ...]:
     described, may = _assumed(cell), partial(RouteCheck.of(cell).allows, run_up=ASIDE_RAD / 2)
     for spare in SPARE:
         try:
-            chosen = planned(
-                described, count=count + spare, effects=("joint_offset",), allowed=may, unsure_m=0.0, seed=seed
-            )
+            chosen = planned(described, count=count + spare, effects=OFFSETS, allowed=may, unsure_m=0.0, seed=seed)
         except PlanError:
             break
         kept = _chained(cell, chosen)

@@ -6,9 +6,9 @@ from typing import Any, final
 import cv2
 import numpy as np
 
+from robolaser.bounded_reading import decoded
 from robolaser.cell.camera import DARK, WHITE, Camera, Warn, cannot_open, check_image, grey, no_more_images
 from robolaser.cell.clock import Clock
-from robolaser.cell.image_streams import open_stream
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError, RobolaserError
 from robolaser.vision.board import Image
@@ -21,6 +21,34 @@ MANUAL = 1.0
 """What most drivers (V4L2) call exposure by hand."""
 PASSED_ON = 2
 """Images that may have been exposed before they were wanted, and waited somewhere in between."""
+OPENING_MS = 8000  # of a stream,
+READING_MS = 2000  # and of its next image
+RAW = -1.0  # format by which OpenCV hands images on as they were sent: its own decoding hides a change of size
+
+
+@final
+class _ImageStream:
+    """A stream of single images (PGM, PNG, Motion JPEG), each decoded by itself."""
+
+    def __init__(self, capture: Any, colours: int) -> None:
+        self._capture = capture
+        self._colours = colours
+
+    def read(self) -> tuple[bool, Image | None]:
+        """The next image, as `cv2.VideoCapture.read`; a torn one is left out."""
+        while True:
+            there, packet = self._capture.read()
+            image = decoded(packet.tobytes(), self._colours) if there else None
+            if not there or image is not None:
+                return there, image
+
+    def set(self, what: int, value: float) -> bool:
+        """Nothing can be set through a stream."""
+        return False
+
+    def release(self) -> None:
+        """Close it."""
+        self._capture.release()
 
 
 @final
@@ -131,7 +159,7 @@ def _cut_off(image: Image) -> bool:
 
 def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     if isinstance(line.source, str) and "://" in line.source:
-        capture: Any = open_stream(line.source, in_colour=line.channel != "grey")
+        capture: Any = _open_stream(line.source, in_colour=line.channel != "grey")
     else:
         capture = cv2.VideoCapture(line.source)
         if not capture.isOpened():
@@ -146,4 +174,37 @@ def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     ):
         if value is not None and not capture.set(what, value):
             warn(f"camera {line.source}: its driver refuses {name} = {value:g}; it stays as it is.")
+    return capture
+
+
+def _open_stream(source: str, *, in_colour: bool) -> Any:
+    """Open a stream: what `cv2.VideoCapture` gives, or `_ImageStream` where the stream is made of single images.
+
+    Args:
+        source: Its URL.
+        in_colour: Whether single images are decoded as blue, green and red; else as grey.
+
+    Raises:
+        CameraError: There is none.
+    """
+    colours = cv2.IMREAD_COLOR if in_colour else cv2.IMREAD_GRAYSCALE
+    raw = _captured(source)
+    raw.set(cv2.CAP_PROP_FORMAT, RAW)
+    there, packet = raw.read()
+    if there and packet.dtype == "uint8" and decoded(packet.tobytes(), colours) is not None:
+        return _ImageStream(raw, colours)
+    raw.release()
+    return _captured(source)
+
+
+def _captured(source: str) -> Any:
+    settings = {
+        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC: OPENING_MS,
+        cv2.CAP_PROP_READ_TIMEOUT_MSEC: READING_MS,
+        cv2.CAP_PROP_N_THREADS: 1,  # each further one holds an image back
+    }
+    pairs = [number for setting in settings.items() for number in setting]
+    capture: Any = cv2.VideoCapture(source, cv2.CAP_FFMPEG, pairs)
+    if not capture.isOpened():
+        raise cannot_open(source, "there is no stream")
     return capture

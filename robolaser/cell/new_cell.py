@@ -9,13 +9,13 @@ from typing import Any, Final, final
 
 from scipy.spatial.transform import Rotation
 
-from robolaser.cell.board_pdf import board_pdf
 from robolaser.cell.first_plan import Layout, first_poses, layout, reach_of, with_motions
 from robolaser.cell.route import route_text
 from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, Servo
+from robolaser.data.printed_board import board_pdf
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import six_of
 from robolaser.robot.by_name import RobotEntry, find_robot, known_robots

@@ -5,8 +5,7 @@ import io
 import os
 import time
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Self, final
@@ -24,11 +23,11 @@ from robolaser.cell.route import Waypoint, read_route, route_text
 from robolaser.cell.setpoint_log import FILES as LOG_FILES
 from robolaser.cell.setpoint_log import FOLDER as LOG_FOLDER
 from robolaser.cell.setpoint_log import SetpointLog
-from robolaser.data.atomic_write import clear_staged, write_together
+from robolaser.data.atomic_write import clear_staged, naming, write_together
 from robolaser.data.cell_config import FILE as CELL
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import LIT, UNLIT
-from robolaser.errors import DataError, OutputError, PlanError, output_exists, unwritable
+from robolaser.errors import DataError, OutputError, PlanError, output_exists
 from robolaser.vision.board import Image
 
 DATASET, PLAN = "dataset.toml", "plan.csv"
@@ -203,7 +202,7 @@ class RecordingWriter:
         files: dict[Path, bytes] = {}
         cleared: list[str] = []
         if not self.begun:
-            with _writing(self.folder):
+            with naming(self.folder):
                 (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
             if self.waypoints:
                 files[self.folder / PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
@@ -223,7 +222,7 @@ class RecordingWriter:
             rows.append(row)
         if ticks:
             self._log.add(samples[-1].name, ticks)
-            with _writing(self.folder):
+            with naming(self.folder):
                 (self.folder / LOG_FOLDER).mkdir(exist_ok=True)
             files |= {self.folder / name: data for name, data in self._log.files().items()}
         files |= {**description, self.folder / POSES: self._table(rows)}
@@ -243,7 +242,7 @@ class RecordingWriter:
 
     def _tidy_up(self) -> None:
         """Clear away what a power cut left of files."""
-        with _writing(self.folder):
+        with naming(self.folder):
             (self.folder / IMAGES).mkdir(exist_ok=True)
             clear_staged(self.folder)
             clear_staged(self.folder / IMAGES)
@@ -275,7 +274,7 @@ class RecordingWriter:
         urdf = tomllib.loads(text)["robot"]["urdf"]
         files: dict[Path, bytes] = {}
         if (self._cell.folder / urdf).is_file():
-            with _writing(self.folder):
+            with naming(self.folder):
                 (self.folder / urdf).parent.mkdir(parents=True, exist_ok=True)
             files[self.folder / urdf] = (self._cell.folder / urdf).read_bytes()
         return {**files, self.folder / DATASET: text.encode()}
@@ -289,14 +288,6 @@ class RecordingWriter:
         pause_s = time.time() - os.stat(table).st_mtime
         self.time_s += max(LEAST_PAUSE_S, pause_s)
         self._log.take_up(self.folder, {row["pose"] for row in self._rows})
-
-
-@contextmanager
-def _writing(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise unwritable(folder, error.strerror or str(error)) from None
 
 
 def _ending(column: str) -> str:

@@ -5,8 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Resume, Seed, Typed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Resume, Seed, Terminal, Typed
 from robolaser.errors import Interrupted, OutputError, UsageError
 
 

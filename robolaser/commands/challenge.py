@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Seed
-from robolaser.commands.terminal import TERMINAL, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Seed, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:

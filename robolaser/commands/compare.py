@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
-from robolaser.commands.options import RESULT, Count, Force, Positive, Resume, Typed
-from robolaser.commands.signals import ended_as_by_hand
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import (
+    RESULT,
+    TERMINAL,
+    Count,
+    Force,
+    Positive,
+    Resume,
+    Terminal,
+    Typed,
+    ended_as_by_hand,
+)
 from robolaser.errors import BenchmarkError, UsageError
 
 if TYPE_CHECKING:

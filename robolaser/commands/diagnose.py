@@ -5,8 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import RESULT, Force, Seed, Typed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed
 
 
 def diagnose(

@@ -6,8 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import RESULT, Force, Typed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, Typed
 
 FILES = ("diff.json", "report.html")
 

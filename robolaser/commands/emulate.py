@@ -6,8 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.options import Seed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import TERMINAL, Seed, Terminal
 
 FASTEST = 1000.0
 

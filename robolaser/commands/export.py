@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, say
 from robolaser.errors import DataError, OutputError
 
 

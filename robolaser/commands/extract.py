@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import RESULT, Count, Force
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.data.atomic_write import Contents

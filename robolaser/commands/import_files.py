@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.options import RESULT, Force
-from robolaser.commands.terminal import TERMINAL, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, aligned, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:

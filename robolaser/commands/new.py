@@ -5,8 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Positive
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Positive, Terminal, say
 
 new = App("new", help="Write a new cell: its files, a board to print, and plans of poses and motions.")
 

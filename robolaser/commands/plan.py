@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Positive, Seed, Typed, stated
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Positive, Seed, Terminal, Typed, stated
 from robolaser.errors import UsageError, near
 
 if TYPE_CHECKING:

@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 from cyclopts.validators import mutually_exclusive
 
-from robolaser.commands.options import Count, Positive, Seed
-from robolaser.commands.signals import ended_as_by_hand
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import TERMINAL, Count, Positive, Seed, Terminal, ended_as_by_hand, say
 from robolaser.errors import PlanError, UsageError
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.options import RESULT, Force, Positive, Typed
-from robolaser.commands.terminal import TERMINAL, Terminal
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Positive, Terminal, Typed
 from robolaser.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
-from robolaser.commands.options import RESULT, Count, Force, Seed, stated
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Seed, Terminal, say, stated
 from robolaser.errors import UsageError
 
 NOISE = Group("Noise, one standard deviation", sort_key=0)

@@ -1,15 +1,29 @@
-"""What a command shows: its progress, its warnings and its result, as text or as JSON."""
+"""What all commands share: types of what can be typed, what is shown, and how a program is ended from outside."""
 
 import json
+import math
+import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import final
+from types import FrameType
+from typing import Annotated, Never, final
 
 from cyclopts import Group, Parameter
+from cyclopts.validators import Number
 
 from robolaser.report.printable import printable
+
+RESULT = Group("Result", sort_key=1)  # the options that say where a result goes
+Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
+Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
+Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
+Positive = Annotated[float, Parameter(validator=Number(gt=0, lt=math.inf))]
+Force = Annotated[bool, Parameter(group=RESULT)]
+Resume = Annotated[bool, Parameter(group=RESULT)]
+Typed = Annotated[str, Parameter(parse=False)]
+"""The command line as it was typed, which a page repeats: passed in, not an option."""
 
 
 def say(text: str) -> None:
@@ -77,3 +91,31 @@ class Terminal:
 
 
 TERMINAL = Terminal()  # text on standard output, progress on a terminal
+
+
+def stated(**options: float | None) -> dict[str, float]:
+    """Those that were typed."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def shown_default(value: object) -> str | None:
+    """What the help says of a default: nothing of an option that is off or empty."""
+    if value is None or value is False or value == ():
+        return None
+    return f"{value:g}" if isinstance(value, float) else f"{value}"
+
+
+@contextmanager
+def ended_as_by_hand() -> Iterator[None]:
+    """Whoever ends the program (a closed terminal, a batch system) ends it as Ctrl-C does: in good order."""
+
+    def stop(number: int, frame: FrameType | None) -> Never:
+        raise KeyboardInterrupt
+
+    ends = [signal.SIGTERM] if sys.platform == "win32" else [signal.SIGTERM, signal.SIGHUP]
+    before = {end: signal.signal(end, stop) for end in ends}
+    try:
+        yield
+    finally:
+        for end, action in before.items():
+            signal.signal(end, action)

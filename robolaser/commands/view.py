@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.options import Port
-from robolaser.commands.terminal import TERMINAL, Terminal, say
+from robolaser.commands.terminal import TERMINAL, Port, Terminal, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:

@@ -3,10 +3,13 @@
 import fcntl
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from robolaser.errors import unwritable
 
@@ -61,10 +64,10 @@ def write_together(
             if not isinstance(data, Path):
                 staged[name] = _stage(folder / name, data, mode)
         for name in delete:
-            with _naming(folder / name):
+            with naming(folder / name):
                 (folder / name).unlink(missing_ok=True)
         for name in files:
-            with _naming(folder / name):
+            with naming(folder / name):
                 os.replace(staged[name], folder / name)
     except BaseException:
         for temporary in staged.values():
@@ -96,7 +99,8 @@ def clear_staged(folder: Path) -> None:
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def naming(path: Path) -> Iterator[None]:
+    """Turn what the disk or the rights refuse into an `OutputError` that names the file or folder."""
     try:
         yield
     except OSError as error:
@@ -105,7 +109,7 @@ def _naming(path: Path) -> Iterator[None]:
 
 def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) -> Path:
     """Write a file under a name of its own beside the one that it is to become."""
-    with _naming(path):
+    with naming(path):
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=STAGED, suffix=f".{path.name}")
         try:
             with open(name, "wb", opener=lambda *_: descriptor) as file:
@@ -120,3 +124,32 @@ def _stage(path: Path, data: bytes | Callable[[BinaryIO], object], mode: int) ->
             Path(name).unlink(missing_ok=True)
             raise
     return Path(name)
+
+
+def write_streamed(path: Path, head: Callable[[int], bytes], pieces: Iterable[NDArray[Any]]) -> int:
+    """Write records, whole or not at all.
+
+    Args:
+        path: The file; what was there stays until all is written.
+        head: Gives what stands before so many records; as long for one number as for any other.
+        pieces: Records in order, each (n,).
+
+    Returns:
+        How many records were written.
+
+    Raises:
+        OutputError: The disk or its rights refuse.
+    """
+    count = 0
+
+    def write(file: BinaryIO) -> None:
+        nonlocal count
+        file.write(head(0))
+        for piece in pieces:
+            file.write(np.ascontiguousarray(piece).data.cast("B"))
+            count += len(piece)
+        file.seek(0)
+        file.write(head(count))
+
+    write_together(path.parent, {path.name: write})
+    return count

@@ -8,8 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from robolaser.bounded_reading import read_json
-from robolaser.data.atomic_write import Contents, clear_staged, locked, write_text, write_together
-from robolaser.errors import DataError, OutputError, output_exists, unwritable
+from robolaser.data.atomic_write import Contents, clear_staged, locked, naming, write_text, write_together
+from robolaser.errors import DataError, OutputError, output_exists
 
 MANIFEST = ".robolaser.json"  # what commands wrote into a folder: {"format": …, "files": {name: command}}
 
@@ -110,11 +110,9 @@ def make_folder(folder: Path) -> None:
     Raises:
         OutputError: It cannot be created or written to.
     """
-    try:
+    with naming(folder):
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()
-    except OSError as error:
-        raise unwritable(folder, error.strerror or str(error)) from None
 
 
 def _refuse_what_is_not_its_own(path: Path, owner: str | None, commands: Sequence[str]) -> None:

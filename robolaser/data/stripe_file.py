@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robolaser.bounded_reading import CLOUD_BYTES, opened
 from robolaser.data.array_damage import DAMAGE
-from robolaser.data.record_stream import write_streamed
+from robolaser.data.atomic_write import write_streamed
 from robolaser.errors import DataError, unreadable
 
 FILE = "stripes.npy"  # its name in the recording's folder

@@ -24,7 +24,7 @@ from robolaser.estimation.linearization import TOUCH
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 
 MAX_ALTERNATIVES = 6
 """Alternatives that are reported of each effect, the cheapest first."""

@@ -17,7 +17,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameters
 
 SEEN, LEAST_SHARE = 1e-3, 0.1

@@ -24,7 +24,7 @@ from robolaser.model.batches import of_data, with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.stages import OF_ROWS
 
 

@@ -10,7 +10,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.thresholds import SIGMA_OF_95_PERCENT
 from robolaser.estimation.folds import FoldFits, assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import FOLD_ENOUGH, FOLD_SHARE
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 
 RESAMPLES = 2000
 

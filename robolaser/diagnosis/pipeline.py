@@ -47,7 +47,7 @@ from robolaser.diagnosis.wrong_input import mispaired
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 
 
 def examine(

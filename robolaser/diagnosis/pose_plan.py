@@ -21,7 +21,7 @@ from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.simulation.planned import planned
 from robolaser.simulation.setup import Mount

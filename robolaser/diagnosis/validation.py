@@ -18,11 +18,11 @@ from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.estimation.outliers import outliers_of, robust_fit
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
-from robolaser.model.blocks import Blocks
+from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameter, Parameters
 
 T = TypeVar("T")

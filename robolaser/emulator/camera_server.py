@@ -13,9 +13,8 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.faults import Fault
-from robolaser.emulator.faulty import FaultyCamera
-from robolaser.emulator.world import EmulatedWorld
+from robolaser.emulator.faults import Fault, FaultyCamera
+from robolaser.emulator.world.world import EmulatedWorld
 from robolaser.errors import CameraError
 
 FRAMES_A_S = 15.0

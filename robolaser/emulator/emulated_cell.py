@@ -17,12 +17,11 @@ from robolaser.emulator.acl import AclController
 from robolaser.emulator.bus_servos import BusServos
 from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.faults import ARM, Fault, not_a_fault, read_fault
-from robolaser.emulator.faulty import FaultyController
+from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
 from robolaser.emulator.lss import LssController
 from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
-from robolaser.emulator.world import load_world
+from robolaser.emulator.world.world_file import load_world
 from robolaser.errors import DataError, UsageError, near
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002

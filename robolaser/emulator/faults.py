@@ -1,12 +1,17 @@
-"""Faults on demand, written `kind[:amount][@when]`."""
+"""Faults on demand, written `kind[:amount][@when]`, and a controller and a camera that have them."""
 
 import re
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
+import cv2
 import numpy as np
 
-from robolaser.emulator.controller import ArmFault
+from robolaser.arrays import Array
+from robolaser.emulator.controller import ArmFault, Controller
+from robolaser.emulator.world.scene import Image
 from robolaser.errors import UsageError, near
 
 LINE = {
@@ -33,6 +38,8 @@ _FORM = re.compile(
     r"(?P<kind>\w+)(?::(?P<amount>\d+(?:\.\d+)?))?"
     r"(?:@(?:(?P<first>\d+)(?:-(?P<last>\d+))?|>(?P<begin>\d+(?:\.\d+)?)s(?:-(?P<end>\d+(?:\.\d+)?)s)?))?"
 )
+LARGEST_FLOOD = 8192
+"""Bytes that one look at a flood brings at most."""
 
 
 @final
@@ -87,3 +94,138 @@ def read_fault(text: str) -> Fault:
 def not_a_fault(text: str, reason: str) -> UsageError:
     """The error of a fault that makes no sense."""
     return UsageError(f"--fault {text}: {reason}. For example: lost:0.1, impact:3@12, silent@>5s, late:2.5@7-9.")
+
+
+@final
+class FaultyController(Controller):
+    """Passes on what another controller sends, with faults."""
+
+    def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
+        self._controller = controller
+        self._faults = tuple(faults)
+        self._arm_faults = [fault for fault in faults if fault.kind in ARM]
+        self._rng = rng
+        self._on_the_way: deque[tuple[float, bytes]] = deque()
+        self._flooded_s: float | None = None
+        self.heard = 0
+        """Commands so far."""
+
+    def cut(self, now_s: float) -> bool:
+        """Whether the plug is pulled."""
+        return self._there("cut", now_s) is not None
+
+    def receive(self, data: bytes, now_s: float) -> bytes:
+        """What arrives of the answers to what arrives."""
+        if self.cut(now_s):
+            return b""
+        misheard = self._there("misheard", now_s)
+        if misheard is not None:
+            data = self._thinned(data, misheard.amount)
+        self.heard += data.count(self._controller.command_mark)
+        answer = self._controller.receive(data, now_s)
+        self._strike(now_s)
+        return self._send(answer, now_s)
+
+    def poll(self, now_s: float) -> bytes:
+        """What else arrives by now."""
+        self._strike(now_s)
+        said = self._send(self._controller.poll(now_s), now_s)
+        while self._on_the_way and self._on_the_way[0][0] <= now_s:
+            said += self._on_the_way.popleft()[1]
+        return b"" if self.cut(now_s) else said + self._flood(now_s)
+
+    def motor(self, now_s: float) -> Array:
+        """As the controller behind."""
+        return self._controller.motor(now_s)
+
+    def outputs(self, now_s: float) -> frozenset[int]:
+        """As the controller behind."""
+        return self._controller.outputs(now_s)
+
+    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
+        """As the controller behind."""
+        self._controller.inject(fault, axis, now_s)
+
+    def _there(self, kind: str, now_s: float) -> Fault | None:
+        return next((f for f in self._faults if f.kind == kind and f.is_active(now_s, self.heard)), None)
+
+    def _strike(self, now_s: float) -> None:
+        for fault in [fault for fault in self._arm_faults if fault.is_active(now_s, self.heard)]:
+            self._arm_faults.remove(fault)
+            self._controller.inject(ArmFault(fault.kind), int(fault.amount), now_s)
+
+    def _send(self, data: bytes, now_s: float) -> bytes:
+        """What of the data arrives at once, as it arrives."""
+        if not data or self.cut(now_s) or self._there("silent", now_s) is not None:
+            return b""
+        lost, garbage, late = (self._there(kind, now_s) for kind in ("lost", "garbage", "late"))
+        if lost is not None:
+            data = self._thinned(data, lost.amount)
+        if garbage is not None:
+            data = self._strewn(data, garbage.amount)
+        if late is None and not self._on_the_way:
+            return data
+        self._on_the_way.append((now_s + (0.0 if late is None else late.amount), data))
+        return b""
+
+    def _thinned(self, data: bytes, chance: float) -> bytes:
+        kept = self._rng.random(len(data)) >= chance
+        return np.frombuffer(data, np.uint8)[kept].tobytes()
+
+    def _strewn(self, data: bytes, chance: float) -> bytes:
+        after = np.flatnonzero(self._rng.random(len(data)) < chance) + 1
+        return np.insert(np.frombuffer(data, np.uint8), after, self._rng.integers(0, 256, len(after))).tobytes()
+
+    def _flood(self, now_s: float) -> bytes:
+        flood = self._there("flood", now_s)
+        if flood is None:
+            self._flooded_s = None
+            return b""
+        since = now_s if self._flooded_s is None else self._flooded_s
+        size = min(int((now_s - since) * flood.amount), LARGEST_FLOOD)
+        if size or self._flooded_s is None:
+            self._flooded_s = now_s
+        return self._rng.integers(0x20, 0x7F, size, dtype=np.uint8).tobytes()
+
+
+@final
+class FaultyCamera:
+    """Applies the active faults to one image after the other."""
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self._faults = [fault for fault in faults if fault.kind in CAMERA]
+        self._frozen: Image | None = None
+        self._late: deque[tuple[float, Image]] = deque()
+
+    def gone(self, now_s: float, heard: int) -> bool:
+        """Whether the camera is unplugged."""
+        return any(fault.kind == "camera_gone" and fault.is_active(now_s, heard) for fault in self._faults)
+
+    def image(self, taken: Image, now_s: float, heard: int, clock_s: float) -> Image | None:
+        """What is sent in place of an image, (h, w).
+
+        Args:
+            taken: As the camera took it, (h, w).
+            now_s: On the controller's clock.
+            heard: Commands that the controller heard.
+            clock_s: On the wall's clock: the camera does not speed up.
+
+        Returns:
+            (h, w); None: nothing now.
+        """
+        there = {fault.kind: fault.amount for fault in self._faults if fault.is_active(now_s, heard)}
+        light = there.get("camera_over", 1.0) * there.get("camera_dark", 1.0)
+        if light != 1.0:
+            taken = np.clip(taken * light, 0, 255).astype(np.uint8)
+        if "camera_size" in there:
+            h, w = (max(1, round(length * there["camera_size"])) for length in taken.shape)
+            taken = np.asarray(cv2.resize(taken, (w, h)), dtype=np.uint8)
+        if "camera_frozen" not in there:
+            self._frozen = None
+        elif self._frozen is None:
+            self._frozen = taken
+        self._late.append((clock_s + there.get("camera_late", 0.0), taken if self._frozen is None else self._frozen))
+        ready = None
+        while self._late and self._late[0][0] <= clock_s:
+            ready = self._late.popleft()[1]
+        return ready

@@ -14,7 +14,7 @@ from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.camera_projection import project
-from robolaser.model.sensors.mounting import stands
+from robolaser.model.sensors.in_cell import stands
 from robolaser.model.sensors.placements import SIX, motion
 from robolaser.model.sensors.scanner_geometry import view_of
 from robolaser.parameters import Values

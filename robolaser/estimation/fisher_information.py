@@ -13,7 +13,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.estimation.r_factor import triangle
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 
 UNMOVED = 1e-10

@@ -11,7 +11,7 @@ from robolaser.estimation.robust_loss import HALF, SQUARE, Loss
 from robolaser.model.batches import batches_of
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.parameters import Parameters
 
 

@@ -12,7 +12,7 @@ from robolaser.model.effects.mechanism import Follower
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.pinocchio_model import PinocchioModel
 from robolaser.robot.urdf.checking import read_xml
-from robolaser.robot.urdf.numbers import origin_of
+from robolaser.robot.urdf.elements import origin_of
 
 RADIUS_M = 0.05  # of the ball that stands for a body whose inertia no body can have
 

@@ -4,11 +4,10 @@ from typing import Final
 
 from robolaser.calibration.checks import setup_limit_m
 from robolaser.calibration.result import Calibration
-from robolaser.export.camera import camera_yaml
 from robolaser.export.controller_table import controller_table
 from robolaser.export.mjcf import mjcf
 from robolaser.export.python_module import corrected_module
-from robolaser.export.ros import easy_handeye2, static_transform
+from robolaser.export.ros import camera_yaml, easy_handeye2, static_transform
 from robolaser.export.sdf import sdf
 from robolaser.export.ur_calibration import ur_calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf

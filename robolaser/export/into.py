@@ -17,7 +17,7 @@ from robolaser.model.effects import EFFECTS
 from robolaser.robot.urdf import markup
 from robolaser.robot.urdf.checking import read_xml
 from robolaser.robot.urdf.editing import with_placements
-from robolaser.robot.urdf.numbers import origin_of
+from robolaser.robot.urdf.elements import digits, origin_of
 
 FARTHEST_M, FARTHEST_RAD = 0.05, 0.3
 """By which a joint of the same robot can be off at most: more, and the files describe two robots."""
@@ -57,7 +57,7 @@ class _Numbers:
     def attributes(self, joint: str, known: Mapping[str, Pair]) -> dict[str, str]:
         """The attributes that are an effect's number each, where there is one."""
         found = {name: self.take(effect, joint, number) for name, (effect, number) in known.items()}
-        return {name: _digits(value) for name, value in found.items() if value is not None}
+        return {name: digits(value) for name, value in found.items() if value is not None}
 
 
 def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:
@@ -136,18 +136,18 @@ def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: 
     found = [numbers.take("droop", name, number) for number in ("compliance", "torque_compliance")]
     compliance = next((value for value in found if value is not None), None)
     if compliance is not None and compliance > 0.0:
-        actuator.set("kp", _digits(1.0 / compliance))
+        actuator.set("kp", digits(1.0 / compliance))
     gain = float(actuator.get("kp", "1"))
     lag = numbers.take("lag", name, "time")
     if lag is not None:
-        actuator.set("kv", _digits(gain * lag))
+        actuator.set("kv", digits(gain * lag))
     delay = numbers.take("dead_time", name, "delay")
     if delay is not None and delay > 0.0:
-        actuator.set("delay", _digits(delay))
+        actuator.set("delay", digits(delay))
         actuator.set("nsample", str(int(delay / step) + 2))
     half_width = numbers.take("dead_zone", name, "half_width")
     if half_width is not None and joint.get("frictionloss") is None:
-        joint.set("frictionloss", _digits(gain * half_width))
+        joint.set("frictionloss", digits(gain * half_width))
     limits = [numbers.take("range_limit", name, end) for end in ("lower", "upper")]
     given = [end for end in limits if end is not None]
     if given:
@@ -156,10 +156,6 @@ def _actuator(actuator: ET.Element, joint: ET.Element, numbers: _Numbers, step: 
         )
         actuator.set("ctrllimited", "true")
         actuator.set("ctrlrange", f"{lower} {upper}")
-
-
-def _digits(value: float) -> str:
-    return repr(float(value))
 
 
 def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:

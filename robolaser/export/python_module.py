@@ -1,14 +1,20 @@
 """`corrected.py`: the calibrated arm as one file of Python that needs NumPy alone."""
 
+import ast
+import inspect
+import sys
+import textwrap
+from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any
+from functools import cache
+from types import ModuleType
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.calibration.result import Calibration
 from robolaser.export import runtime
 from robolaser.export.corrected_arm import CorrectedArm
-from robolaser.export.sources import Sources
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.model.effects.run import Run
 from robolaser.model.stages import Stage
@@ -35,6 +41,66 @@ class Effect:
         self.where = where
         vars(self).update((name, np.array([value])) for name, value in values.items())
 '''
+BESIDE = frozenset({*sys.stdlib_module_names, "numpy", "scipy"})  # packages that are imported and not copied
+
+
+@final
+class _Sources:
+    """Functions and classes with all that they are made of, in the order in which it must stand.
+
+    `given` names are defined elsewhere.
+    """
+
+    def __init__(self, given: Iterable[str]) -> None:
+        self.imports: dict[str, str] = {}
+        self.texts: dict[str, str] = {}  # by name
+        self._given = frozenset(given)
+        self._of: dict[str, Any] = {}
+
+    def add(self, name: str, thing: Any) -> None:
+        """Take a global name with all that it is made of.
+
+        Raises:
+            ValueError: Two things have one name.
+        """
+        if name in self._given or self._of.get(name, self) is thing:
+            return
+        if name in self._of and self._of[name] != thing:
+            raise ValueError(f"'{name}' means {self._of[name]!r} here and {thing!r} there.")
+        self._of[name] = thing  # before what it is made of, which may call it in turn
+        is_defined = inspect.isfunction(thing) or inspect.isclass(thing)
+        if isinstance(thing, ModuleType):
+            self.imports[name] = f"import {thing.__name__} as {name}"
+        elif not is_defined:
+            self.texts[name] = f"\n\n{name} = {thing!r}\n"
+        elif thing.__module__.partition(".")[0] in BESIDE:
+            renamed = "" if name == thing.__name__ else f" as {name}"
+            self.imports[name] = f"from {thing.__module__} import {thing.__name__}{renamed}"
+        else:
+            text = _source_of(thing)
+            self.use(text, thing.__module__)
+            self.texts[name] = f"\n\n{text}"
+
+    def use(self, text: str, module: str) -> None:
+        """Take all global names of a module that a source of it reads."""
+        for name in _names_of(text):
+            if name in vars(sys.modules[module]):
+                self.add(name, vars(sys.modules[module])[name])
+
+    def add_methods(self, kind: type, wanted: str) -> set[str]:
+        """Take a class with one method, and those that it calls; return what these, and theirs, read of `run`."""
+        found, texts, read = [wanted], {}, set[str]()
+        for name in found:
+            text = _source_of(getattr(kind, name))
+            texts[name] = text
+            self.use(textwrap.dedent(text), getattr(kind, name).__module__)
+            own = _attributes_of(textwrap.dedent(text), "self")
+            found += [each for each in own if callable(getattr(kind, each, None)) and each not in found]
+            read |= _attributes_of(textwrap.dedent(text), "run")
+            for called in _names_of(textwrap.dedent(text)):
+                read |= _attributes_of(self.texts.get(called, ""), "run")
+        self.texts[kind.__name__] = f"\n\nclass {kind.__name__}(Effect):\n" + "\n".join(texts.values())
+        return read
 
 
 def corrected_module(calibration: Calibration) -> str | None:
@@ -51,7 +117,7 @@ def corrected_module(calibration: Calibration) -> str | None:
         "FRAMES": flange_frames(*calibration.solved),
         "CELL": base_frames(*calibration.solved),
     }
-    sources = Sources((*numbers, "EFFECTS"))
+    sources = _Sources((*numbers, "EFFECTS"))
     for function in (runtime.corrected_targets, runtime.sensor):
         sources.add(function.__name__, function)
     sources.texts = {"Effect": EFFECT} | sources.texts
@@ -132,3 +198,36 @@ def _written(value: Any) -> str:
 
 def _plain(text: str) -> str:
     return "".join(letter for letter in text if letter.isprintable()).replace("\\", "/").replace('"', "'")
+
+
+@cache
+def _source_of(thing: Any) -> str:
+    return inspect.getsource(thing)
+
+
+@cache
+def _names_of(text: str) -> tuple[str, ...]:
+    """The names that a source reads, those in annotations left out, in their order."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+            for each in ast.walk(node.args):
+                if isinstance(each, ast.arg):
+                    each.annotation = None
+        elif isinstance(node, ast.AnnAssign):
+            node.annotation = ast.Constant(None)
+    names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    local = {node.id for node in names if isinstance(node.ctx, ast.Store)}
+    local |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.arg)}
+    return tuple(dict.fromkeys(node.id for node in names if node.id not in local))
+
+
+@cache
+def _attributes_of(text: str, name: str) -> frozenset[str]:
+    """What a source reads of what has a name: `run.progress` -> progress."""
+    return frozenset(
+        node.attr
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == name
+    )

@@ -189,19 +189,17 @@ def nearest_rotation(M: Array) -> tuple[Array, Array]:
     return U @ Vt, s
 
 
-def rigid_fit(source: Array, image: Array, weights: Array | None = None) -> Array:
+def rigid_fit(source: Array, image: Array) -> Array:
     """The motion T that brings `source` (..., m, 3) nearest to `image` (..., m, 3) in least squares, (..., 4, 4).
 
     Args:
         source: Points in frame b [m].
         image: The same points in frame a [m].
-        weights: One for each point, (..., m); all alike when absent.
 
     Source: Umeyama 1991, with the scale held at one.
     """
-    w = np.ones(source.shape[-2]) if weights is None else weights
-    w = (w / w.sum(axis=-1, keepdims=True))[..., None]
-    mean_b, mean_a = (w * source).sum(axis=-2), (w * image).sum(axis=-2)
-    H = np.swapaxes(w * (source - mean_b[..., None, :]), -1, -2) @ (image - mean_a[..., None, :])
+    share = 1.0 / source.shape[-2]
+    mean_b, mean_a = (share * source).sum(axis=-2), (share * image).sum(axis=-2)
+    H = np.swapaxes(share * (source - mean_b[..., None, :]), -1, -2) @ (image - mean_a[..., None, :])
     R, _ = nearest_rotation(np.swapaxes(H, -1, -2))
     return pose(R, mean_a - np.einsum("...ij,...j->...i", R, mean_b))

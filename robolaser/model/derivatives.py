@@ -6,8 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.duals import Dual
+from robolaser.model.blocks.errors import in_six_ways
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.pose_motions import in_six_ways
 from robolaser.parameters import Values
 
 WAYS = 6  # in which a flange can move

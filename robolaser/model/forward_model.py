@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
-from robolaser.model.blocks import Blocks
+from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.blocks.distances import KnownDistances, known_distances
 from robolaser.model.blocks.start import initialize, parameters_of
 from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with

@@ -9,10 +9,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
-from robolaser.errors import UsageError, near
+from robolaser.motion.calibration import MotionFit, merged
 from robolaser.motion.effect import MotionEffect
-from robolaser.motion.effects import MOTION_EFFECTS
-from robolaser.motion.fit import MotionFit, merged
+from robolaser.motion.effects import library_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Part
 from robolaser.motion.parts import parts_of
@@ -75,22 +74,6 @@ def diagnose_motion(
     places = [] if verdict == "no_gap" else _places(parts, verdict)
     fit = MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
-
-
-def library_of(effects: Sequence[MotionEffect | str] | None, without: Sequence[str] = ()) -> list[MotionEffect]:
-    """The effects that are asked for: all by default, by name or as such, less some names.
-
-    Raises:
-        UsageError: There is no effect of a name.
-    """
-    names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
-    asked = [one if isinstance(one, str) else one.name for one in effects or ()]
-    for name in (*asked, *without):
-        if name not in names:
-            raise UsageError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
-    own = [one for one in effects or () if not isinstance(one, str)]
-    chosen = MOTION_EFFECTS if effects is None else [one for one in MOTION_EFFECTS if one.name in asked]
-    return [one for one in dict.fromkeys([*chosen, *own]) if one.name not in without]
 
 
 def _places(parts: Sequence[Part], verdict: str) -> list[Place]:

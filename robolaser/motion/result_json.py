@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from robolaser.calibration.result import FORMAT as CALIBRATION
+from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
-from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.part import EVEN, Finding
 

@@ -13,7 +13,7 @@ from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import Quantities, derivatives
-from robolaser.motion.tracking import runs_of_commands
+from robolaser.motion.tracking import runs_of_commands, smoothed
 from robolaser.robot.kinematics import Robot
 
 RATE_HZ = 100.0
@@ -91,10 +91,8 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
         before = np.searchsorted(knots, time, side="right") - 1
         s = np.clip((time - knots[before]) / MOVE_S, 0.0, 1.0)[:, None]
         return np.asarray(goals[before] + (goals[before + 1] - goals[before]) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
-    corners = np.hanning(round(CORNER_S * RATE_HZ) + 2)[1:-1]
     ramps = np.stack([np.interp(time, knots, goal) for goal in goals.T], axis=1)
-    padded = np.pad(ramps, ((len(corners) // 2, (len(corners) - 1) // 2), (0, 0)), mode="edge")
-    return np.stack([np.convolve(ramp, corners / corners.sum(), "valid") for ramp in padded.T], axis=1)
+    return smoothed(ramps, round(CORNER_S * RATE_HZ))
 
 
 def _asked(

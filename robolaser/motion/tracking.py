@@ -358,11 +358,16 @@ def torques_along(robot: Robot, told: Array, step_s: float) -> Array:
     width = 2 * round(SMOOTHED_S / max(step_s, 1e-4) / 2) + 1
     if len(told) < 2 * width:
         return robot.gravity_torques(told)
-    weights = np.hanning(width + 2)[1:-1]
-    padded = np.pad(told, ((width // 2, width // 2), (0, 0)), mode="edge")
-    smooth = np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)
+    smooth = smoothed(told, width)
     speed = np.gradient(smooth, step_s, axis=0)
     return robot.by_pinocchio.inverse_dynamics(smooth, speed, np.gradient(speed, step_s, axis=0))
+
+
+def smoothed(values: Array, width: int) -> Array:
+    """Means of values (n, j) under a bell of so many rows, (n, j); the ends are held."""
+    weights = np.hanning(width + 2)[1:-1]
+    padded = np.pad(values, ((width // 2, (width - 1) // 2), (0, 0)), mode="edge")
+    return np.stack([np.convolve(column, weights / weights.sum(), "valid") for column in padded.T], axis=1)
 
 
 def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:

@@ -11,11 +11,11 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.blocks import Block
+from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.mounting import stands
+from robolaser.model.sensors.in_cell import stands
 from robolaser.model.sensors.placements import motion, vector
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values

@@ -14,7 +14,8 @@ from robolaser.data.subsampling import evenly, rows_of_each
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel, pixel_from_repeats
+from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.repeats import pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
 
 ENOUGH_ROWS = 20_000

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
-from robolaser.motion.fit import MotionFit
 from robolaser.motion.gap import KindGap
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Finding

@@ -9,7 +9,8 @@ from robolaser.benchmark.export import comparison_json, runs_csv
 from robolaser.benchmark.journal import NAME as JOURNAL
 from robolaser.benchmark.journal import merge
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings, standings
+from robolaser.benchmark.standings.ranking import standings
+from robolaser.benchmark.standings.table import Standings
 from robolaser.report.comparison import page as of_comparison
 from robolaser.report.document import Document
 from robolaser.report.page import render

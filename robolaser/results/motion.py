@@ -4,8 +4,8 @@ import json
 from typing import TYPE_CHECKING, Final, final
 
 from robolaser.export import servo_table
+from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
-from robolaser.motion.fit import MotionFit
 from robolaser.motion.result_json import motion_calibration_json, motion_json
 from robolaser.report import motion as of_motion
 from robolaser.report.document import Document

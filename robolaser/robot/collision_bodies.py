@@ -14,7 +14,7 @@ from robolaser.geometry.rigid_motion import pose, rotation_to_axis
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.pinocchio_model import Link, PinocchioModel
 from robolaser.robot.urdf.checking import read_xml
-from robolaser.robot.urdf.numbers import numbers, origin_of
+from robolaser.robot.urdf.elements import numbers, origin_of
 
 SHARE_OF_ARM = 0.028
 """Radius of a link that has no geometry, as a share of the arm's length: a UR5e has 0.03 to 0.04, a SCORBOT 0.03."""

@@ -8,8 +8,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from robolaser.data.atomic_write import write_together
-from robolaser.data.record_stream import write_streamed
+from robolaser.data.atomic_write import write_streamed, write_together
 from robolaser.errors import DependencyMissing, ScanError, unwritable
 from robolaser.scan.ply import Vertices, positions_of, write_ply
 

@@ -15,7 +15,7 @@ from robolaser.estimation.solver import solve
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, OUTLIERS

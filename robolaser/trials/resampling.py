@@ -14,7 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.path_velocities import known_velocities
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
-from robolaser.model.noise import pixel_from_repeats
+from robolaser.model.noise.repeats import pixel_from_repeats
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter

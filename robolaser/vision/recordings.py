@@ -14,9 +14,8 @@ from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
 from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.light_channel import AUTO
 from robolaser.vision.stripe_detection import every
-from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.stripe_trace import AUTO, StripeSearch
 from robolaser.vision.target_corners import corner_points
 
 

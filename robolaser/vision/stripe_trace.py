@@ -1,20 +1,39 @@
-"""One stripe traced through one image of anything, as a scan keeps it."""
+"""One stripe traced through an image of anything, in the channel in which the laser's light stands out."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import final
 
+import cv2
 import numpy as np
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.image_list import PoseImages
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
-from robolaser.vision.images import CameraImages, lights
-from robolaser.vision.light_channel import AUTO, CHANNELS, find_channel
+from robolaser.vision.images import CameraImages, Weights, lights
 from robolaser.vision.line_tracking import track_stripe
 from robolaser.vision.runs import Axis
 from robolaser.vision.stripe_detection import find_line_centres
+
+CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
+    {
+        "grey": None,
+        "red": (0.0, 0.0, 1.0),
+        "green": (0.0, 1.0, 0.0),
+        "blue": (1.0, 0.0, 0.0),
+        "red-excess": (-0.5, -0.5, 1.0),
+        "green-excess": (-0.5, 1.0, -0.5),
+        "blue-excess": (1.0, -0.5, -0.5),
+    }
+)
+"""Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
+AUTO = "auto"
+LOOKED_AT = 3  # poses, evenly taken, by which a channel is chosen
+COLOURFUL = 12  # difference of two channels [grey of 255] from which on a pixel has a colour
+BETTER = 1.1
+"""How many times the longest stripe in grey another channel's must be to be taken instead: grey has the least noise."""
 
 
 def trace(image: Image, axis: Axis) -> Stripes:
@@ -83,3 +102,37 @@ class StripeSearch:
             stripes = trace(light, self.axis)
             stripes["pose"] = shots.row
             yield stripes
+
+
+def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: Axis) -> str:
+    """Name of the channel in which the stripe is the longest in some of the images; "grey" of grey images.
+
+    Where the laser was also off, that is taken away in each channel first.
+
+    Args:
+        shots: Images of all poses.
+        camera: How they are read.
+        axis: Image axis that the stripe runs along.
+
+    Raises:
+        ImageError: An image is missing, broken or of another size.
+    """
+    some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
+    if not any(_is_colourful(camera.colours(one.lit[0])) for one in some):
+        return "grey"
+    found = {name: sum(_length(one, camera, axis, weights) for one in some) for name, weights in CHANNELS.items()}
+    best = max(found, key=lambda name: found[name])
+    return best if found[best] > BETTER * found["grey"] else "grey"
+
+
+def _is_colourful(image: Image) -> bool:
+    blue, green, red = cv2.split(image)
+    return bool((cv2.absdiff(red, green) > COLOURFUL).any() or (cv2.absdiff(blue, green) > COLOURFUL).any())
+
+
+def _length(shots: PoseImages, camera: CameraImages, axis: Axis, weights: Weights | None) -> float:
+    """Lines of pixels that show the stripe, each as much as its centre is sure to a tenth of a pixel or so."""
+    _, light = next(iter(lights(shots, camera, weights)))
+    centres = find_line_centres(light, axis)
+    chosen, excess = track_stripe(centres)
+    return float((1.0 / (1.0 + (excess * centres.std[chosen] / 0.1) ** 2)).sum())

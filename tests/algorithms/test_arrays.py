@@ -20,6 +20,7 @@ from pymoo.util.archive import SingleObjectiveArchive
 from stock import composed
 
 from robolaser.algorithms import RCGA, CostReached, Stalled
+from robolaser.algorithms.population import PopulationArrays
 
 SETTINGS = [
     {"pop_size": 20, "n_elites": 2},
@@ -289,3 +290,39 @@ def test_what_a_problem_keeps_is_not_what_it_gave_away():
     algorithm.next()
     algorithm.problem.F[:] = 0.0
     assert np.all(algorithm.pop.get("F") != 0.0)
+
+
+def assert_violated_as(pop, said):
+    """By as much, and tolerated, as pymoo's individuals reckon."""
+    n = len(pop)
+    out = {"F": np.zeros((n, 1)), **said}
+    columns = PopulationArrays.evaluated_as(np.zeros((n, 2)), out, np.ones(n, int), frozenset()).columns
+    assert np.array_equal(columns["CV"], pop.get("CV"))
+    assert np.array_equal(columns["feas"], pop.get("feas"))
+
+
+@pytest.mark.parametrize("n_constraints", [(0, 3), (5, 0), (1, 1), (17, 9)])
+def test_violation_is_what_pymoos_individuals_reckon(n_constraints):
+    rng = np.random.default_rng(2)
+    said = {name: rng.normal(0.0, 10.0, (40, n)) for name, n in zip("GH", n_constraints, strict=True) if n}
+    said = {name: value * (rng.random(value.shape) < 0.3) for name, value in said.items()}
+    pop = Population.new(**said)
+    assert_violated_as(pop, said)
+
+
+def test_violation_follows_pymoos_settings(monkeypatch):
+    def config():
+        return {
+            "cache": True,
+            "cv_eps": 0.5,
+            "cv_ieq": {"scale": 2.0, "eps": 0.1, "pow": 2, "func": np.mean},
+            "cv_eq": {"scale": None, "eps": 0.2, "pow": None, "func": np.sum},
+        }
+
+    monkeypatch.setattr(Individual, "default_config", config)
+    problem = Fenced()
+    X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (30, problem.n_var))
+    said = problem.evaluate(X, return_values_of=["F", "G", "H"], return_as_dictionary=True)
+    pop = Population.new(G=said["G"], H=said["H"])
+    assert_violated_as(pop, said)
+    assert 0 < pop.get("feas").sum() < 30

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
 

@@ -7,8 +7,7 @@ import pytest
 from pymoo.core.problem import Problem
 
 from robolaser.benchmark.evaluator import BudgetedEvaluator, BudgetExhausted, RunLimits
-from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.problem_summary import TEST_FUNCTION, ProblemSummary
+from robolaser.benchmark.problem import TEST_FUNCTION, BenchmarkProblem, ProblemSummary
 from robolaser.benchmark.run import DONE, FAILED, Task, run
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import BenchmarkError

@@ -15,7 +15,7 @@ from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.run import Task, run
 from robolaser.benchmark.solvers import find
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 from robolaser.cli import main
 from robolaser.errors import UsageError
 from robolaser.operators import ArithmeticCrossover

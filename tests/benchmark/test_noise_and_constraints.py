@@ -18,8 +18,7 @@ from pymoo.problems.single import G1
 import robolaser
 from robolaser.algorithms.seeding import seeded
 from robolaser.benchmark.evaluator import RunLimits
-from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.problem_summary import OWN, ProblemSummary
+from robolaser.benchmark.problem import OWN, BenchmarkProblem, ProblemSummary
 from robolaser.benchmark.run import Task, run
 from robolaser.benchmark.solvers import find
 

@@ -8,7 +8,7 @@ import pytest
 
 import robolaser
 from robolaser.benchmark.export import iohprofiler_files, runs_csv
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 from robolaser.report.comparison.latex import latex_tables
 
 

@@ -6,9 +6,9 @@ import pytest
 import robolaser
 from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.measures import measured
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.run import DONE, BenchmarkRun
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 
 
 def run_of(name, *points):

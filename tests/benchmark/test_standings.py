@@ -6,8 +6,8 @@ import pytest
 
 from robolaser.benchmark.measures import RELATIVE as TOLERANCES
 from robolaser.benchmark.result import ResultArrays
-from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.ranking import standings_of
+from robolaser.benchmark.standings.table import Standings
 
 BUDGET = 4000.0
 

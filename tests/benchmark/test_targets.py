@@ -3,7 +3,7 @@
 import pytest
 
 import robolaser
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 
 ASKED = {"seeds": 6, "budget": 900}
 

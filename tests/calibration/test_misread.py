@@ -18,7 +18,7 @@ from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EstimationError
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.mounting import Mounting
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 

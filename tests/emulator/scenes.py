@@ -10,8 +10,7 @@ from robolaser.arrays import Array
 from robolaser.emulator.world.camera import CameraModel, CameraSettings
 from robolaser.emulator.world.scene import Image, Projector, Scene
 from robolaser.emulator.world.solids import Solid
-from robolaser.trials.synthetic.light import Light
-from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 TRUTH = {
     "f": 8e-3, "s_u": 7.4e-6, "s_v": 7.3e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14,

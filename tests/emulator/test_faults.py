@@ -9,8 +9,7 @@ from emulated_cell import cell_folder
 
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.emulated_cell import EmulatedCell, controller_of
-from robolaser.emulator.faults import KINDS, Fault, read_fault
-from robolaser.emulator.faulty import FaultyCamera, FaultyController
+from robolaser.emulator.faults import KINDS, Fault, FaultyCamera, FaultyController, read_fault
 from robolaser.errors import UsageError
 
 ASK = b"LISTPV POSITION\r"

@@ -12,7 +12,7 @@ from robolaser.estimation.fisher_information import Information
 from robolaser.estimation.identifiability import null_directions, standard_errors, unidentifiable
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.sources import error_sources
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate

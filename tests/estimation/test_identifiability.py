@@ -14,7 +14,8 @@ from robolaser.model import derivatives
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseLikelihood, NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.likelihood import NoiseLikelihood
 from robolaser.model.noise.sources import error_sources
 from robolaser.model.sensors.stripe import SCANNER
 

@@ -8,6 +8,7 @@ from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import as_json
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import UsageError
+from robolaser.estimation.robust_reweighting import size_of_errors
 from robolaser.model.forward_model import Model
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -85,3 +86,12 @@ def test_weights_by_noise_leave_gross_errors_out_whatever_the_loss(spoilt, found
 def test_an_unknown_loss_is_refused(spoilt):
     with pytest.raises(UsageError):
         calibrate(spoilt.dataset, Plan(algorithm="gauss-newton", loss="l1"))
+
+
+@pytest.mark.parametrize("numbers", [1, 3])
+def test_an_errors_size_is_found_however_many_numbers_a_row_has(numbers):
+    rng = np.random.default_rng(20)
+    axes = rng.normal(size=(2000, 3, 3))
+    directions = np.linalg.qr(axes)[0][:, :numbers]
+    shaken = (directions @ (0.02 * rng.normal(size=(2000, 3, 1))))[..., 0]
+    assert size_of_errors(directions, shaken) == pytest.approx(0.02, rel=0.35)

@@ -8,8 +8,7 @@ import yaml
 from calibrated import KINDS, arm, point, socket, stripe
 
 from robolaser.calibration.calibrate import calibrate
-from robolaser.export.camera import camera_yaml, plumb_bob
-from robolaser.export.ros import easy_handeye2, static_transform
+from robolaser.export.ros import camera_yaml, easy_handeye2, plumb_bob, static_transform
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose

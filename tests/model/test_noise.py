@@ -10,11 +10,11 @@ from robolaser.data.stated_noise import Noise
 from robolaser.estimation.noise_estimate import known_sizes, noise_of
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseLikelihood, NoiseModel, pixel_from_repeats
-from robolaser.model.noise.condensing import PoseErrors, condensed
+from robolaser.model.noise.covariance import NoiseModel
+from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
 from robolaser.model.noise.reml import estimate, restricted
+from robolaser.model.noise.repeats import pixel_from_repeats
 from robolaser.model.noise.sources import error_sources
-from robolaser.model.noise.two_units import size_of_errors
 from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -311,15 +311,6 @@ def test_what_a_bound_keeps_from_the_fit_counts_as_noise_left_over():
     rms = [np.sqrt(np.trace(noise.covariances.mean(axis=0))) for noise in (free, kept)]
     assert rms[0] < 1e-3
     assert rms[1] > 5e-3
-
-
-@pytest.mark.parametrize("numbers", [1, 3])
-def test_an_errors_size_is_found_however_many_numbers_a_row_has(numbers):
-    rng = np.random.default_rng(20)
-    axes = rng.normal(size=(2000, 3, 3))
-    directions = np.linalg.qr(axes)[0][:, :numbers]
-    shaken = (directions @ (0.02 * rng.normal(size=(2000, 3, 1))))[..., 0]
-    assert size_of_errors(directions, shaken) == pytest.approx(0.02, rel=0.35)
 
 
 def test_a_printed_target_is_never_taken_for_perfect():

@@ -12,7 +12,7 @@ from robolaser.benchmark.named_problems import specs_of
 from robolaser.errors import DependencyMissing, UsageError
 from robolaser.estimation.multistart import multistart
 from robolaser.problems import suite
-from robolaser.problems.calibration_suite.problem import DATA, FOLDER, SuiteProblem
+from robolaser.problems.calibration_suite import DATA, FOLDER, SuiteProblem
 
 IDS = suite().ids
 SLACK = 1e-6  # relative: two descents into one long valley end so near to each other

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult, Effort
 from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 
 BUDGET = 60_000
 LONG = "ga:crossover=arithmetic:mutation=non-uniform"

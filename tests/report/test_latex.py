@@ -2,7 +2,7 @@ import re
 
 from compared import all_fail, large, nothing
 
-from robolaser.benchmark.standings import standings
+from robolaser.benchmark.standings.ranking import standings
 from robolaser.report.comparison.latex import latex, latex_tables
 
 ROWS = [("a_b", "1 %"), ("x|y", "10⁻²")]

@@ -16,7 +16,7 @@ from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTL
 from robolaser.trials.synthetic.fault_models.base import WrongRefractiveIndex
 from robolaser.trials.synthetic.fault_models.joint_loads import HystereticWindup
 from robolaser.trials.synthetic.fault_models.joints import LedAlong, LostMotion, UncountedTurn
-from robolaser.trials.synthetic.light import Light
+from robolaser.trials.synthetic.scanner import Light
 from robolaser.trials.tracking import build_tracked
 
 SMALL = Ranges(poses=(12, 14), points=(6, 6))

@@ -6,8 +6,7 @@ import pytest
 
 from robolaser.data.image_list import PoseImages
 from robolaser.vision.images import CameraImages, lights
-from robolaser.vision.light_channel import CHANNELS, find_channel
-from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.stripe_trace import CHANNELS, StripeSearch, find_channel
 
 SIZE = (320, 240)
 RNG = np.random.default_rng(5)

@@ -10,8 +10,7 @@ from true_stripe import TrueStripe, true_stripe
 from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.scene import Image, Projector, Scene
 from robolaser.emulator.world.solids import Block, Floor, Sphere
-from robolaser.trials.synthetic.light import Light
-from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 from robolaser.vision.stripe_trace import trace
 
 BUILT = {

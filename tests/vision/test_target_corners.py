@@ -16,7 +16,7 @@ from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.writing import save
 from robolaser.errors import DataError, ImageError
 from robolaser.geometry.rigid_motion import from_angles, pose
-from robolaser.model.sensors.mounting import Mounting
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.vision.target_corners import points_of_target
 
 SIZE = (960, 720)

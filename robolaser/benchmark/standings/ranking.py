@@ -1,28 +1,31 @@
 """Standings of solvers, computed from their runs: on one problem, and on all of a family."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import final
 
 import numpy as np
 from scipy.stats import rankdata
 
+from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.arrays import Array, Ints
 from robolaser.benchmark.problem import INFEASIBLE
 from robolaser.benchmark.result import BenchmarkResult, ResultArrays, outcomes
 from robolaser.benchmark.standings.answer import answer
-from robolaser.benchmark.standings.effects import effects
 from robolaser.benchmark.standings.table import (
     FINAL,
     OnProblem,
     Order,
     PairwiseComparison,
+    PartEffect,
     ResultOnProblem,
     Standing,
     Standings,
 )
 from robolaser.benchmark.statistics import difference, running_time, superiority
 from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
+from robolaser.errors import UsageError
 
 ENOUGH = 0.5
 """A solver is ranked if it has this share of the largest number of runs on each problem: a block (problem, seed) that
@@ -59,7 +62,7 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
             )
             for p, name in enumerate(arrays.problems)
         ),
-        effects=effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
+        effects=_effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
         scope=SCOPE,
     )
 
@@ -176,3 +179,62 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
             if reason or there < ENOUGH * most or not most:
                 found.setdefault(name, reason or f"it has {there} of {len(arrays.seeds)} runs on {problem}")
     return found
+
+
+def _effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[PartEffect, ...]:
+    """The effect of each part that is exchanged in one of the algorithms and in another is not.
+
+    Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.
+    The effect is the mean of A12 over these strata (`mean_superiority`), the geometric mean of the ratios of running
+    times (`mean_ratios`), and the p of van Elteren's test of the strata.
+
+    Places of runs (p, a, s), expected running times to the headline target (p, a), the same in bootstrap samples (p, a,
+    b).
+    """
+    found = []
+    for (stock, slot, operator), pairs in _pairs(algorithms).items():
+        with_part, without = np.array(pairs).T
+        strata = _strata(places, with_part, without)
+        runs = (~np.isnan(strata)).sum(axis=2)
+        there = (runs > 0).all(axis=1)
+        if not there.any():
+            continue
+        better = superiority.mean_superiority(superiority.superiority(strata[there]))
+        ratio = running_time.mean_ratios(
+            _strata(samples, without, with_part)[there],
+            _strata(expected, without, with_part)[there],
+            runs[there][:, ::-1],
+        )
+        p = float(difference.stratified(strata[there])[0, 1])
+        found.append(
+            PartEffect(stock, slot, operator, int(there.sum()), better.at(0, 1), ratio.at(0, 1), p, p_adjusted=p)
+        )
+    adjusted = difference.holm(np.array([effect.p for effect in found]))
+    return tuple(replace(effect, p_adjusted=float(p)) for effect, p in zip(found, adjusted, strict=True))
+
+
+def _strata(of: Array, one: Ints, other: Ints) -> Array:
+    """What two columns of algorithms have, (p, a, ...) -> (problems and pairs, 2, ...)."""
+    paired: Array = np.stack([of[:, one], of[:, other]], axis=2)
+    return paired.reshape(-1, 2, *of.shape[2:])
+
+
+def _pairs(algorithms: Sequence[str]) -> Mapping[tuple[str, str, str], list[tuple[int, int]]]:
+    """Which two algorithms differ in one part only, that with it first, by stock, slot and operator."""
+    found: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
+    keys = {key: i for i, name in enumerate(algorithms) if (key := _parted(name)) is not None}
+    for (stock, parts), i in keys.items():
+        for slot, operator in parts:
+            without = keys.get((stock, parts - {(slot, operator)}))
+            if without is not None:
+                found.setdefault((stock, slot, operator), []).append((i, without))
+    return found
+
+
+def _parted(name: str) -> tuple[str, frozenset[tuple[str, str]]] | None:
+    """The stock algorithm and its exchanged parts; None of a name that somebody gave."""
+    try:
+        spec = AlgorithmSpec.of(name)
+    except UsageError:
+        return None
+    return spec.stock, frozenset((slot, one.text) for slot, one in spec.operators.items())

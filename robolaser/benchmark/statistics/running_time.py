@@ -18,6 +18,7 @@ from robolaser.benchmark.statistics.intervals import CONFIDENCE, Intervals
 
 SAMPLES = 2000
 """Bootstrap samples: expanded percentiles of five runs lie a thousandth from the ends."""
+BUDGETS = 200  # of a curve
 FEWEST, FEWEST_RUNS = 4, 3
 """Degrees of freedom, five runs on one problem or three on each of two, and runs on a problem, below which there is no
 interval: few runs, drawn again and again, give the same handful of numbers. With these, intervals that should hold the
@@ -76,15 +77,15 @@ def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
     return Intervals(*ratios)
 
 
-def budgets(running_times: Array, totals: Array, points: int = 200) -> Array:
-    """Budgets (points,) from the first target that any run reached to the end of the longest, evenly in logarithms.
+def budgets(running_times: Array, totals: Array) -> Array:
+    """Some budgets (b,) from the first target that any run reached to the end of the longest, evenly in logarithms.
 
     Empty if no run reached any.
     """
     reached = running_times[np.isfinite(running_times) & (running_times > 0)]
     if not len(reached):
         return np.empty(0)
-    return np.geomspace(reached.min(), max(np.nanmax(totals), reached.max()), points)
+    return np.geomspace(reached.min(), max(np.nanmax(totals), reached.max()), BUDGETS)
 
 
 def shares(running_times: Array, budgets: Array) -> Array:

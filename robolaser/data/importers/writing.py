@@ -50,12 +50,12 @@ def write(imported: Imported, folder: Path) -> None:
     write_results(folder, {**images, **texts_of(imported.dataset)})
 
 
-def preview(imported: Imported, rows: int = ROWS_SHOWN) -> Mapping[str, Mapping[str, Sequence[str]]]:
+def preview(imported: Imported) -> Mapping[str, Mapping[str, Sequence[str]]]:
     """The first cells of each column as they will be written, by table and column."""
     tables = {"poses.csv": pose_columns}
     if len(imported.dataset.points):
         tables["points.csv"] = point_columns
     return {
-        name: {column: list(islice(cells, rows)) for column, cells in columns(imported.dataset)}
+        name: {column: list(islice(cells, ROWS_SHOWN)) for column, cells in columns(imported.dataset)}
         for name, columns in tables.items()
     }

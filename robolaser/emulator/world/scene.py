@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.toml_schema import NotNegative, Positive
 from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.solids import Solid
-from robolaser.trials.synthetic.light import Light
+from robolaser.trials.synthetic.scanner import Light
 
 Image = NDArray[np.uint8]
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])

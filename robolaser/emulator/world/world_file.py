@@ -24,8 +24,7 @@ from robolaser.emulator.world.world import EmulatedWorld
 from robolaser.errors import DataError, near
 from robolaser.trials.synthetic.arm import ScrewArm
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.light import Light
-from robolaser.trials.synthetic.scanner import ScannerOptics
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 FORMAT = "robolaser-world/1"
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")

@@ -6,11 +6,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
+from robolaser.duals import Dual
+from robolaser.geometry.rigid_motion import skew
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.error_source import ErrorSource, along_each_axis
-from robolaser.model.sensors.pose_motions import in_six_ways, pose_centroids, rigid_moves
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 
@@ -62,7 +63,7 @@ def moved_with_pose(blocks: Blocks, values: Values, T_base_flange: Array, pertur
     at = values, T_base_flange, perturb
     known, declared = blocks.known(*at) if blocks.one_sensor else None, blocks.sensor.format
     if known is not None and declared.unit == "m" and declared.numbers - declared.angles == 3:
-        return rigid_moves(known[0], blocks.dataset.points.pose, declared.numbers)
+        return _rigid_moves(known[0], blocks.dataset.points.pose, declared.numbers)
     flange = in_six_ways(T_base_flange, _pivots(blocks, *at))
     moved: Any = blocks.residuals(values, cast("Array", flange), perturb)
     slopes = np.moveaxis(moved.slopes[:, 0], 0, -1)
@@ -79,7 +80,41 @@ def _pivots(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Pertu
             points.append(known[0])
             of_pose.append(block.sensor.dataset.points.pose)
     number = np.concatenate(of_pose)
-    middle = pose_centroids(np.concatenate(points), number, len(pivot))
+    middle = _pose_centroids(np.concatenate(points), number, len(pivot))
     seen = np.bincount(number, minlength=len(pivot)) > 0
     pivot[seen] = middle[seen]
     return pivot
+
+
+def _rigid_moves(points: Array, of_pose: Ints, numbers: int) -> tuple[Array, Array]:
+    """Moves of rows by shifts and turns of their pose about the middle of its points, (m, numbers, 3) each.
+
+    A row has three numbers, its point (m, 3) [m] less the predicted one, and may have three more, the turn between.
+    """
+    arms = points - _pose_centroids(points, of_pose, int(of_pose.max()) + 1)[of_pose]
+    if numbers == 3:
+        return along_each_axis(len(points), 3), skew(arms)
+    shifts, turns = np.zeros((2, len(points), numbers, 3))
+    shifts[:, :3] = turns[:, 3:] = np.eye(3)
+    turns[:, :3] = -skew(arms)
+    return shifts, turns
+
+
+def _pose_centroids(points: Array, of_pose: Ints, poses: int) -> Array:
+    """The mean of each pose's points (m, 3), (poses, 3)."""
+    sums = np.stack([np.bincount(of_pose, points[:, axis], minlength=poses) for axis in range(3)], axis=-1)
+    mean: Array = sums / np.bincount(of_pose, minlength=poses).clip(min=1)[:, None]
+    return mean
+
+
+def in_six_ways(T_base_flange: Array, pivot: Array, first: int = 0) -> Dual:
+    """Poses (c or 1, n, 4, 4) that may be shifted along the base's axes, and turned about them at pivots (n or 1, 3).
+
+    The six motions have numbers from the first on.
+    """
+    slopes = np.zeros((6, *T_base_flange.shape))
+    slopes[:3, ..., :3, 3] = np.eye(3)[:, None, None]
+    arms = T_base_flange[..., :3, :].copy()
+    arms[..., 3] -= pivot
+    slopes[3:, ..., :3, :] = skew(np.eye(3))[:, None, None] @ arms
+    return Dual(T_base_flange, slopes, tuple(range(first, first + 6)))

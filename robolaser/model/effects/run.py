@@ -11,7 +11,8 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.path_velocities import known_velocities
-from robolaser.model.blocks import Block, Blocks, blocks_of
+from robolaser.model.blocks.block import Block, blocks_of
+from robolaser.model.blocks.blocks import Blocks
 from robolaser.model.blocks.start import parameters_of
 from robolaser.model.effects.gravity_load import Loads
 from robolaser.model.effects.target_plane import TargetPlane, plane_of, surface_tilt

@@ -1,8 +1,1 @@
 """How much of a residual is measurement error."""
-
-from robolaser.model.noise.covariance import NoiseModel
-from robolaser.model.noise.likelihood import NoiseLikelihood
-from robolaser.model.noise.repeats import pixel_from_repeats
-from robolaser.model.noise.two_units import comparable
-
-__all__ = ["NoiseLikelihood", "NoiseModel", "comparable", "pixel_from_repeats"]

@@ -16,8 +16,7 @@ from robolaser.geometry.rigid_motion import carry, inverse
 from robolaser.model.error_source import ErrorSource, errors_in_image
 from robolaser.model.sensors.camera_projection import distort, on_plane, project, straighten, to_pixels
 from robolaser.model.sensors.camera_start import CameraStart
-from robolaser.model.sensors.in_cell import CameraView, InCell
-from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.in_cell import CameraView, InCell, Mounting, stands
 from robolaser.model.sensors.new_poses import NewPoses, each_once
 from robolaser.model.sensors.placements import motion, six_names
 from robolaser.model.sensors.sensor import Sensor

@@ -2,9 +2,18 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import final
+from typing import Literal, final
 
 from robolaser.arrays import Array
+from robolaser.data.dataset import Dataset
+
+
+@final
+@dataclass(frozen=True)
+class Mounting:
+    """Keys of `[sensor]`: where the sensor is mounted; what it measures is at the other end."""
+
+    mount: Literal["flange", "base"] = "flange"
 
 
 @final
@@ -43,3 +52,8 @@ class InCell:
     mount: Array | None = None
     stand: Array | None = None
     camera: CameraView | None = None
+
+
+def stands(dataset: Dataset) -> bool:
+    """Whether the sensor stands in the cell."""
+    return getattr(dataset.options, "mount", "flange") == "base"

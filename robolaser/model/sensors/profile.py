@@ -13,8 +13,7 @@ from robolaser.data.subsampling import evenly
 from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
-from robolaser.model.sensors.in_cell import InCell
-from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.in_cell import InCell, Mounting, stands
 from robolaser.model.sensors.new_poses import NewPoses
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor
@@ -202,7 +201,7 @@ def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
     return mean + solved[:, :2], radius, counts >= LEAST_ROWS
 
 
-def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints, seed: int = 0) -> tuple[Array, Array, Array]:
+def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints) -> tuple[Array, Array, Array]:
     """R and s with R (T ball) + s where profiles put the balls, and the balls.
 
     A profile does not say on which side of its plane the ball's centre lies. Sides and places are found in turns, from
@@ -213,13 +212,12 @@ def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints, seed: i
         beside: Distance of the ball's centre from the profile's plane, (g,) [m].
         T: Motions that bring balls from where they are fixed to the frame that the sensor is fixed in, (c, g, 4, 4).
         ball: Of each profile, (g,).
-        seed: Of the guesses.
 
     Returns:
         R (c, 3, 3), s (c, 3) [m] and the balls where they are fixed, (c, b, 3) [m].
     """
     c, g = len(T), len(beside)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     sides = np.concatenate([np.zeros((1, g)), rng.choice([-1.0, 1.0], (GUESSES, g))])
     side = np.tile(sides, (c, 1))
     repeated = np.repeat(T, len(sides), axis=0)

@@ -13,8 +13,7 @@ from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
-from robolaser.model.sensors.in_cell import InCell
-from robolaser.model.sensors.mounting import stands
+from robolaser.model.sensors.in_cell import InCell, stands
 from robolaser.model.sensors.new_poses import NamedPoints, NewPoses
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.sensor_parameters import SensorParameters

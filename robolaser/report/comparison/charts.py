@@ -9,9 +9,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.benchmark.measures import attainment
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.table import Standings
 from robolaser.benchmark.statistics.running_time import budgets, shares
 from robolaser.report.chart import (
     HEIGHT_PX,

@@ -4,9 +4,8 @@ import re
 from collections.abc import Sequence
 
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import chance, figure
-from robolaser.benchmark.standings.table import OnProblem, ResultOnProblem, Standing
+from robolaser.benchmark.standings.table import OnProblem, ResultOnProblem, Standing, Standings
 from robolaser.report.comparison.words import FAMILIES, aims, budget, excess
 from robolaser.report.digits import rate
 

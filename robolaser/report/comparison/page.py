@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import names
+from robolaser.benchmark.standings.table import Standings
 from robolaser.report.comparison import tables, words
 from robolaser.report.comparison.charts import AlgorithmLines, attained, solved
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts

@@ -5,11 +5,17 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robolaser.benchmark.problem_summary import ProblemSummary
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
 from robolaser.benchmark.standings.answer import between, chance, figure, share
-from robolaser.benchmark.standings.table import OnProblem, Order, PairwiseComparison, ResultOnProblem, Standing
+from robolaser.benchmark.standings.table import (
+    OnProblem,
+    Order,
+    PairwiseComparison,
+    ResultOnProblem,
+    Standing,
+    Standings,
+)
 from robolaser.report.comparison.words import excess, number, target
 from robolaser.report.digits import NEVER, count, duration, many, rate
 from robolaser.report.document import Cell, Column, Table

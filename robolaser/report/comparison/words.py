@@ -5,7 +5,7 @@ import math
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.problem_summary import (
+from robolaser.benchmark.problem import (
     CALIBRATION,
     OUR_OWN,
     OWN,
@@ -15,7 +15,7 @@ from robolaser.benchmark.problem_summary import (
     ProblemSummary,
 )
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings import Standings
+from robolaser.benchmark.standings.table import Standings
 from robolaser.report.digits import duration, plain, rate, times
 from robolaser.report.page import version
 

@@ -10,9 +10,8 @@ from robolaser.arrays import Array
 from robolaser.bounded_reading import ROBOT_BYTES
 from robolaser.errors import RobotError, near
 from robolaser.robot.urdf import markup
-from robolaser.robot.urdf.elements import digits
+from robolaser.robot.urdf.elements import bad_numbers, digits, numbers
 from robolaser.robot.urdf.markup import too_large
-from robolaser.robot.urdf.numbers import bad_numbers, numbers
 
 MOVING = ("revolute", "continuous", "prismatic")
 MOST_LISTED = 12  # names of a robot's links or joints in a message

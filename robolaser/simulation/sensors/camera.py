@@ -15,7 +15,7 @@ from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion,
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera_projection import project
-from robolaser.model.sensors.mounting import Mounting, stands
+from robolaser.model.sensors.in_cell import Mounting, stands
 from robolaser.model.sensors.placements import six_of
 from robolaser.parameters import Parameter, Values
 from robolaser.robot.inverse_kinematics import touching

@@ -12,7 +12,7 @@ from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion,
 from robolaser.model.blocks.cell_frames import mount_of
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
-from robolaser.model.sensors.mounting import Mounting
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.model.sensors.placements import motion, six_of, vector
 from robolaser.model.sensors.profile import ARC, MOST_CUT, ROWS
 from robolaser.parameters import Values

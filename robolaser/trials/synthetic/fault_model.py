@@ -8,8 +8,8 @@ from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_type
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.scanner import Light
 
 Draw = Callable[[str, SyntheticRun, np.random.Generator], Any]
 """A random value of a field, by the fault's location and the run."""

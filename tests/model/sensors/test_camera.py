@@ -20,7 +20,7 @@ from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.camera import CameraSensor
 from robolaser.model.sensors.camera_projection import distort, straighten, to_pixels
-from robolaser.model.sensors.mounting import Mounting
+from robolaser.model.sensors.in_cell import Mounting
 from robolaser.model.sensors.placements import motion
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter

@@ -22,7 +22,7 @@ from robolaser.geometry.rigid_motion import inverse
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.model.noise import NoiseModel
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.profile import circles
 from robolaser.robot.by_name import find_robot

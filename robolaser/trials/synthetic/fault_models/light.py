@@ -7,8 +7,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.trials.synthetic.fault_model import Coin, FaultModel, log_uniform
-from robolaser.trials.synthetic.light import Light
 from robolaser.trials.synthetic.run import SyntheticRun
+from robolaser.trials.synthetic.scanner import Light
 
 
 @final
