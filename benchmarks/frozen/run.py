@@ -3,6 +3,7 @@
     python benchmarks/frozen/run.py worlds --output WORLDS
     python benchmarks/frozen/run.py record --data FOLDER --worlds WORLDS --output after.jsonl
     python benchmarks/frozen/run.py compare benchmarks/frozen/before.jsonl after.jsonl
+    python benchmarks/frozen/run.py record --leave-out "simple shapes" --data FOLDER --worlds WORLDS --output less.jsonl
 
 A line for each data set is written as it ends; what is in the file is not done again.
 """
@@ -21,6 +22,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from answers import calibrated, diagnosed
 from gate import compare, lines
+from rules import RULES, leave_out
 from worlds import GROUPS, World, made, make_fresh, worlds
 
 import robolaser
@@ -45,14 +47,21 @@ def main() -> None:
     recording.add_argument("--data", type=Path, default=data, required=data is None, help="folder of real sets")
     recording.add_argument("--groups", default=",".join(GROUPS), help="separated by commas")
     recording.add_argument("--worlds", type=Path, help="folder of fresh worlds; without it that group is left out")
+    recording.add_argument("--leave-out", choices=RULES, help="a rule of the diagnosis")
     recording.add_argument("--output", type=Path, required=True)
-    recording.set_defaults(run=lambda a: record(a.groups.split(","), a.data, a.worlds, a.output))
+    recording.set_defaults(run=_record)
     comparing = commands.add_parser("compare")
     comparing.add_argument("before", type=Path)
     comparing.add_argument("after", type=Path)
     comparing.set_defaults(run=lambda a: sys.exit(compare(a.before, a.after)))
     arguments = parser.parse_args()
     arguments.run(arguments)
+
+
+def _record(arguments: argparse.Namespace) -> None:
+    if arguments.leave_out:
+        leave_out(arguments.leave_out)
+    record(arguments.groups.split(","), arguments.data, arguments.worlds, arguments.output)
 
 
 def record(groups: list[str], data: Path, fresh: Path | None, output: Path) -> None:
