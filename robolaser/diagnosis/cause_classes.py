@@ -78,7 +78,7 @@ def cause_classes(
             continue
         found.append(CauseClass(name, some, without_m, gap, _ordered(members), _credible_sets(own)))
     if scatter:
-        found.append(CauseClass(SCATTER, 1.0 - scatter.p_value, None, gap, site=scatter.where))
+        found.append(CauseClass(SCATTER, scatter.share * (1.0 - scatter.p_value), None, gap, site=scatter.where))
     strange = next((site for site in left if site.unknown), None)
     if strange and verdict == "unexplained":
         odds = posterior_weights(np.array([0.0, strange.likelihood_ratio - CHI2_OF_UNMODELLED_CAUSE]))

@@ -36,25 +36,28 @@ class HeldOut:
     def errors(self, fit: Fit) -> Array:
         """Of each row, (m, j) [m]."""
         if fit not in self._known:
-            calibrated, found = self._calibrated(fit), None
-            if calibrated is not None or self._folds is None:
-                rows = fit.at.plain if calibrated is None else calibrated
-            else:
-                found = held_out(fit.problem, fit.x, self._folds, enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2))
-                rows = found.errors
-            self._known[fit] = fit.in_metres(rows), rows, found
+            self._known[fit] = self._calibrated(fit) or self._of(fit)
         return self._known[fit][0]
+
+    def _of(self, fit: Fit) -> tuple[Array, Array, FoldFits | None]:
+        found = self._folds and held_out(
+            fit.problem, fit.x, self._folds, enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2)
+        )
+        rows = found.errors if found else fit.at.plain
+        return fit.in_metres(rows), rows, found
 
     def unseen(self, fit: Fit) -> FoldFits | None:
         """The fits without each fold, where they were made for this fit."""
         self.errors(fit)
         return self._known[fit][2]
 
-    def _calibrated(self, fit: Fit) -> Array | None:
-        """The calibration's errors, where they are a fit's, (m, k)."""
+    def _calibrated(self, fit: Fit) -> tuple[Array, Array, FoldFits | None] | None:
+        """The calibration's errors, where they are a fit's."""
         known = self._calibration
-        own = known is not None and not fit.effects and known.fitted_model.dataset is fit.model.dataset
-        return known.held_out_rows if known is not None and own else None
+        if known is None or fit.effects or known.fitted_model.dataset is not fit.model.dataset:
+            return None
+        in_metres, rows = known.held_out, known.held_out_rows
+        return None if in_metres is None or rows is None else (in_metres, rows, known.unseen)
 
     def turn(self, fit: Fit) -> float:
         """Root mean square of those numbers of the rows that are angles [rad]."""

@@ -23,7 +23,7 @@ KEYS: Final = {
     "joint": "joint_rad",
 }
 """What `[noise]` calls a source."""
-SHOWN: Final = {"repeats": "repeated shots", "estimated": "the rows of a pose"}
+SHOWN: Final = {"repeats": "repeated shots", "estimated": "residuals"}
 """What shows the noise, by its origin."""
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Ints, Progress
+from robolaser.arrays import Bools, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm
 from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of
@@ -124,24 +124,31 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     left = [] if hindrance else left
     judged = _judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
     classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
-    if final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out):
-        final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
+    imitates = final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out)
+    if imitates or (not final.effects and start.model.dataset is not calibration.fitted_model.dataset):
+        outliers = preparation.weighted.outliers  # what is left without effects is the calibration
+        data, start = preparation.without(outliers, start)
+        refits, held_out, nested, evidence = Refits(start, effects), HeldOut(start, seed, calibration), [start], []
+        final, left = start, [] if hindrance else localize(start)
         judged = _judged(preparation, data, start, final, left, held_out, seed)
         classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
     verdict, noise, gap, scatter = judged.verdict, judged.noise, judged.gap, judged.scatter
     scattered = scatter.located(gap.after_m, gap.noise_floor_m) if scatter else None
-    if scattered and scattered.share >= CREDIBLE_MASS:
-        left = []
+    if scatter and scattered and left:
+        scatter = replace(scatter, share=scattered.share) if scattered.share >= EVEN else None
+        if scattered.share >= CREDIBLE_MASS:
+            left = []
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = _where(verdict, refits, final, evidence, classes, left)
-    if scattered:
+    if scatter and scattered:
         where = beside(where, scattered)
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
-    gross = gross_sentence(dataset, outliers)
+    gross_rows = np.flatnonzero(outliers).astype(np.int64)
+    gross = gross_sentence(dataset, gross_rows)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
@@ -154,12 +161,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         findings=listed(findings),
         kinds=cause_kinds(refits, final, evidence, held_out) if verdict != "no_gap" else (),
         classes=classes,
-        outliers=outliers,
+        outliers=gross_rows,
         not_testable=not_testable(kinds, dataset, limits, enough=not too_few),
         next_poses=spread_poses(final, seed=seed) if too_few else _next_poses(final, evidence, seed),
         limits=limits,
         model=final.model,
-        x=final.x,
+        x=final.x if final.effects else calibration.x,
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
         unseen=held_out.unseen(final),
@@ -178,7 +185,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
 def _selected(
     preparation: Preparation, effects: Sequence[CandidateEffect], progress: Progress
-) -> tuple[AveragedData, Refits, Fit, Ints]:
+) -> tuple[AveragedData, Refits, Fit, Bools]:
     """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
@@ -203,7 +210,7 @@ def _selected(
         outliers = found
         data, start = preparation.without(outliers, start)
         refits, final = again(start, 0.5)
-    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+    return data, refits, final, outliers
 
 
 @typing.final
@@ -232,13 +239,25 @@ def _judged(
     gap = gap_of(start, final, noise, held_out, seed)
     evidence = _evidence(start, final, left, gap, noise)
     if evidence.is_at_floor or not scatters:
-        return _Judged(judge(evidence), noise, gap)
+        return _by_rows(final, judge(evidence), noise, gap)
     scatter = preparation.scatter_beside(data, final, smooth=bool(left))
     if scatter:
         beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
         if not _evidence(start, final, left, beside_gap, scatter.noise).is_at_floor:
             return _Judged("unexplained", scatter.noise, beside_gap, scatter)
-    return _Judged(judge(evidence), noise, gap)
+    return _by_rows(final, judge(evidence), noise, gap)
+
+
+def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> _Judged:
+    """The verdict with noise that new poses do not contradict.
+
+    Where a gap is left that is below the noise, the scatter of poses was estimated from the gap: rows alone count.
+    """
+    if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
+        of_poses = {source.name for source in noise.sources if source.level == "pose"}
+        noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
+        gap = replace(gap, noise_floor_m=final.size_of(noise))
+    return _Judged(verdict, noise, gap)
 
 
 def _only_imitate(

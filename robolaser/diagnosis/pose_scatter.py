@@ -61,6 +61,8 @@ class ExcessScatter:
         p_value: Of that ratio, corrected for the locations that were tried.
         size_m: Root-mean-square 3-D error of a row by all noise, this scatter included [m].
         noise: All noise without what exceeds the limits.
+        share: Of the gap, beside functions of unknown form. Steps and corners, which are not smooth, leave scatter
+            beside such a function: it is as probable as that.
     """
 
     where: str
@@ -71,6 +73,12 @@ class ExcessScatter:
     p_value: float
     size_m: float
     noise: NoiseModel
+    share: float = 1.0
+
+    @property
+    def as_cause(self) -> float:
+        """Probability that it is at work, and there."""
+        return self.share * self.probability
 
     def located(self, gap_m: float, floor_m: float) -> Localization:
         """As a location of the gap, with its share of the squared gap above the noise floor."""

@@ -106,7 +106,7 @@ def _kind(one: CauseKind) -> dict[str, Any]:
 
 
 def _scatter_kind(scatter: ExcessScatter) -> dict[str, Any]:
-    return {"effect": NAME, "where": [scatter.where], "probability": scatter.probability, "gap_mm_without": None}
+    return {"effect": NAME, "where": [scatter.where], "probability": scatter.as_cause, "gap_mm_without": None}
 
 
 def _finding(found: Finding) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def _validation(one: Validation) -> dict[str, Any]:
 def _class(one: CauseClass, scatter: ExcessScatter | None) -> dict[str, Any]:
     members = [{**_named(member), "probability": probability} for member, probability in one.members]
     if scatter and one.name == CLASS:
-        members = [{"effect": NAME, "where": scatter.where, "probability": scatter.probability}]
+        members = [{"effect": NAME, "where": scatter.where, "probability": scatter.as_cause}]
     return {
         "class": one.name,
         "probability": one.probability,
@@ -173,7 +173,7 @@ def _class(one: CauseClass, scatter: ExcessScatter | None) -> dict[str, Any]:
 def _pose_scatter(scatter: ExcessScatter, gap: Gap) -> dict[str, Any]:
     """Scatter of whole poses as a finding: it is chance, and closes no gap."""
     sizes = {name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in scatter.sizes.items()}
-    return _effect({"effect": NAME, "where": scatter.where}, scatter.probability, sizes, (gap.after_m,) * 3)
+    return _effect({"effect": NAME, "where": scatter.where}, scatter.as_cause, sizes, (gap.after_m,) * 3)
 
 
 def _wrong_input(found: WrongInput) -> dict[str, Any]:

@@ -145,6 +145,10 @@ def millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.3g} mm"
 
 
+def _where_noise(gap: Gap) -> str:
+    return f"where noise alone gives {millimetres(gap.noise_floor_m)}"
+
+
 def _compared_with_noise(gap: Gap) -> str:
     if gap.after_ci95_m[1] < gap.noise_floor_m:
         return (
@@ -161,9 +165,11 @@ def _unexplained(
     lies = f" The remaining error is at {place(first.site)} ({first.coordinate})." if first else ""
     if findings:
         return _causes("A part of the gap is explained", findings, classes, gap) + lies
+    floor = millimetres(gap.noise_floor_m)
+    beside = f"within the noise ({floor}), yet not random" if gap.after_m < gap.noise_floor_m else _where_noise(gap)
     return (
         f"The gap is real, and no effect of the library explains it: {millimetres(gap.after_m)} on new poses,"
-        f" where noise alone gives {millimetres(gap.noise_floor_m)}.{lies}"
+        f" {beside}.{lies}"
     )
 
 
@@ -239,7 +245,7 @@ def _shrinks(gap: Gap) -> str:
     floor = (
         f"less than the assumed noise ({millimetres(gap.noise_floor_m)})"
         if gap.after_ci95_m[1] < gap.noise_floor_m
-        else f"where noise alone gives {millimetres(gap.noise_floor_m)}"
+        else _where_noise(gap)
     )
     return (
         f"With that in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
