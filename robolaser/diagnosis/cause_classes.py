@@ -112,7 +112,10 @@ def cause_kinds(
         without = refits.without(final, [one.candidate_effect for one in own])
         some = at_least_one(list(places.values()))
         if some < CREDIBLE_MASS and len(places) > 1:
-            some = max(some, _probability(refits, final, without, _kind, kind))
+            others = min(
+                max((w for c, w in one.weights.items() if c and c.effect is not kind), default=0.0) for one in own
+            )
+            some = max(some, min(1.0 - others, _probability(refits, final, without, _kind, kind)))
         where = tuple(dict.fromkeys(one.candidate_effect.where for one in own))
         found.append(CauseKind(kind.name, where, some, held_out.gap(refits.of(without))))
     return tuple(sorted(found, key=lambda one: (one.probability < EVEN, -one.gap_without_m)))
