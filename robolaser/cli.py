@@ -107,7 +107,7 @@ def _sentence(error: BaseException) -> str:
             return ""
         case OSError():
             what = "the output" if error.filename is None else error.filename
-            return f"Cannot use {what}: {error.strerror or error}. Check the path, its rights and the disk's room."
+            return f"Cannot use {what}: {error.strerror or error}. Check the path, permissions and free disk space."
     return str(error)
 
 

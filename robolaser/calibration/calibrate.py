@@ -143,11 +143,13 @@ def _unused_warnings(weighted: NoiseWeightedFit) -> list[str]:
     said = []
     if gross:
         said.append(
-            f"{gross} of {len(poses)} points are gross errors: they are left out of the fit and of the error on new"
-            " poses, but count in J and in the error of the points."
+            f"{gross} of {len(poses)} points are gross errors: they are excluded from the fit and from the error on new"
+            " poses, but count in J and in the error on fitted poses."
         )
     if used < every:
-        said.append(f"{used} of {every} poses are used: weighed by its noise, a fit to more would change little.")
+        said.append(
+            f"{used} of {every} poses are used: with rows weighted by their noise, more would change the fit little."
+        )
     return said
 
 

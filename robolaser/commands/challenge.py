@@ -179,7 +179,7 @@ GROUPS = {
     "several": "two or three effects, all and no other",
     "none": "nothing wrong, nothing found",
     "outliers": "gross errors only, no other effect",
-    "unknown": "unknown effect, said so or harmless",
+    "unknown": "unknown cause, reported or harmless",
 }
 COLUMNS = {
     "by_name": "name",
@@ -199,7 +199,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         "class of causes, all right": scored["by_class"],
         "sure of a wrong cause (p >= 0.9)": scored["sure_and_wrong"],
         "unknown: sure of a wrong cause": scored["unknown"]["sure_and_wrong"],
-        "unknown: its site first": scored["unknown"]["site_first"],
+        "unknown: its location first": scored["unknown"]["site_first"],
         "95 % intervals that hold the truth": scored["coverage_95"],
     }
     closed = scored["gap_closed"]
