@@ -38,7 +38,7 @@ DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
 
-find = Group.create_ordered("Find what is wrong")
+find = Group.create_ordered("Calibrate and diagnose")
 data = Group.create_ordered("Get data")
 use = Group.create_ordered("Use the result")
 methods = Group.create_ordered("Compare and test methods")

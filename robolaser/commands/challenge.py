@@ -63,8 +63,8 @@ def new(
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
-        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, mostly single faults.
-        tracked: Measure all arms with a tracker, whatever the kind of world.
+        kinds: Kinds of data sets, or names of faults, in equal shares. Default: all but physics, mostly single faults.
+        tracked: Measure all arms with a tracker, whatever the kind.
         seed: Seed of the trial. Default: a new, secret one each time.
         truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier trial.

@@ -31,7 +31,7 @@ def export(
 
     Args:
         result: Folder of a calibration or a diagnosis.
-        into: Your URDF; for a moving arm also MJCF; LeRobot's calibration of the arm, .json, takes the zeros.
+        into: Your URDF; for a moving arm also MJCF; or, for the zeros, LeRobot's calibration of the arm, .json.
         output: File for the copy.
         replay: Drive your MJCF and the copy in MuJoCo by the commands of this log, and compare both with its readings.
         force: Overwrite an earlier file.

@@ -43,7 +43,7 @@ class ImportOptions:
         separator: Between two cells: a character, "tab" or "space"; None: the only one that the header has.
         decimal: The decimal sign.
         header_row: Row that names the columns, counted from 1; 0: none does, and they are called 1, 2, 3 …
-        euler: Sequence of axes of Euler angles: "ZYX" about the axes as they turn, "zyx" about those that stay.
+        euler: Sequence of axes of Euler angles: "ZYX" about rotating axes, "zyx" about fixed ones.
         point: The point that all rows are of, where no column names it.
         ordered: Whether the rows are in the order of measurement, where no column has times.
         further: Options of an importer of one's own, by name; see `Importer.further`.
