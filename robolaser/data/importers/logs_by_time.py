@@ -118,7 +118,7 @@ def _clock(
             " both must be of one motion that turns the flange.",
             file=measured.file,
         )
-    return found.offset_s, f" + {found} (by the turns of both)", ()
+    return found.offset_s, f" + {found} (by the rotations of both)", ()
 
 
 def _readings(arm: Poses, at: Match, times: Array) -> Poses:
