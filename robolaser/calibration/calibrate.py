@@ -32,7 +32,7 @@ def calibrate(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """Find the parameters of a data set's sensor, and of effects added to the model.
+    """Estimate the parameters of a data set's sensor, and of effects added to the model.
 
     Args:
         dataset: The measurements, with the nominal values.
@@ -42,8 +42,8 @@ def calibrate(
         progress: Called with the current step and its finished share.
 
     Raises:
-        EstimationError, DataError: The data do not suffice for a calibration.
-        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
+        EstimationError, DataError: The data are insufficient for a calibration.
+        EffectError, UsageError: An effect, location, algorithm or loss is unknown.
 
     Examples:
         >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
