@@ -176,7 +176,7 @@ def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[st
 GROUPS = {
     "one": "one effect, named first and alone",
     "confusable": "one effect, it or its class named",
-    "several": "two or three effects, all and no other",
+    "several": "two to four effects, all and no other",
     "none": "nothing wrong, nothing found",
     "outliers": "gross errors only, no other effect",
     "unknown": "unknown cause, reported or harmless",
@@ -194,7 +194,7 @@ COLUMNS = {
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
     shares = {title: scored["groups"][group] for group, title in GROUPS.items()} | {
-        "hits: first of those named, one effect": scored["hits"],
+        "hits: one effect, named first": scored["hits"],
         "false alarms: nothing wrong, yet a gap": scored["false_alarms"],
         "class of causes, all right": scored["by_class"],
         "sure of a wrong cause (p >= 0.9)": scored["sure_and_wrong"],
@@ -203,14 +203,14 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         "95 % intervals that hold the truth": scored["coverage_95"],
     }
     closed = scored["gap_closed"]
-    head = (f"worlds: {scored['worlds']}", "right", "share", "95 %")
+    head = (f"data sets: {scored['worlds']}", "right", "share", "95 %")
     lines = aligned([head, *map(_share, shares, shares.values())], str.rjust)
     lines += ["" if closed is None else f"gap closed, median: {closed:.3f}", ""]
     kinds = [
         (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
         for kind, part in scored["kinds"].items()
     ]
-    lines += [*aligned([("kind", "worlds", *COLUMNS.values()), *kinds], str.rjust), ""]
+    lines += [*aligned([("kind", "data sets", *COLUMNS.values()), *kinds], str.rjust), ""]
     stated = [
         (f"{names['from']:4.2f} to {names['to']:4.2f}", *_stated(names), *_stated(classes))
         for names, classes in zip(scored["reliability"], scored["reliability_of_classes"], strict=True)

@@ -55,7 +55,7 @@ def export(
         corrected = (result if result.is_dir() else result.parent) / "robot_corrected.urdf"
         if not corrected.is_file():
             raise DataError(
-                f"{result} holds no robot_corrected.urdf: nothing in the result moves the arm's joints, or its errors"
+                f"{result} has no robot_corrected.urdf: it has neither joint_offset nor link_geometry, or its errors"
                 " are so large that no file was written."
             )
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
