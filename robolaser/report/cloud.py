@@ -15,9 +15,9 @@ from robolaser.scan.primitives import rms_m
 from robolaser.scan.quality import LEVEL, Measured, Quality
 
 READING = (
-    "A point's `std` in the cloud is how far noise moves it, by the calibration's noise model; what that model did not"
-    " explain counts as noise of the joints. Errors common to neighbouring points are not in the scatter; bodies of"
-    " known size show them."
+    "A point's `std` in the cloud is its standard deviation by the calibration's noise model; errors of the calibrated"
+    " model count as noise of the joints. Errors common to neighbouring points are not in the scatter; bodies of known"
+    " size show them."
 )
 BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
 MOST_DOTS = 15_000  # points: a page of half a megabyte, and a canvas that follows the hand

@@ -43,9 +43,9 @@ class Scan:
         return (
             f"{self.recording.name}, scanned by robolaser, {self.calibrated.origin}",
             "x y z in the base frame of the robot, in metres",
-            "std in metres: how far noise moves a point, root mean square, by the calibration's noise model",
-            "what its model did not explain counts there as noise of the joints; errors shared by all points do not",
-            "pose: row of poses.csv, the first is 0; of further recordings numbered on",
+            "std in metres: standard deviation of a point by noise, root mean square, by the calibration's noise model",
+            "errors of its model count as noise of the joints; errors common to all points are not included",
+            "pose: row of poses.csv, the first is 0; further recordings are numbered consecutively",
             "intensity: grey of the stripe, 0 to 255",
         )
 

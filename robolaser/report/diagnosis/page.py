@@ -189,4 +189,4 @@ def _untested(diagnosis: Diagnosis) -> list[Block]:
     tested = {limit.candidate_effect.effect.name for limit in seen}
     tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
     names = [spoken(name) for name in diagnosis.not_testable if name not in tested]
-    return [Text(f"Not testable: {', '.join(names)}", "quiet", printed=True)] if names else []
+    return [Text(f"Not testable or not detectable: {', '.join(names)}", "quiet", printed=True)] if names else []
