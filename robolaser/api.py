@@ -42,14 +42,14 @@ def load(folder: str | Path) -> Any:
     """Read and check a data set, or a log of a moving arm.
 
     Args:
-        folder: Holds dataset.toml, poses.csv and, once there are points, points.csv; or dataset.toml with
+        folder: Contains dataset.toml, poses.csv and, unless it is a recording, points.csv; or dataset.toml with
             kind = "motion", and motion.csv.
 
     Returns:
         A `Dataset`, or a `MotionLog`.
 
     Raises:
-        DataError: With file, row and column of what is wrong.
+        DataError: Names file, row and column of the fault.
         RobotError: The URDF, its flange or its joints are not usable.
 
     Examples:
@@ -69,19 +69,19 @@ def calibrate(
     seed: int | None = None,
     progress: Progress | None = None,
 ) -> CalibrationResult | MotionCalibrationResult:
-    """Find the parameters of a data set's sensor, and of effects added to the model.
+    """Estimate the parameters of a data set's sensor, and of effects added to the model.
 
     Args:
-        data: The measurements, with the nominal values; or their folder. Of a log of a moving arm, the effects' alone.
+        data: A data set or its folder; of the log of a moving arm, only the effects are estimated.
         plan: The options; the defaults when absent.
-        effects: Added to the model: a name, `NAME:WHERE` or a class each; those of the plan when absent.
-        weights: "plain" or "noise", see `Plan`; those of the plan when absent.
-        seed: That of the search; that of the plan when absent.
+        effects: Effects to add to the model: names, `NAME:WHERE` or classes; default: those of the plan.
+        weights: "plain" or "noise", see `Plan`; default: those of the plan.
+        seed: Seed of the search; default: that of the plan.
         progress: Called with the current step and its finished share.
 
     Raises:
-        EstimationError, DataError: The data do not suffice for a calibration.
-        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
+        EstimationError, DataError: The data are insufficient for a calibration.
+        EffectError, UsageError: An effect, location, algorithm or loss is unknown.
 
     Examples:
         >>> found = robolaser.calibrate(dataset, effects=["laser_roll"])
@@ -110,17 +110,17 @@ def diagnose(
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
     Args:
-        data: The real, or its folder; its nominal parameters are the sim. A log of a moving arm, too.
-        effects: The library of effects, by class or name; `[*robolaser.EFFECTS, Mine]` extends ours.
-        seed: Assigns poses to folds and resamples them; the same one gives the same answer.
-        validate: Other data of the same arm, which what is found is to predict.
+        data: A data set, or the log of a moving arm; or its folder.
+        effects: The library of effects, classes or names; `[*robolaser.EFFECTS, Mine]` extends the default.
+        seed: Seed of folds and resampling; the same seed gives the same answer.
+        validate: Other data of the same arm, on which the result is tested.
         progress: Called with the current step and its finished share.
 
     Returns:
-        What diagnosis.json holds: gaps in millimetres, else SI.
+        The contents of diagnosis.json: gaps in millimetres, everything else in SI units.
 
     Raises:
-        DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+        DataError: The data set has too few data, or other data are of another arm or kind of sensor.
         UsageError: There is no effect of that name.
 
     Examples:
@@ -146,17 +146,17 @@ def compare(
     """Run algorithms side by side, and say which is better, by how much, and how certain that is.
 
     Args:
-        problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
-            gives them names.
-        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping gives them
-            names. Those of `robolaser list algorithms` when absent.
+        problems: Names, as in `robolaser compare`, or pymoo problems (class, instance or function); a mapping
+            names them.
+        algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping names
+            them. Default: those of `robolaser list algorithms`.
         options: `seeds`, `first_seed`, `budget`, `target`, `time_limit_s`, `on_error`, `jobs`, `scheduler`, `output`,
             `resume`, `force` and `progress`: see `robolaser.benchmark.compare.compare`.
 
     Raises:
-        UsageError: There is no such problem, algorithm or setting, or a number makes no sense.
+        UsageError: A problem, algorithm or setting is unknown, or a number is invalid.
         BenchmarkError: Runs in `output` were made under other conditions, or the cluster is lost.
-        OutputError: `output` cannot be written to, or holds runs and neither `resume` nor `force` is set.
+        OutputError: `output` cannot be written to, or has runs and neither `resume` nor `force` is set.
         Interrupted: It was stopped; the runs so far are in `output`.
 
     Examples:
@@ -175,7 +175,7 @@ def compare(
 
 
 def check(data: Data) -> DataCheck:
-    """Say what a data set allows and what is missing for the rest, before anything is fitted.
+    """List what can be estimated from a data set, and which data are missing for the rest, without a fit.
 
     Examples:
         >>> robolaser.check(dataset).hindrance
@@ -185,16 +185,16 @@ def check(data: Data) -> DataCheck:
 
 
 def plan(data: Data, *, points: int | None = None, seed: int = 0) -> PosePlan:
-    """Say which effects the poses of a data set could tell apart, before anything is measured.
+    """Show which effects could be detected and distinguished at planned poses.
 
     Args:
-        data: The poses of a robot, the kind of sensor and the expected noise; or their folder.
-        points: Simulated in each pose where the data set has none.
-        seed: Of what is drawn of a simulated sensor.
+        data: A data set with poses, kind of sensor and expected noise, or its folder.
+        points: Number of simulated points in each pose, if the data set has none.
+        seed: Seed of the simulated sensor.
 
     Raises:
         DataError: There are no joint readings, or no noise is stated.
-        EstimationError: Too few poses see anything.
+        EstimationError: Too few poses see the target.
 
     Examples:
         >>> len(robolaser.plan(dataset).limits) > 10
@@ -214,7 +214,7 @@ def extract(recording: Data, *, progress: Progress | None = None) -> Dataset:
         The data set with points; `robolaser.save` writes it.
 
     Raises:
-        DataError, ImageError: There is no board or no image, or none of them shows what is looked for.
+        DataError, ImageError: There is no board or no image, or no image shows them.
 
     Examples:
         >>> try:
@@ -233,18 +233,18 @@ def extract(recording: Data, *, progress: Progress | None = None) -> Dataset:
 
 
 def import_files(*sources: str | Path, options: ImportOptions | None = None, kind: str | None = None) -> Dataset:
-    """Turn your files into a data set.
+    """Convert files to a data set.
 
     Args:
         sources: Files or folders that belong together.
-        options: What the files do not say: robot, units, columns.
+        options: Information that the files lack: robot, units, columns.
         kind: One of `robolaser list importers`; by default the one that recognises the files.
 
     Returns:
-        The data set as it is read back; `robolaser.save` writes it.
+        The data set; `robolaser.save` writes it.
 
     Raises:
-        DataError, UsageError: A file cannot be read, or more has to be stated.
+        DataError, UsageError: A file cannot be read, or information is missing.
 
     Examples:
         >>> _ = Path("log.csv").write_text("x,y,z")

@@ -38,7 +38,7 @@ DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
 
-find = Group.create_ordered("Find what is wrong")
+find = Group.create_ordered("Calibrate and diagnose")
 data = Group.create_ordered("Get data")
 use = Group.create_ordered("Use the result")
 methods = Group.create_ordered("Compare and test methods")
@@ -107,7 +107,7 @@ def _sentence(error: BaseException) -> str:
             return ""
         case OSError():
             what = "the output" if error.filename is None else error.filename
-            return f"Cannot use {what}: {error.strerror or error}. Check the path, its rights and the disk's room."
+            return f"Cannot use {what}: {error.strerror or error}. Check the path, permissions and free disk space."
     return str(error)
 
 

@@ -54,8 +54,8 @@ def compare(
     """Run algorithms side by side, and say which is better, by how much, and how certain that is.
 
     Args:
-        problems: Names, as `robolaser compare` takes them, or pymoo problems (class, instance or function); a mapping
-            gives them names.
+        problems: Names, as in `robolaser compare`, or pymoo problems (class, instance or function); a mapping
+            names them.
         algorithms: Names, or pymoo algorithms, or functions `search(evaluator, seed)`; a mapping gives them
             names.
         seeds: Number of runs of each algorithm on each problem.
@@ -74,9 +74,9 @@ def compare(
         write: Writes the result's files to `output`.
 
     Raises:
-        UsageError: There is no such problem, algorithm or setting, or a number makes no sense.
+        UsageError: A problem, algorithm or setting is unknown, or a number is invalid.
         BenchmarkError: Runs in `output` were made under other conditions, or the cluster is lost.
-        OutputError: `output` cannot be written to, or holds runs and neither `resume` nor `force` is set.
+        OutputError: `output` cannot be written to, or has runs and neither `resume` nor `force` is set.
         Interrupted: It was stopped; the runs so far are in `output`.
 
     Examples:

@@ -179,7 +179,7 @@ def merge(paths: Sequence[str | Path]) -> BenchmarkResult:
     """Put the runs of several folders together, as those of an array job; of runs with one seed the last counts.
 
     Raises:
-        BenchmarkError: There are no runs in one of them, or they were made under other conditions.
+        BenchmarkError: One of them has no runs, or they were made under other conditions.
     """
     return Journal.read(dict(_texts(paths))).result()
 

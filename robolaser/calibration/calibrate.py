@@ -32,7 +32,7 @@ def calibrate(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """Find the parameters of a data set's sensor, and of effects added to the model.
+    """Estimate the parameters of a data set's sensor, and of effects added to the model.
 
     Args:
         dataset: The measurements, with the nominal values.
@@ -42,8 +42,8 @@ def calibrate(
         progress: Called with the current step and its finished share.
 
     Raises:
-        EstimationError, DataError: The data do not suffice for a calibration.
-        EffectError, UsageError: There is no effect, location, algorithm or loss of that name.
+        EstimationError, DataError: The data are insufficient for a calibration.
+        EffectError, UsageError: An effect, location, algorithm or loss is unknown.
 
     Examples:
         >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
@@ -143,11 +143,13 @@ def _unused_warnings(weighted: NoiseWeightedFit) -> list[str]:
     said = []
     if gross:
         said.append(
-            f"{gross} of {len(poses)} points are gross errors: they are left out of the fit and of the error on new"
-            " poses, but count in J and in the error of the points."
+            f"{gross} of {len(poses)} points are gross errors: they are excluded from the fit and from the error on new"
+            " poses, but count in J and in the error on fitted poses."
         )
     if used < every:
-        said.append(f"{used} of {every} poses are used: weighed by its noise, a fit to more would change little.")
+        said.append(
+            f"{used} of {every} poses are used: with rows weighted by their noise, more would change the fit little."
+        )
     return said
 
 

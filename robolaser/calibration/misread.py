@@ -65,7 +65,7 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
     found = readings[int(order[0])]
     return Misread(
-        f"{found.fault}: read otherwise, fitted points are {_millimetres(best)} off{instead}. Correct {found.where}.",
+        f"{found.fault}: with that corrected, the error is {_millimetres(best)}{instead}. Correct {found.where}.",
         found.shift,
     )
 

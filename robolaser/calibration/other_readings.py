@@ -120,7 +120,7 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
         return
     turned, placed = T[:, :3, :3], T[:, :3, 3]
     for unit, factor in LENGTHS.items():
-        fault = f"The places of the flange seem to be {unit}"
+        fault = f"The positions of the flange seem to be {unit}"
         yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault)
     for axis in range(3) if dataset.placed else (1,):  # about a target that has no place, mirrored axes are alike
         side = np.where(np.arange(3) == axis, -1.0, 1.0)

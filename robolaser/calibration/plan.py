@@ -19,17 +19,17 @@ class Plan:
     """The options of a calibration.
 
     Attributes:
-        algorithm: Name of the global search; by default `screening` for a stripe scanner and none (`gauss-newton`)
+        algorithm: Name of the global search; default: `screening` for a stripe scanner and none (`gauss-newton`)
             for trackers and sockets, whose parameters start from a closed form.
-        polish: Whether Gauss-Newton steps follow the search.
-        weights: "plain" minimises J as it stands; "noise" weighs residuals by the covariance of their noise.
-        loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale taken from the residuals.
-        effects: `EFFECT[:WHERE]` or a class each.
+        polish: Whether local refinement follows the search.
+        weights: "plain" minimises J; "noise" weights residuals by the covariance of their noise.
+        loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale estimated from the residuals.
+        effects: Names, as `EFFECT[:WHERE]`, or classes.
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
 
     Raises:
-        UsageError: There are no weights of that name.
+        UsageError: The weights are unknown.
 
     Examples:
         >>> robolaser.Plan(effects=("laser_roll",), loss="huber").weights

@@ -52,15 +52,15 @@ class Calibration:
         x: The parameters in the order of `model.parameters`, (d,).
         std: One standard deviation of each, (d,); NaN where it is fixed or not identifiable.
         on_bound: Parameters that ended on one of their bounds, (d,).
-        unidentifiable: Groups of parameters that the data cannot fix.
-        residuals: Known or measured less predicted, in the sensor's unit, (m, k).
+        unidentifiable: Groups of parameters that the data cannot separate.
+        residuals: Known or measured minus predicted, in the sensor's unit, (m, k).
         held_out: Errors on poses left out of the fit, at the points' places, (m', j) [m]; None with too few poses. Of
             each row that was fitted: all of them, or those in `weighted`.
         noise: Standard deviation of each source of noise, stated or estimated.
-        history: The course of the global search; None without one.
+        history: The progress of the global search; None without one.
         evaluations: Candidates evaluated in all.
         seconds: Time taken.
-        warnings: What the user should know.
+        warnings: Warnings for the user.
         loss: "square", "huber" or "cauchy".
         unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
         fitted: The model of the rows that were fitted; None where these are all.

@@ -115,8 +115,8 @@ class AclArm(Arm):
             if not self._is_another_arm(counts, pitch):
                 return self._angles(counts)
         raise ArmError(
-            f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which its"
-            f" encoders do not mean on an arm of axes '{self._axes}'. Check [arm] axes in cell.toml: this is another"
+            f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which"
+            f" contradicts its encoders if axes = '{self._axes}'. Check [arm] axes in cell.toml: this is another"
             " arm, and its joint angles would be wrong."
         )
 

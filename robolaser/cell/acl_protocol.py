@@ -36,7 +36,7 @@ AXIS = re.compile(r"AXIS\s*(\d)", re.IGNORECASE)
 TROUBLE = {
     re.compile("IMPACT|PROTECTION", re.IGNORECASE): "It ran into something: free the arm by hand and home it.",
     re.compile("RANGE", re.IGNORECASE): "The controller's own limits are narrower: leave that pose out.",
-    re.compile("THERMIC|OVERLOAD", re.IGNORECASE): "A motor is too hot: let it cool down, and look for what it pushes.",
+    re.compile("THERMIC|OVERLOAD", re.IGNORECASE): "A motor is too hot: let it cool down, and look for what blocks it.",
 }
 MEANING = {
     303: "no position is assigned; the controller may have been switched off in between",

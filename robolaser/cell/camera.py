@@ -125,4 +125,4 @@ def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn)
     if white > MUCH:
         warn(f"camera {source}: {white:.0%} of the image is white; a shorter exposure shows more.")
     if image.max(initial=0) < DARK:
-        warn(f"camera {source}: the image is dark all over. Is the lens covered, is there light?")
+        warn(f"camera {source}: the whole image is dark. Is the lens covered, or the light off?")

@@ -203,7 +203,7 @@ def _readme(new: NewCell, at: Layout) -> str:
    `marker_m` in `dataset.toml`. Glue the print to something flat.
 2. Lay it on the table, its middle {100 * at.ahead_m:.0f} cm in front of the arm ({at.front} of its base frame), the
    long side across. A few centimetres do not matter: part of the board in view is enough.
-3. Fix the {new.sensor_name} to the last link, so that it looks where the arm points. Where exactly is found.
+3. Fix the {new.sensor_name} to the last link, so that it looks where the arm points. Its exact pose is estimated.
 4. Set `port` and `source` in `cell.toml`, and the size of the camera's images in `dataset.toml`.
 5. Look at the plan, clear the table, keep a hand on the power switch, and record:
 

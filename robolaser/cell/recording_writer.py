@@ -81,7 +81,7 @@ class RecordingWriter:
 
         Args:
             cell: Where it is taken.
-            folder: Created where it is not there.
+            folder: Created if it does not exist.
             waypoints: The poses; none where somebody else moves the arm.
             shots: At each pose, with the laser on.
             force: Throw away a recording that is there.

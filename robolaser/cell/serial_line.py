@@ -122,8 +122,8 @@ class SerialLine:
 
     def _flooded(self, received: int) -> LineFlooded:
         return LineFlooded(
-            f"The arm on {self.port} talks without end: {received} bytes and no answer among them."
-            " Stop what runs in the controller and check [arm] baud in cell.toml."
+            f"The arm on {self.port} sends without end: {received} bytes and no answer among them."
+            " Stop the program in the controller and check [arm] baud in cell.toml."
         )
 
     def _look(self, *, wait: int) -> str:

@@ -118,9 +118,9 @@ class Session:
             joint = int(np.argmax(np.abs(at - left)))
             stands, stood = (joint_text(self._robot, joint, float(q[joint])) for q in (at, left))
             raise PlanError(
-                f"{self._robot.joints[joint]} stands at {stands}, but stood at {stood} when this recording was"
+                f"{self._robot.joints[joint]} is at {stands}, but was at {stood} when this recording was"
                 " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
-                " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm stand at"
+                " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm at"
                 f" {configuration_text(self._robot, at)}, continue with --confirm-position."
             )
 

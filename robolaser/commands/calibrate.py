@@ -26,7 +26,7 @@ def calibrate(
     terminal: Terminal = TERMINAL,
     typed: Typed = "",
 ) -> None:
-    """Estimate the parameters of scanner, base, tool or sockets from measured points.
+    """Estimate the parameters of sensor, mount, base, target, tool or sockets from measurements.
 
     For example:
 
@@ -38,7 +38,7 @@ def calibrate(
         output: Folder for the result.
         algorithm: Search with one of `robolaser list algorithms`. Default: screening.
         polish: Refine the result of the search by least squares.
-        weights: Minimise J (plain), or weight each row by its noise.
+        weights: Minimise J, the sum of squares (plain), or weight each row by its noise.
         loss: Loss of a row; huber and cauchy reduce the influence of gross errors.
         effects: Add an effect to the model; may be given again.
         generations: Number of generations of a genetic algorithm.

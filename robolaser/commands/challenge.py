@@ -63,8 +63,8 @@ def new(
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
         pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
-        kinds: Kinds of worlds, or names of faults, in equal shares. Default: all but physics, mostly single faults.
-        tracked: Measure all arms with a tracker, whatever the kind of world.
+        kinds: Kinds of data sets, or names of faults, in equal shares. Default: all but physics, mostly single faults.
+        tracked: Measure all arms with a tracker, whatever the kind.
         seed: Seed of the trial. Default: a new, secret one each time.
         truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier trial.
@@ -176,10 +176,10 @@ def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[st
 GROUPS = {
     "one": "one effect, named first and alone",
     "confusable": "one effect, it or its class named",
-    "several": "two or three effects, all and no other",
+    "several": "two to four effects, all and no other",
     "none": "nothing wrong, nothing found",
     "outliers": "gross errors only, no other effect",
-    "unknown": "unknown effect, said so or harmless",
+    "unknown": "unknown cause, reported or harmless",
 }
 COLUMNS = {
     "by_name": "name",
@@ -194,23 +194,23 @@ COLUMNS = {
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
     shares = {title: scored["groups"][group] for group, title in GROUPS.items()} | {
-        "hits: first of those named, one effect": scored["hits"],
+        "hits: one effect, named first": scored["hits"],
         "false alarms: nothing wrong, yet a gap": scored["false_alarms"],
         "class of causes, all right": scored["by_class"],
         "sure of a wrong cause (p >= 0.9)": scored["sure_and_wrong"],
         "unknown: sure of a wrong cause": scored["unknown"]["sure_and_wrong"],
-        "unknown: its site first": scored["unknown"]["site_first"],
+        "unknown: its location first": scored["unknown"]["site_first"],
         "95 % intervals that hold the truth": scored["coverage_95"],
     }
     closed = scored["gap_closed"]
-    head = (f"worlds: {scored['worlds']}", "right", "share", "95 %")
+    head = (f"data sets: {scored['worlds']}", "right", "share", "95 %")
     lines = aligned([head, *map(_share, shares, shares.values())], str.rjust)
     lines += ["" if closed is None else f"gap closed, median: {closed:.3f}", ""]
     kinds = [
         (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
         for kind, part in scored["kinds"].items()
     ]
-    lines += [*aligned([("kind", "worlds", *COLUMNS.values()), *kinds], str.rjust), ""]
+    lines += [*aligned([("kind", "data sets", *COLUMNS.values()), *kinds], str.rjust), ""]
     stated = [
         (f"{names['from']:4.2f} to {names['to']:4.2f}", *_stated(names), *_stated(classes))
         for names, classes in zip(scored["reliability"], scored["reliability_of_classes"], strict=True)

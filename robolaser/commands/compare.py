@@ -64,13 +64,13 @@ def compare(
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
         seed: First seed.
         budget: Evaluations of a run, as 20000, or 1000d: 1000 for each variable.
-        target: How far above the lowest known cost counts as reached; for calibrations a share of J, for several
+        target: Excess over the lowest known cost that counts as reached; for calibrations a share of J, for several
             objectives IGD+. Default: 0.01.
-        time_limit: Most seconds of a run; what it found by then counts.
+        time_limit: Maximum seconds of a run; its best result by then counts.
         on_error: A candidate whose evaluation raises an error makes its run fail, or costs infinity (inf).
         jobs: Number of runs at a time. Default: one on each core.
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
-        merge: Put finished or unfinished comparisons together, whose folders are named instead of problems.
+        merge: Merge finished or unfinished comparisons; name their folders instead of problems.
         iohprofiler: Also write the runs in IOHprofiler's format.
         latex: Also write tables for a paper, to tables.tex.
         resume: Continue a comparison that was stopped, or extend it.

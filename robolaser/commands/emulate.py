@@ -25,7 +25,7 @@ def emulate(
 ) -> None:
     """Serve an emulated cell: the arm's serial line and the camera, with faults on demand.
 
-    It prints one line of JSON that says where arm and camera are, and runs until it is stopped. For example:
+    It prints one line of JSON with the addresses of arm and camera, and runs until it is stopped. For example:
 
         robolaser emulate cell --world world.toml --fault lost:0.1
 

@@ -31,7 +31,7 @@ def export(
 
     Args:
         result: Folder of a calibration or a diagnosis.
-        into: Your URDF; for a moving arm also MJCF; LeRobot's calibration of the arm, .json, takes the zeros.
+        into: Your URDF; for a moving arm also MJCF; or, for the zeros, LeRobot's calibration of the arm, .json.
         output: File for the copy.
         replay: Drive your MJCF and the copy in MuJoCo by the commands of this log, and compare both with its readings.
         force: Overwrite an earlier file.
@@ -55,7 +55,7 @@ def export(
         corrected = (result if result.is_dir() else result.parent) / "robot_corrected.urdf"
         if not corrected.is_file():
             raise DataError(
-                f"{result} holds no robot_corrected.urdf: nothing in the result moves the arm's joints, or its errors"
+                f"{result} has no robot_corrected.urdf: it has neither joint_offset nor link_geometry, or its errors"
                 " are so large that no file was written."
             )
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)

@@ -125,7 +125,7 @@ def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal
             figures = f"{frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}"
             terminal.print(f"{frame.pose:<16} {figures}")
     if not found.lens.known:
-        terminal.warn("the views do not determine the lens's distortion: planes were laid through raw pixels.")
+        terminal.warn("the views do not determine the lens distortion: planes were fitted to raw pixels.")
     if found.channel != "grey":
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
     terminal.warn(*found.doubts)

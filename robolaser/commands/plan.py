@@ -80,7 +80,7 @@ def plan(
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
         if doubled := [option for option, value in given.items() if value is not None]:
-            raise UsageError(f"{poses} is a data set, which says that itself: leave out {', '.join(doubled)}.")
+            raise UsageError(f"{poses} is a data set, which contains that: leave out {', '.join(doubled)}.")
         if is_motion(poses):
             if typed_noise or points is not None:
                 raise UsageError(f"{poses} is the log of a moving arm: leave out --points and the noise.")
@@ -95,7 +95,7 @@ def plan(
         dataset = load(poses)
     else:
         if robot is None or sensor is None:
-            raise UsageError(f"State --robot and --sensor: {poses} alone does not say what will measure.")
+            raise UsageError(f"State --robot and --sensor, which {poses} does not contain.")
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
     dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))

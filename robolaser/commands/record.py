@@ -93,7 +93,7 @@ def record(
         )
     if watch is not None and (move or resume or dry_run or repeats):
         raise UsageError("--watch moves nothing: leave out --move, --dry-run, --resume and --repeats.")
-    _refuse_idle("--both-ways", both_ways, "poses that are named", named)
+    _refuse_idle("--both-ways", both_ways, "--poses, --plan or --next", named)
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
     _refuse_idle("--confirm-position", confirm_position, "--resume", resume)
@@ -217,10 +217,10 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
     for pair in bodies.unchecked:
         if boxes & {bodies.bodies[i].name for i in pair}:
             raise PlanError(
-                f"Nothing was moved: {bodies.name(pair)} overlap wherever the arm is, so they cannot be kept apart."
+                f"Nothing was moved: {bodies.name(pair)} overlap at every position of the arm."
                 " Correct [[box]] in cell.toml."
             )
-        terminal.warn(f"{bodies.name(pair)} overlap wherever the arm is: they are not checked against each other.")
+        terminal.warn(f"{bodies.name(pair)} overlap at every position of the arm: not checked against each other.")
     broken = check.violations(None, names, q)
     if broken:
         run_up = any(waypoint.approach for waypoint in waypoints)

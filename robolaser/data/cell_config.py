@@ -197,8 +197,8 @@ def _unattended(arm: ArmLine) -> list[str]:
     if arm.unattended_s <= MOST_UNATTENDED_S:
         return []
     return [
-        f"{FILE}, [arm] unattended_s: should this computer die, the arm moves on for up to {arm.unattended_s:g} s. More"
-        f" than {MOST_UNATTENDED_S:g} s is for emulators in a hurry only."
+        f"{FILE}, [arm] unattended_s: if this computer dies, the arm moves on for up to {arm.unattended_s:g} s. Use"
+        f" more than {MOST_UNATTENDED_S:g} s only with an emulator."
     ]
 
 

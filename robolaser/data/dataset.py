@@ -204,18 +204,18 @@ class Dataset:
         kind: Of the sensor: "stripe", "camera", "point", "pose", "socket", "profile", or a further one that is
             registered; of several sensors the first one's, and so all that is said of a sensor here.
         options: The sensor's own keys of `[sensor]`, an instance of its format's `options`; None where it has none.
-        parameters: The sim: nominal values and bounds as given, by name.
-        bracket_quat: Nominal turn of the camera on the flange, (x, y, z, w).
+        parameters: Nominal values and bounds as given, by name.
+        bracket_quat: Nominal orientation of the camera on the flange, (x, y, z, w).
         angles: Order of the hand-eye angles, "xyz" or "zyz".
         image_px: Width and height of the images [px].
         placed: Whether target points are given in the base frame.
         distances_m: Known distances between named points: (point, point, distance).
         radius_m: Radius of each ball that profiles show, by name [m].
         time_is_order: Whether `time_s` only orders the poses.
-        path_known: Whether the robot went straight from each pose to the next.
+        path_known: Whether the arm moved straight from each pose to the next.
         sessions: The campaigns, where poses.csv has a column `session`; None: there is one.
         members: What dataset.toml says of each of several sensors; `sensors` are all, also where there is one.
-        warnings: What is odd, but no error.
+        warnings: Warnings of the data set.
 
     Examples:
         >>> dataset
@@ -273,7 +273,7 @@ class Dataset:
 
     @property
     def summary(self) -> str:
-        """What was measured, with which arm, and how much of it."""
+        """Sensor, arm, and number of points and poses."""
         arm = f"robot {self.robot.name}" if self.robot else "measured flange poses"
         poses = len(set(self.points.pose.tolist()))
         return f"{self.format.title}, {arm}, {len(self.points)} points in {poses} poses"
@@ -291,7 +291,7 @@ class Dataset:
 
     @property
     def sensors(self) -> tuple[SensorData, ...]:
-        """All sensors, one or more, and what each of them saw."""
+        """All sensors, with their points."""
         return self._several or (SensorData("", self, rows=np.arange(len(self.points))),)
 
     @cached_property
@@ -336,7 +336,7 @@ class Dataset:
 
     @property
     def arm(self) -> tuple[Robot, Array]:
-        """The robot and its joint angles as read, (n, j) [rad or m].
+        """The arm and its joint angles as read, (n, j) [rad or m].
 
         Raises:
             RobotError: Flange poses were measured instead.
@@ -358,7 +358,7 @@ class Dataset:
         return T
 
     def of_poses(self, chosen: Bools) -> "Dataset":
-        """The same data set with only the chosen poses (n,) and their points."""
+        """The data set with only the chosen poses (n,) and their points."""
         number = np.cumsum(chosen) - 1
         points = self.points.take(chosen[self.points.pose])
         return replace(

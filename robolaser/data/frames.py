@@ -36,7 +36,7 @@ def dataset_of_frames(
         robot: The arm: what `find_robot` takes, or its result; None for measured flange poses.
         flange: Frame of a robot's file that carries the sensor.
         sensor: Its kind.
-        name: Of the data set.
+        name: Name of the data set.
         tables: Of dataset.toml, such as `noise={"point_m": 3e-5}` or `target={"placed": False}`.
 
     Raises:

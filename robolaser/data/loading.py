@@ -24,7 +24,7 @@ def load(folder: str | Path) -> Dataset:
         folder: Holds dataset.toml, poses.csv and, once there are points, points.csv.
 
     Raises:
-        DataError: With file, row and column of what is wrong.
+        DataError: Names file, row and column of the fault.
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)

@@ -138,7 +138,7 @@ def _outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
         )
     exchanged = _exchanged(q, robot) if (beyond > 0).any() else ""
     return [
-        f"{int((beyond[:, j] > 0).sum())} readings of {joint} lie up to {beyond[:, j].max():.3g} {units[j]} "
+        f"{int((beyond[:, j] > 0).sum())} readings of {joint} are up to {beyond[:, j].max():.3g} {units[j]} "
         f"outside its limits in the URDF. {exchanged}".rstrip()
         for j, joint in enumerate(robot.joints)
         if (beyond[:, j] > 0).any()

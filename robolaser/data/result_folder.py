@@ -32,7 +32,7 @@ def results_in(
     It gives a function that claims further files, whose names the command comes to know later.
 
     Args:
-        folder: Created where it is not there.
+        folder: Created if it does not exist.
         command: The command's name.
         files: Names of all that it may write, those in folders below as images/p001.png.
         state: Names of what it leaves when it is stopped, to be gone on with; the command looks after those itself.

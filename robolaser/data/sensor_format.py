@@ -20,12 +20,12 @@ SENSORS = "robolaser.model.sensors"
 @final
 @dataclass(frozen=True)
 class SensorFormat:
-    """What `load` and `save` need to know of a kind of sensor; a sensor's class declares it.
+    """The data format of a kind of sensor; a sensor's class declares it.
 
     Attributes:
-        kind: What `[sensor] kind` calls it.
-        title: What messages and reports call it, without an article: "laser stripe scanner".
-        task: What reports say how far off it is: "the model predicts measurements" 0.1 mm off.
+        kind: Its name in `[sensor] kind`.
+        title: Its name in messages and reports, without an article: "laser stripe scanner".
+        task: A clause for reports: "the model predicts measurements" 0.1 mm off.
         columns: The arrays of `Points` that every row has, by name, and the columns of points.csv they are read from.
             `pixel` and `xyz` are arrays that all sensors share; others are in `Points.columns`. What is called
             `quaternion` holds rotations.

@@ -20,15 +20,15 @@ FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # all that a
 
 
 def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> None:
-    """Write a data set, whole or not at all; images stay where they are, only their paths are written.
+    """Write a data set, completely or not at all; of images, only the paths are written.
 
     Args:
-        dataset: Without points it becomes a raw recording, which has no points.csv.
-        folder: Created where it is not there.
-        overwrite: Replace a data set that is there.
+        dataset: Without points it becomes a recording, which has no points.csv.
+        folder: Created if it does not exist.
+        overwrite: Replace an existing data set.
 
     Raises:
-        OutputError: There is one, or the disk or its rights refuse.
+        OutputError: There is one, or the folder cannot be written to.
 
     Examples:
         >>> robolaser.save(dataset, "saved")

@@ -167,7 +167,7 @@ def _of_camera_and_laser(fit: Fit, derivatives: StageDerivatives, in_run: Sequen
         across = int(directions[here][0].argmax())
         along = 1 - across
         yield Site(name, "position along the stripe", own, smooth(pixel[:, [along]]), rows)
-        yield Site(name, "place on the laser plane", own, _over_plane(on_plane[:, 1:]), rows)
+        yield Site(name, "position on the laser plane", own, _over_plane(on_plane[:, 1:]), rows)
         if np.ptp(tilt[here]) > 0:
             biased = _only(here, seen[:, [across]], rows)
             yield Site(name, "tilt of the surface", biased, smooth(tilt[:, None]), rows)
@@ -197,8 +197,8 @@ def _of_target(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:
     given = derivatives.by_motion(Stage.TARGET)
     height = given @ fit.model.run.target.axes[:, 2:]
     rows = fit.problem.row_of_number
-    yield Site("target", "place on the target", given, smooth(points.xyz), rows)
-    yield Site("target", "place on the target", height, smooth(points.xyz, DENT, most=DENTS), rows)
+    yield Site("target", "position on the target", given, smooth(points.xyz), rows)
+    yield Site("target", "position on the target", height, smooth(points.xyz, DENT, most=DENTS), rows)
 
 
 def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Site]:

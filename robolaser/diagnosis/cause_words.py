@@ -26,15 +26,20 @@ FEW: Final = 3
 """Names from which on those of joints are shortened."""
 
 
+def spoken(name: str) -> str:
+    """A name in words: "hand-eye sag"."""
+    return name.replace("hand_eye", "hand-eye").replace("_", " ")
+
+
 def noun(name: str) -> str:
     """A class of causes as the subject of a sentence."""
-    return NOUNS.get(name, name.replace("_", " "))
+    return NOUNS.get(name, spoken(name))
 
 
 def place(site: str) -> str:
     """A site as people call it, one of several sensors with its name: "laser of left"; a joint as it is named."""
     kind = kind_of_site(site)
-    said = kind.replace("_", " ") if kind in ("hand_eye", "measuring_system") else kind
+    said = spoken(kind) if kind in ("hand_eye", "measuring_system") else kind
     return said if kind == site else f"{said} of {site.removesuffix(f'.{kind}')}"
 
 
@@ -59,7 +64,7 @@ def listed(items: Sequence[str]) -> str:
 
 def _of(same: Sequence[CandidateEffect]) -> str:
     effect = same[0].effect
-    name = effect.name.replace("_", " ")
+    name = spoken(effect.name)
     if not effect.site:
         return f"{name} of {joint_names(sorted(one.where for one in same))}"
     own = [one.where.removesuffix(f".{effect.site}") for one in same if of_sensor(one.where)]

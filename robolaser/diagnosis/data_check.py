@@ -107,7 +107,7 @@ def check_data(dataset: Dataset, effects: Sequence[type[Effect]] = EFFECTS) -> D
         if one.remedy:
             missing[one.remedy] = (*missing.get(one.remedy, ()), one.effect)
     if dataset.points.repeat is None and not any(vars(dataset.noise).values()):
-        told = "shots repeated at unmoved poses (column repeat), or the noise that is known ([noise])"
+        told = "shots repeated at unmoved poses (column repeat), or known noise ([noise])"
         missing[told] = ("noise_floor",)
     return DataCheck(dataset, hindrance, parameters, inseparable, tested, missing)
 
@@ -120,7 +120,7 @@ def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testabilit
         )
     locations = kind.locations(dataset)
     if not reason and not locations:
-        reason = "the poses show it at no joint"
+        reason = "undetectable at every joint in these poses"
     remedy = reason.remedy if isinstance(reason, DataLack) else ""
     return Testability(kind.name, locations, reason, "" if isinstance(reason, SensorLacks) else remedy)
 

@@ -174,5 +174,5 @@ def not_testable(
             unseen.setdefault(one.candidate_effect.effect.name, []).append(one.candidate_effect.where)
     for name, locations in unseen.items():
         where = ", ".join(map(place, locations))
-        reasons.setdefault(name, f"at {where} it cannot be seen in these poses at any plausible size")
+        reasons.setdefault(name, f"at {where} it is undetectable in these poses at any plausible size")
     return reasons

@@ -62,16 +62,16 @@ def examine(
     """Say where the gap lies, which effects cause it, and how far it shrinks, with all that a report shows.
 
     Args:
-        dataset: The real; its nominal parameters are the sim.
+        dataset: The measurements, with the nominal parameters.
         effects: The library of effects.
         seed: Of everything random.
-        without: Names of effects that are taken out of the library.
-        validate: Other data of the same arm, which what is found is to predict.
-        progress: Is called with what is going on, and what share of the work is done.
+        without: Names of effects to remove from the library.
+        validate: Other data of the same arm, on which the result is tested.
+        progress: Called with the current step and its finished share.
 
     Raises:
         UsageError: There is no such effect to take out.
-        DataError: The data set holds nothing to judge, or other data are of another arm or kind of sensor.
+        DataError: The data set has too few data, or other data are of another arm or kind of sensor.
 
     Examples:
         >>> from robolaser.diagnosis import examine

@@ -117,11 +117,11 @@ def examine_plan(
         effects: The library of effects.
         points: Simulated ones in each pose.
         mount: Where a simulated camera sits.
-        seed: Of what is drawn of a simulated sensor.
+        seed: Seed of the simulated sensor.
 
     Raises:
         DataError: There are no joint readings, or no noise is stated.
-        EstimationError: Too few poses see anything.
+        EstimationError: Too few poses see the target.
     """
     if dataset.robot is None or dataset.poses.q is None:
         raise DataError("A plan needs an arm and its joint angles: flange poses do not show what its joints do.")

@@ -231,29 +231,29 @@ class Diagnosis:
         verdict: `no_gap`, `explained` or `unexplained`.
         sentence: The verdict for a person.
         gap: How far the gap shrinks.
-        where: Places of the gap; for `unexplained`, of what is left.
+        where: Locations of the gap; for `unexplained`, of the remaining error.
         findings: Effects found, that without which the gap would be largest first; of those in the model, the few that
             are too improbable by themselves are left out.
-        kinds: Effects with all of their places, those that explain most first.
-        classes: Classes of causes that may be at work, most important first.
+        kinds: Effects with all of their locations, those that explain most first.
+        classes: Possible classes of causes, most important first.
         outliers: Rows of points.csv (from 0) that are gross errors.
         not_testable: Why an effect could not be tested, by its name.
-        next_poses: Joint values by name, that would tell the leading rivals apart.
+        next_poses: Joint values by name that distinguish the leading rivals.
         limits: Detection limits of effects that were not found.
         model: The final model, on averaged rows.
         x: Its parameters, in the order of `model.parameters`.
-        std: One standard deviation of each; NaN for what is held.
+        std: One standard deviation of each; NaN for fixed ones.
         calibrated_x: The sensor's parameters without effects in the model, in the same order.
         unseen: Fits of the final model without each fold of these rows; None where none could be held out.
         before_m: Held-out errors of the averaged rows in the calibrated model, (m, 3).
         after_m: The same with all effects, (m, 3).
         noise: Sources of noise, by name.
         repeatability: How much whole poses scatter.
-        noise_remarks: Sentences on what is not as it should be with the noise.
+        noise_remarks: Remarks on contradictions of the stated noise.
         seconds: Time taken.
         validation: Other data of the same arm, predicted with what was found.
-        hindrance: Why no effect was looked for, as a sentence; empty where they were.
-        wrong_input: What is wrong with the data set; None where nothing is known to be.
+        hindrance: Why no effect was searched for, as a sentence; empty otherwise.
+        wrong_input: A fault of the data set; None without one.
         pose_scatter: By how much whole poses scatter beyond what counts as noise; None where they do not.
         weighed: The models that were weighed, for charts and for further poses; None where the data are too bad.
         added_poses: How many poses count in the probabilities beside those that are used for all else.

@@ -54,17 +54,17 @@ def sentence(
     if scatter:
         text += f" {scatters(scatter)}"
     elif repeatability.is_most_of(gap.noise_floor_m):
-        limit = "the data sheet allows" if repeatability.is_stated else "arms do"
+        limit = "the stated repeatability" if repeatability.is_stated else "the usual repeatability of arms"
         text += (
-            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)} with no cause that these data show."
-            f" That is no more than {limit}, and counts as noise."
+            f" Whole poses scatter by {millimetres(repeatability.at_sensor_m)}, with no cause visible in these data."
+            f" This is within {limit} and counts as noise."
         )
     return text + gross
 
 
 def scatters(scatter: ExcessScatter) -> str:
     """Say by how much whole poses scatter beyond noise, and what to ask."""
-    limit = "the data sheet allows" if scatter.is_stated else "arms do"
+    limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
     if scatter.where == FLANGE:
         by = listed([_size(one.value, one.unit) for one in scatter.sizes.values()])
         return (
@@ -100,7 +100,7 @@ def exchanged_sentence(belongs: Mapping[int, int], names: Sequence[str]) -> str:
     """Say which poses' rows belong to each other, and what a diagnosis does; may be empty. See `exchanged`."""
     if not belongs:
         return ""
-    return f" {exchanged(belongs, names)}; this diagnosis uses them where they belong. Correct the data set."
+    return f" {exchanged(belongs, names)}; this diagnosis uses them in the right order. Correct the data set."
 
 
 def exchanged(belongs: Mapping[int, int], names: Sequence[str]) -> str:
@@ -203,7 +203,7 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
         losses = [f"{millimetres(one.gap_without_m or 0.0)} without {noun(one.name)}" for one in sure[:NAMED]]
         said.append(f"It would be {listed(losses)}.")
     if certain:
-        said.append(f"Certain by itself: {_clauses(certain)}.")
+        said.append(f"Certain individually: {_clauses(certain)}.")
     return " ".join([*said, _doubts(doubtful, sure, is_all=not certain)])
 
 
@@ -227,10 +227,10 @@ def _doubts(doubtful: Sequence[Finding], sure: Sequence[CauseClass], *, is_all: 
         text = f"The cause is {either[0]}."
     if len(either) >= len(doubtful):
         return text
-    which = "Which single effects of these are the cause" if is_all and not text else "Which others are the cause"
+    which = "which of these single effects are the cause" if is_all and not text else "which others are the cause"
     if is_all and not text and len(doubtful) == 1:
-        which = f"Whether {named(doubtful[0].candidate_effect)} or another one is the cause"
-    return f"{text} {which}, these poses do not show.".lstrip()
+        which = f"whether {named(doubtful[0].candidate_effect)} or another one is the cause"
+    return f"{text} These poses do not show {which}.".lstrip()
 
 
 def _clauses(findings: Sequence[Finding]) -> str:

@@ -58,7 +58,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     gross = outliers_of(near.problem, robust_fit(near.problem, near.fit().x))
     if gross.any():
         remarks.append(
-            f"{gross.sum()} of {len(gross)} rows of {other.name}, repeats averaged, are gross errors and are left out"
+            f"{gross.sum()} of {len(gross)} rows of {other.name}, repeats averaged, are gross errors and are excluded"
         )
         marked = np.append(gross, False)[data.group] | (data.group < 0)
         data = AveragedData.of(other, marked)

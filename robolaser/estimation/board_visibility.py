@@ -239,7 +239,7 @@ def _check_stated(description: Dataset, needed: Sequence[str]) -> None:
     if missing:
         raise DataError(
             f"dataset.toml, [parameters] lacks {', '.join(missing)}: poses that see the target can only be planned"
-            " where it is known to lie, to a few centimetres. State it with [target] placed = false, or give your own"
+            " if its position is known to a few centimetres. State it with [target] placed = false, or give your own"
             " poses with --poses.",
             file="dataset.toml",
         )

@@ -94,7 +94,7 @@ def outlier_warnings(problem: Problem, x: Array) -> list[str]:
     if not doubted:
         return []
     return [
-        f"{doubted} of {problem.rows} points lie so far off that they count for less than half "
+        f"{doubted} of {problem.rows} points are so far off that they count for less than half "
         f"({problem.loss.name} loss)."
     ]
 

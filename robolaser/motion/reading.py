@@ -79,7 +79,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
         planned: Whether commands are sufficient, without readings.
 
     Raises:
-        DataError: With file, row and column of what is wrong.
+        DataError: Names file, row and column of the fault.
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)

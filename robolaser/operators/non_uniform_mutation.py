@@ -62,7 +62,7 @@ class NonUniformMutation(Mutation):
         prob: Probability that an individual takes part.
 
     Raises:
-        AlgorithmError: A setting makes no sense; when called, if a variable has no finite bounds, or if there is
+        AlgorithmError: A setting is invalid; when called, if a variable has no finite bounds, or if there is
             neither an algorithm nor `progress`.
 
     Examples:

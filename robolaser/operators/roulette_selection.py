@@ -116,10 +116,10 @@ class RouletteSelection(_Wheel):
 
     Args:
         scaling: How costs become weights, see `SCALINGS`: "inverse" is the paper's A/J, which
-            depends on where the cost's zero lies; "windowing", "sigma" and "ranking" do not.
+            depends on the zero of the cost; "windowing", "sigma" and "ranking" do not.
 
     Raises:
-        AlgorithmError: There is no such scaling.
+        AlgorithmError: The scaling is unknown.
 
     Examples:
         >>> from robolaser.operators import RouletteSelection
@@ -135,9 +135,9 @@ class RouletteSelection(_Wheel):
 
 @final
 class StochasticUniversalSampling(_Wheel):
-    """All parents by one turn of a wheel with equally spaced marks. Baker 1987.
+    """Select all parents by one turn of a wheel with equally spaced marks. Baker 1987.
 
-    Each individual is chosen as often as its weight says, rounded up or down. What costs mean is as in
+    Each individual is chosen as often as its weight says, rounded up or down. Costs are as in
     `RouletteSelection`. Draws from `random_state` where the wheel stops, random(), then the order of the chosen,
     permutation.
 
@@ -145,7 +145,7 @@ class StochasticUniversalSampling(_Wheel):
         scaling: How costs become weights, as in `RouletteSelection`.
 
     Raises:
-        AlgorithmError: There is no such scaling.
+        AlgorithmError: The scaling is unknown.
 
     Examples:
         >>> from robolaser.operators import StochasticUniversalSampling

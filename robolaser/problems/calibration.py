@@ -88,7 +88,7 @@ class ReducedModel:
 
 @final
 class ReducedCalibration(Problem):
-    """Minimise J in the parameters that do not follow from the others; the others are the best within their bounds.
+    """Minimise J in the parameters without closed form; the others are optimal within their bounds.
 
     `F` is J [m²] of the completed candidate, infinite at the model's poles.
 

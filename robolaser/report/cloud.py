@@ -15,9 +15,9 @@ from robolaser.scan.primitives import rms_m
 from robolaser.scan.quality import LEVEL, Measured, Quality
 
 READING = (
-    "A point's `std` in the cloud is how far noise moves it, by the calibration's noise model; what that model did not"
-    " explain counts as noise of the joints. Errors that neighbours share do not show in the scatter, but they do on"
-    " bodies of known size."
+    "A point's `std` in the cloud is its standard deviation by the calibration's noise model; errors of the calibrated"
+    " model count as noise of the joints. Errors common to neighbouring points are not in the scatter; bodies of known"
+    " size show them."
 )
 BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
 MOST_DOTS = 15_000  # points: a page of half a megabyte, and a canvas that follows the hand
@@ -63,7 +63,7 @@ def _evidence(quality: Quality, points: int) -> list[Block]:
 def lead(quality: Quality) -> str:
     """How far noise moves the points."""
     if quality.scatter_m != quality.scatter_m:  # NaN
-        return "How far noise moves the points is not known."
+        return "The noise of the points is not known."
     return f"Noise moves half of the points by less than {millimetres(quality.scatter_m)}."
 
 
@@ -78,7 +78,7 @@ def figures(scan: Scan, quality: Quality) -> list[Figure]:
     counts = scan.cloud.counts
     known = quality.scatter_m == quality.scatter_m  # not NaN
     scatter = f"of a point by its noise, median; {LEVEL:.0%} are below {millimetres(quality.most_m)}"
-    unknown = "neither stripes nor calibration say how noisy the line centres are"
+    unknown = "neither stripes nor calibration state the noise of the line centres"
     size = millimetres(quality.scatter_m if known else None)
     shown = [Figure("held-out", "scatter", size, scatter if known else unknown)]
     if scan.calibrated.rms_m is not None:
@@ -146,9 +146,9 @@ def scatter(quality: Quality) -> Chart | None:
         return None
     across, along, _, _ = _view(quality)
     caption = (
-        "What noise does to a point: that of the line centre carried through ray and laser plane, that of the joints"
-        " through the arm. It grows where rays meet the laser plane at a shallow angle. What the calibrated model did"
-        " not explain counts as noise of the joints; errors that all points share are not in it."
+        "Standard deviation of a point: the noise of its line centre, propagated through ray and laser plane, and that"
+        " of the joints, through the arm. It grows where rays meet the laser plane at a shallow angle. Errors that the"
+        " calibrated model does not explain count as noise of the joints; errors common to all points are not included."
     )
     return _map("Scatter of the points", caption, across, along, 1e3 * std, "std [mm]")
 
@@ -180,9 +180,9 @@ def off_plane(quality: Quality) -> Chart | None:
         layers.append(layer({"type": "line", "clip": True}, curve, tooltip=said, x=x, y=y, color=colour))
     return chart(
         "Points about the largest plane",
-        "Distances of the points that lie on the largest plane. Wider than predicted: the stripes do not agree with"
-        " each other, and the calibration contributes; narrower: the surface is nearly parallel to the error, or the"
-        " calibration took for noise what its model did not explain.",
+        "Distances of the points from the largest plane. Wider than predicted: the stripes do not agree with each"
+        " other, and the calibration contributes; narrower: the surface is nearly parallel to the error, or errors of"
+        " the calibrated model were counted as noise.",
         f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * rms_m(plane):.3g} mm.",
         layers,
     )

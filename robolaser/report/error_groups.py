@@ -187,8 +187,8 @@ def pose_errors(
     largest = [names[i] for i in ranked[:3]]
     return chart(
         "Errors of each pose",
-        f"{reading} A single high pose calls for a look at what was measured there, a step or a slope along the run for"
-        f" what changed meanwhile. Largest: {', '.join(largest)}.",
+        f"{reading} A single high pose suggests a wrong measurement; a step or a slope along the run, a change during"
+        f" the run. Largest: {', '.join(largest)}.",
         f"Errors of {len(seen)} poses; the largest is that of {largest[0]}.",
         layers,
     )

@@ -81,9 +81,9 @@ def cell_scene(
     taken = [dataset.poses.names[i] for i in frames]
     misses = cell.misses(last)
     images = photos(dataset, [int(i) for i in frames], last, misses)
-    said = "Lines lead from known points to where the model puts them, magnified as the slider says." if shifts else ""
+    said = "Lines lead from known to predicted points, magnified by the slider." if shifts else ""
     beside = " Beside it the image of the pose: rings are points extracted from it" if images else ""
-    beside += ", lines lead to where the model predicts them." if images and misses is not None else "." * bool(images)
+    beside += ", lines lead to the predicted ones." if images and misses is not None else "." * bool(images)
     longest = 0.0 if misses is None else float(np.nanpercentile(np.linalg.norm(misses, axis=1), 95))
     return Scene(
         title,

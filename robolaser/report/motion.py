@@ -180,7 +180,7 @@ def _steps(found: MotionDiagnosis) -> list[str]:
 
 
 def _where(found: MotionDiagnosis) -> list[Block]:
-    what = "of the rest" if found.verdict == "unexplained" else "of the gap"
+    what = "of the remaining error" if found.verdict == "unexplained" else "of the gap"
     return [
         Text(f"{100.0 * one.share:.0f} % {what} at {one.site}" + (f" ({one.coordinate})" if one.coordinate else ""),
              "quiet", printed=one is found.places[0])
@@ -201,7 +201,7 @@ def _joints(gap: KindGap, joints: tuple[str, ...]) -> Table:
         for j, joint in enumerate(joints)
         if np.isfinite(gap.calibrated[j])
     ]
-    note = "Root mean squares; after: with the effects, on motions that no fit has seen."
+    note = "Root mean squares; after: with the effects, on held-out motions."
     return Table(columns, rows, title=WHAT[gap.kind].capitalize(), note=note)
 
 
@@ -226,8 +226,8 @@ def _along_time(fit: MotionFit) -> Chart | None:
     name = log.series[log.run[rows.start]]
     return chart(
         f"Errors of {log.joints[joint]}",
-        f"Reading less command (before) and less the model's answer to it (after), in the run '{name}', which this"
-        " model had not seen.",
+        f"Reading minus command (before) and minus the model's response to it (after), in the run '{name}', which was"
+        " held out of the fit.",
         f"Errors of {log.joints[joint]} along time, before and after.",
         [layer(line(), data, x=quantity("time", "time [s]"), y=quantity("error", "error [°]"),
                color=colours({"before": FITTED, "after, unseen": HELD_OUT}),
@@ -260,8 +260,8 @@ def plan_document(plan: MotionPlan, *, command: str = "") -> Document:
         log.name,
         "planned",
         headline(log),
-        f"Of {len(plan.limits)} faults that could be looked for, these motions would show {len(shown)}, and distinguish"
-        f" {alone} of them from the others.",
+        f"Of {len(plan.limits)} possible faults, these motions would show {len(shown)}, and distinguish {alone} of them"
+        " from the others.",
         "",
         [],
         [

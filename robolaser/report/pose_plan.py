@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from robolaser.diagnosis.cause_words import named, place
+from robolaser.diagnosis.cause_words import named, place, spoken
 from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.chart import FITTED, INK, Chart, chart, hover, layer, records
@@ -22,8 +22,8 @@ WHERE_IT_FITS = {"expr": "bandwidth('x') < 16 ? 0 : 1"}
 """Opacity of a cell's number, which is left to the pointer where cells are narrow, as on a phone."""
 COLUMNS = ("effect", "where", "detectable from", "distinguishable from", "at the tool", "nearest other")
 GUESSED = (
-    "The poses of sensor and target are guesses, and here it does not fit. Measure once in some"
-    " of these poses, and plan from that data set."
+    "The poses of sensor and target are guesses, and too few of these poses see the target. Measure once in some"
+    " of them, and plan from that data set."
 )
 
 
@@ -64,8 +64,8 @@ def _answer(plan: PosePlan) -> str:
     found = sum(limit.size is not None for limit in plan.limits)
     told = sum(limit.identifiable is not None for limit in plan.limits)
     return (
-        f"Of {len(plan.limits)} faults that could be looked for, these poses would show {found}, and distinguish {told}"
-        " of them from what is most like them."
+        f"Of {len(plan.limits)} possible faults, these poses would show {found}, and distinguish {told} of them from"
+        " the most similar one."
     )
 
 
@@ -86,7 +86,7 @@ def _untried(plan: PosePlan) -> Mapping[str, str]:
 
 def _heat_map(plan: PosePlan) -> Chart:
     names, alike = plan.of_effects()
-    said = [name.replace("_", " ") for name in names]
+    said = [spoken(name) for name in names]
     one, other = np.nonzero(np.isfinite(alike))
     data = records(
         effect=[said[i] for i in one],
@@ -121,7 +121,7 @@ def _row(limit: DetectionLimit) -> tuple[str, ...]:
     distinguishable = "never" if limit.identifiable is None else plain(limit.identifiable, limit.unit, DIGITS)
     at_tool = "" if limit.at_tool_m is None else millimetres(limit.at_tool_m)
     nearest = "" if rival is None else named(rival)
-    return one.effect.name.replace("_", " "), place(one.where), size, distinguishable, at_tool, nearest
+    return spoken(one.effect.name), place(one.where), size, distinguishable, at_tool, nearest
 
 
 def _matrix(plan: PosePlan) -> list[Block]:
@@ -130,9 +130,9 @@ def _matrix(plan: PosePlan) -> list[Block]:
     said = "at the locations where they are most alike; == marks indistinguishable effects."
     heads = ["", "effect", *map(str, range(1, len(names) + 1))]
     numbered = enumerate(zip(names, alike.tolist(), strict=True), 1)
-    rows = [(str(number), name.replace("_", " "), *map(_cell, row)) for number, (name, row) in numbered]
+    rows = [(str(number), spoken(name), *map(_cell, row)) for number, (name, row) in numbered]
     matrix = Table([Column(head, brief=head) for head in heads], rows, printed=len(rows), kind="matrix")
-    untried = [f"Not testable: {name.replace('_', ' ')}: {reason}" for name, reason in _untried(plan).items()]
+    untried = [f"Not testable: {spoken(name)}: {reason}" for name, reason in _untried(plan).items()]
     return [
         Text(f"Correlation of effects in %, {said}", printed=True),
         matrix,

@@ -18,11 +18,11 @@ APART_S: Final = 0.2
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Show how far long work is; nothing where neither a notebook nor a terminal shows it.
+    """Show the progress of a long call, in a notebook or on a terminal.
 
     Yields:
-        What `calibrate`, `diagnose` and `compare` take as `progress`: a function of what is being done and of the
-        share, 0 to 1, that is done.
+        The argument `progress` of `calibrate`, `diagnose` and `compare`: a function of the current step and its
+        finished share, 0 to 1.
 
     Examples:
         >>> with robolaser.progress_bar() as progress:

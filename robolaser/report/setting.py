@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from robolaser.data.dataset import Dataset
+from robolaser.diagnosis.cause_words import spoken
 from robolaser.model.error_source import ErrorSource
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Cell, Column, Section, Table
@@ -52,7 +53,7 @@ def noise_table(noise: Mapping[str, float], sources: Iterable[ErrorSource], orig
 
 def untestable(reasons: Mapping[str, str], title: str = "") -> Table:
     """Why effects could not be tested, by their names."""
-    rows = [(name.replace("_", " "), reason) for name, reason in reasons.items()]
+    rows = [(spoken(name), reason) for name, reason in reasons.items()]
     return Table([Column("Effect", "name", 30), Column("Why not", "wide")], rows, title)
 
 
@@ -70,18 +71,18 @@ UNLIKE = 1.1
 
 
 def best_file(files: Delivered) -> list[str]:
-    """Which file to take, where they deliver unlike."""
+    """Which file to take, where their errors differ."""
     known = sorted((one["held_out_mm"], one["file"]) for one in files if one["held_out_mm"] is not None)
     if len(known) < 2 or known[-1][0] < UNLIKE * known[0][0]:
         return []
-    return [f"Use `{known[0][1]}` where you can: it delivers most, {millimetres(known[0][0] / 1e3)} on new poses."]
+    return [f"Prefer `{known[0][1]}`: its error on new poses is the smallest, {millimetres(known[0][0] / 1e3)}."]
 
 
 def files_section(files: Delivered) -> Section:
-    """What each file delivers on new poses, read by the program that it is for."""
+    """The error of each file on new poses, read by the program that it is for."""
 
     def named(pairs: Sequence[Sequence[str]]) -> str:
-        return ", ".join(f"{effect.replace('_', ' ')} at {where}" for effect, where in pairs) or "nothing"
+        return ", ".join(f"{spoken(effect)} at {where}" for effect, where in pairs) or "nothing"
 
     rows: list[tuple[Cell | str, ...]] = [
         (
@@ -98,5 +99,5 @@ def files_section(files: Delivered) -> Section:
         Column("Contains"),
         Column("Lacks", brief="lacks"),
     ]
-    note = "Each was written without some poses, read back, and held against these; base and tool were fitted anew."
+    note = "Each was written from a fit without some poses, read back and compared with these; base and tool re-fitted."
     return Section("Files of the corrected arm", [Table(columns, rows, note=note, printed=3)])

@@ -88,15 +88,15 @@ class Result(ABC):
         return text
 
     def print(self, folder: Path) -> None:
-        """Print the summary, in colour on a terminal, and where the page is that was saved to a folder."""
+        """Print the summary, in colour on a terminal, and the path of a saved report."""
         if document := self._document(brief=True):
             print_document(document, folder)
 
     def save(self, folder: str | Path) -> None:
-        """Write the files that the command of this name writes.
+        """Write the files of the command.
 
         Raises:
-            OutputError: The folder cannot be written to, or holds a file of such a name that is no earlier result.
+            OutputError: The folder cannot be written to, or a file of such a name is not an earlier result.
         """
         files, path = self.files(), Path(folder)
         with results_in(path, command=self.command, files=list(files), force=True):
@@ -115,11 +115,11 @@ class Result(ABC):
         """The charts of the report.
 
         Args:
-            titles: Only those whose title has a word that begins with each of these, such as an effect and a joint:
-                `plot("backlash", "elbow_joint")`; all of them by default.
+            titles: Select charts by the beginnings of words in their titles, such as an effect and a joint:
+                `plot("backlash", "elbow_joint")`; default: all.
 
         Raises:
-            UsageError: There is none of that title.
+            UsageError: No title matches.
         """
         document = self._document(brief=False)
         if document is None:

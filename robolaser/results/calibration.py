@@ -28,7 +28,7 @@ class CalibrationResult(FittedResult):
     """A calibration: the entries of calibration.json, as a dictionary and as attributes.
 
     Attributes:
-        calibration: With model and residuals, whose attributes are this result's, too; None if it was read back.
+        calibration: Model and residuals; its attributes are also this result's. None if it was read back.
 
     Examples:
         >>> found = robolaser.calibrate(dataset)

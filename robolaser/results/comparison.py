@@ -70,15 +70,15 @@ class ComparisonResult(Result):
 
 
 def load_comparison(*folders: str | Path) -> ComparisonResult:
-    """Read comparisons back, finished or not, and put their runs together, as those of an array job.
+    """Read comparisons back, finished or not, and merge their runs, such as those of an array job.
 
-    Of runs of one problem, algorithm and seed the last counts.
+    Of several runs of a problem, algorithm and seed, the last counts.
 
     Args:
-        folders: Of the comparisons.
+        folders: Folders of the comparisons.
 
     Raises:
-        BenchmarkError: There are no runs in one of them, or they were made under other conditions.
+        BenchmarkError: One of them has no runs, or they were made under other conditions.
 
     Examples:
         >>> for seed in (1, 2):

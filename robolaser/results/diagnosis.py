@@ -32,7 +32,7 @@ class DiagnosisResult(FittedResult):
     """A diagnosis: the entries of diagnosis.json, as a dictionary and as attributes.
 
     Attributes:
-        diagnosis: With all that a report shows; None if it was read back.
+        diagnosis: All contents of the report; None if it was read back.
 
     Examples:
         >>> why = robolaser.diagnose(dataset, effects=[], seed=1)
@@ -82,17 +82,17 @@ class DiagnosisResult(FittedResult):
         return () if self.model is None else delivered(self.model)
 
     def with_poses(self, data: Dataset | str | Path) -> "DiagnosisResult":
-        """The diagnosis of more poses: of a few more, in a fraction of the time.
+        """The diagnosis of more poses; of a few more, in a fraction of the time.
 
-        Probabilities and sizes then count the further poses; held-out errors stay those of the last examination of
-        all. There is another one after a twentieth more poses, after a pose that the model does not predict, or where
-        a probability moves by a tenth.
+        Probabilities and sizes include the further poses; held-out errors are those of the last full diagnosis. It is
+        repeated after 5 % more poses, after a pose that the model does not predict, or if a probability changes by
+        0.1.
 
         Args:
-            data: The further poses, or all of them, those so far first; or their folder.
+            data: The further poses, or all poses with the old ones first; or their folder.
 
         Raises:
-            DataError: They are of another arm or kind of sensor, or have names of poses so far.
+            DataError: They are of another arm or kind of sensor, or have names of earlier poses.
             UsageError: The diagnosis was read back.
 
         Examples:

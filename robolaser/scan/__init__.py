@@ -22,8 +22,8 @@ class Scan:
     Attributes:
         calibrated: The scanner.
         recording: With the calibrated scanner and its arm.
-        cloud: Its points, to be had piece by piece.
-        warnings: What the user should know.
+        cloud: Its points, in pieces.
+        warnings: Warnings for the user.
 
     Examples:
         >>> from robolaser.scan import prepare, read_calibration
@@ -39,23 +39,23 @@ class Scan:
     warnings: tuple[str, ...]
 
     def comments(self) -> tuple[str, ...]:
-        """What the cloud's file says of itself."""
+        """Comments for the cloud's file."""
         return (
             f"{self.recording.name}, scanned by robolaser, {self.calibrated.origin}",
             "x y z in the base frame of the robot, in metres",
-            "std in metres: how far noise moves a point, root mean square, by the calibration's noise model",
-            "what its model did not explain counts there as noise of the joints; errors shared by all points do not",
-            "pose: row of poses.csv, the first is 0; of further recordings numbered on",
+            "std in metres: standard deviation of a point by noise, root mean square, by the calibration's noise model",
+            "errors of its model count as noise of the joints; errors common to all points are not included",
+            "pose: row of poses.csv, the first is 0; further recordings are numbered consecutively",
             "intensity: grey of the stripe, 0 to 255",
         )
 
 
 def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
-    """Bring scanner and recording together.
+    """Prepare the scan of a recording.
 
     Raises:
-        ScanError: They are not of one scanner, or the recording holds nothing to scan.
-        DataError: Its poses.csv names images as it must not.
+        ScanError: They are of different scanners, or the recording has nothing to scan.
+        DataError: The image columns of its poses.csv are invalid.
         DataError: Its stripes.npy is broken.
 
     Examples:
@@ -73,7 +73,7 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
 
 
 def merged(scans: Sequence[Scan]) -> Scan:
-    """Several scans with one calibration as one; the only one as it is.
+    """Merge scans with one calibration.
 
     Examples:
         >>> from robolaser.scan import merged, prepare, read_calibration

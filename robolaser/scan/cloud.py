@@ -65,7 +65,7 @@ class Part:
 @final
 @dataclass(frozen=True)
 class Cloud:
-    """The points of one recording, or of several one after the other, whose poses are numbered on.
+    """The points of one or several recordings, with poses numbered consecutively.
 
     Attributes:
         parts: Each recording.

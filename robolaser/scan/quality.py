@@ -164,6 +164,6 @@ def _doubt(body: Measured) -> str:
     if body.rms_m > body.predicted_m:
         return f"{said}: the calibration does not fit this recording, or the surface does not have that shape."
     return (
-        f"{said}: more than noise. What the calibrated model does not explain counts there as noise of the joints, but"
-        " is alike in points side by side."
+        f"{said}: more than noise. Errors of the calibrated model count there as noise of the joints, but are"
+        " common to neighbouring points."
     )

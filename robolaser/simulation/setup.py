@@ -17,7 +17,7 @@ Mount = Literal["flange", "base"]
 @final
 @dataclass(frozen=True)
 class CellOptions:
-    """How a simulated cell stands and is measured, where it is not as usual.
+    """Differences of a simulated cell from the usual one.
 
     Example:
         >>> from robolaser import find_robot

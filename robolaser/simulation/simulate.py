@@ -30,7 +30,7 @@ EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the ti
 @final
 @dataclass(frozen=True)
 class Simulated:
-    """A simulated data set and what no cell would tell.
+    """A simulated data set and its truth.
 
     Examples:
         >>> from robolaser.simulation import paper
@@ -56,29 +56,29 @@ def simulate(
     options: CellOptions | None = None,
     seed: int = 0,
 ) -> Simulated:
-    """What a cell would record, its scanner built with the tolerances of `nominal.BUILT`.
+    """Simulate a data set, with a scanner built to the tolerances of `nominal.BUILT`.
 
-    The arm visits random configurations within its limits in which it can measure. Truth is exact: without noise, the
-    model with the true parameters and effects leaves no residual.
+    The arm visits random configurations in which it can measure. Without noise, the model with the true parameters and
+    effects has no residuals.
 
     Args:
         robot: The nominal arm, or what `find_robot` takes.
         kind: "stripe", "camera", "point" (a tracker), "pose" (a 6-D tracker), "socket", "profile", or
             "stripe+camera": a scanner whose images show a board.
-        poses: How many, in each session.
+        poses: Number of poses, in each session.
         points: Of a stripe in each pose (12 when absent); corners of a camera's board (35); reflectors on the flange,
             or sockets in the cell (3); bodies on the flange (1); balls of a profile sensor (3), 24 points on one of
             them in each pose.
-        noise: What chance adds; nothing when absent. A stripe's target error is shared by a point's repeats.
-        effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every place.
+        noise: Added noise; default: none. Repeats of a stripe's point share its target error.
+        effects: Sizes by NAME[:WHERE[.NUMBER]]: without NUMBER the principal one, without WHERE at every location.
             `outliers` is the share of rows with gross errors.
-        options: How the cell stands and is measured, where it is not as usual.
-        seed: Same seed, same data set.
+        options: Other differences from the usual cell.
+        seed: The same seed gives the same data set.
 
     Raises:
-        RobotError: The arm cannot look at a target or reach a socket often enough.
-        EffectError: With the effects it no longer can, or they are not possible.
-        UsageError: Numbers or words that have no meaning here.
+        RobotError: The arm sees the target or reaches a socket in too few configurations.
+        EffectError: The same with the effects, or these are impossible.
+        UsageError: A number or word is invalid.
 
     Examples:
         >>> from robolaser.simulation import simulate
@@ -154,7 +154,7 @@ def _joined(sessions: Sessions, made: Sequence[Simulated]) -> Simulated:
 
 
 def paper(robot: Robot, *, effects: Mapping[str, float] | None = None, seed: int = 0) -> Simulated:
-    """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no noise stated.
+    """The experiment of Lee et al. 2004: 5 points in each of 5 poses, a target known to 0.3 mm, no stated noise.
 
     Examples:
         >>> from robolaser.simulation import paper

@@ -70,12 +70,12 @@ class Extraction:
         if cut:
             doubts.append(
                 f"in {len(cut)} of {len(used)} images the stripe has a step beside the board's squares, as on a table"
-                f" below a thick board: {np.mean(cut):.0%} of its length there, beyond the step, was left out."
+                f" below a thick board: {np.mean(cut):.0%} of its length there, beyond the step, was excluded."
             )
         if beside:
             doubts.append(
                 f"in {beside} of {len(used)} images the stripe crosses none of the board's squares; it is assumed"
-                " to lie beside them in the board's plane, which is wrong if it is on a table below a thick board."
+                " to be in the board's plane, which is wrong if it is on a table below a thick board."
             )
         return tuple(doubts)
 

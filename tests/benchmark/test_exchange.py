@@ -108,9 +108,9 @@ def test_the_effect_of_each_exchanged_part_is_shown(tmp_path, capsys):
     asked = ["compare", "pymoo:sphere-2", "--algorithms", typed, "--seeds", "2", "--budget", "200"]
     assert main([*asked, "--output", str(tmp_path)]) == 0
     shown = capsys.readouterr().out
-    assert "What each exchanged part does" in shown
+    assert "What each exchanged operator does" in shown
     assert "ArithmeticCrossover as crossover" in shown
     said = json.loads((tmp_path / "comparison.json").read_text())
     jsonschema.validate(said, json.loads(files("robolaser").joinpath("schemas/comparison.schema.json").read_text()))
     assert [one["operator"] for one in said["standings"][0]["effects"]] == ["ArithmeticCrossover", "SBX"]
-    assert "What each exchanged part does" in (tmp_path / "report.html").read_text()
+    assert "What each exchanged operator does" in (tmp_path / "report.html").read_text()

@@ -77,7 +77,7 @@ def test_a_box_that_the_arm_is_in_wherever_it_goes_is_refused(tmp_path: Path, ca
     )
     asked = ["record", str(folder), "--poses", str(tmp_path / "poses.csv"), "--output", str(tmp_path / "out")]
     assert main([*asked, "--dry-run"]) == 1
-    assert "and hall overlap wherever the arm is" in capsys.readouterr().err
+    assert "and hall overlap at every position of the arm" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -257,7 +257,7 @@ def test_a_long_way_without_a_computer_is_warned_of(acl: Rig, capsys: pytest.Cap
     cell = acl.folder / "cell.toml"
     cell.write_text(cell.read_text().replace("[arm]\n", "[arm]\nunattended_s = 5\n"))
     assert acl.record("--poses", str(acl.poses), "--dry-run", port="nowhere") == 0
-    assert "should this computer die, the arm moves on for up to 5 s" in capsys.readouterr().err
+    assert "if this computer dies, the arm moves on for up to 5 s" in capsys.readouterr().err
 
 
 def test_a_plan_that_is_to_tell_an_effect_apart_is_another_one(capsys: pytest.CaptureFixture[str]) -> None:

@@ -173,7 +173,7 @@ def test_an_arm_whose_position_is_confirmed_goes_on_without_homing(cell: Cell, t
     interrupted(cell, rig, tmp_path / "out")
     bench.arm_on(rig, cell).start_move(rig.motor() + 0.1, 1.0)  # its computer died on the way
     rig.clock.wait(20.0)
-    with pytest.raises(PlanError, match=r"stand at joint_1 .*, continue with --confirm-position"):
+    with pytest.raises(PlanError, match=r"arm at joint_1 .*, continue with --confirm-position"):
         bench.session(cell, rig, bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     writer = bench.resumed(cell, tmp_path / "out")
     bench.session(cell, rig, writer, position_confirmed=True).run(lambda waypoint: None)

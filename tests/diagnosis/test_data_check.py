@@ -116,5 +116,5 @@ def test_radial_terms_that_a_camera_fits_itself_are_no_effect() -> None:
     said = {
         free: next(one for one in found.effects if one.effect == "radial_distortion") for free, found in tested.items()
     }
-    assert said[True].reason == "the sensor's own k1, k2 and k3 are fitted, and say it"
+    assert said[True].reason == "the sensor's own k1, k2 and k3 are fitted and describe it"
     assert said[False].locations == ("camera",)

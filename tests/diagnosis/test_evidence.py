@@ -170,7 +170,7 @@ def test_calibrate_and_diagnose_say_the_same_error_on_new_poses(kind: str) -> No
         ({"backlash:joint_3": 1.5e-3}, "joint_3", "direction of approach of joint_3"),
         ({"joint_compliance:joint_2": 3e-4}, "joint_2", "gravity torque at joint_2"),
         ({"hand_eye_drift:hand_eye": 1e-3}, "hand_eye", "time"),
-        ({"target_warp:target": 5e-4}, "target", "place on the target"),
+        ({"target_warp:target": 5e-4}, "target", "position on the target"),
         ({"latency:timing": 0.02}, "timing", "velocity"),
     ],
 )

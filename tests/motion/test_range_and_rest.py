@@ -19,7 +19,7 @@ def trace(error: np.ndarray, top: float = np.inf) -> Trace:
 
 def test_a_joint_that_falls_short_everywhere_has_no_limit() -> None:
     short = 0.1 * np.sign(np.sin(np.linspace(0.0, 12.0, 600)))
-    assert LIMIT.untested(trace(short)) == "no command goes beyond where the joint got to"
+    assert LIMIT.untested(trace(short)) == "no command exceeds the range that the joint reached"
 
 
 def test_a_joint_that_stops_has_a_limit_on_that_side_only() -> None:

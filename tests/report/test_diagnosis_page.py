@@ -122,7 +122,7 @@ def test_what_was_not_found_is_bounded_in_units_that_people_read(made):
     assert cell.text == "Backlash"
     assert lines.split("\n") == [
         f"{first.where} < 0.01°; 0.2 mm at the tool; above 0.03° distinguishable from {named(rival)}",
-        f"{first.where}: cannot be seen in these poses",
+        f"{first.where}: undetectable in these poses",
     ]
 
 

@@ -85,12 +85,18 @@ def with_unknown(probability, site, *, alone):
     ("make", "said"),
     [
         (lambda: doubted(geometric()), "The gap is explained by the arm's geometry (joint offset of perturb and link"),
-        (lambda: doubted(geometric()), "Which single effects of these are the cause, these poses do not show."),
+        (lambda: doubted(geometric()), "These poses do not show which of these single effects are the cause."),
         (one_member_reported, "by the arm's geometry (joint offset of perturb, and 1 more)"),
         (lambda: doubted(geometric(), of_class=0.5), "no cause is certain; most probable is the arm's geometry (50 %)"),
-        (with_credible_set, "The cause is joint offset of perturb or encoder scale of perturb. Which others are"),
-        (first_certain, "Certain by itself: the zero of perturb is wrong. Which others"),
-        (lambda: doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1]))), "Whether joint offset of perturb or another"),
+        (
+            with_credible_set,
+            "The cause is joint offset of perturb or encoder scale of perturb. These poses do",
+        ),
+        (first_certain, "Certain individually: the zero of perturb is wrong. These poses do"),
+        (
+            lambda: doubted(of(stripe(robot=arm(), effects=GEOMETRIC[:1]))),
+            "These poses do not show whether joint offset of perturb or another",
+        ),
         (lambda: with_unknown(0.99, "base", alone=False), "The small remaining error is at base"),
         (lambda: with_unknown(0.8, "joint_4", alone=True), "the cause at joint_4 is not an effect"),
     ],
@@ -99,13 +105,15 @@ def test_a_verdict_says_first_what_is_certain_and_then_what_is_not(make, said):
     assert said in make().sentence
 
 
-@pytest.mark.parametrize(("is_stated", "limit"), [(False, "than arms do"), (True, "than the data sheet allows")])
+@pytest.mark.parametrize(
+    ("is_stated", "limit"), [(False, "the usual repeatability of arms"), (True, "the stated repeatability")]
+)
 def test_scatter_that_counts_as_noise_is_said_to_be_within_its_limit(is_stated, limit):
     one = geometric()
     source = NoiseSource(LARGEST_SCATTER["rad"], "rad", "estimated", of_poses=True)
     scatter = Repeatability({"joint": source}, 4e-4, is_stated)
     said = sentence("no_gap", (), (), (), one.gap, scatter)
-    assert f"That is no more {limit}, and counts as noise." in said
+    assert f"This is within {limit} and counts as noise." in said
 
 
 def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
@@ -119,7 +127,7 @@ def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
 def test_what_was_found_to_stand_for_an_effect_is_not_called_untestable():
     one = replace(MADE["no_gap"](), not_testable={"joint_offset": "at turn it cannot be seen"})
     hidden = replace(one.limits[1], is_imitated=True)
-    assert "Not testable: joint offset" in terminal(replace(one, limits=one.limits[1:]))
+    assert "Not testable or not detectable: joint offset" in terminal(replace(one, limits=one.limits[1:]))
     assert "Not testable" not in terminal(replace(one, limits=(hidden,)))
 
 

@@ -174,7 +174,7 @@ def test_a_click_on_a_mark_shows_its_pose_and_its_image_in_the_scene(browser, sh
 
 def test_a_click_on_a_columns_head_sorts_by_it_and_another_turns_the_order_round(shown):
     tab, _ = shown("calibration")
-    section = tab.locator("section", has=tab.locator("h2", has_text="Which errors are odd"))
+    section = tab.locator("section", has=tab.locator("h2", has_text="Which errors stand out"))
     column = section.locator("tbody td:nth-child(4)")
     head = section.locator("thead button", has_text="fitted")
     for sign in (1, -1):

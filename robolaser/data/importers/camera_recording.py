@@ -48,7 +48,7 @@ def camera_recording(
         UsageError: The board is not stated.
     """
     if board is None:
-        raise UsageError(f"{source}: what is printed on the board? Say it with {FORM}.")
+        raise UsageError(f"{source}: what is printed on the board? State it with {FORM}.")
     declared = sensor_format("camera")
     assert declared.options is not None  # where it is mounted
     return Dataset(

@@ -147,12 +147,12 @@ def _check_poses(file: CsvTable, chosen: Chosen, options: ImportOptions) -> None
     if len(stated) != 1:
         ways = "; ".join(", ".join(columns) for columns in ORIENTATIONS)
         raise UsageError(
-            f"{file.file}: how is the flange turned? Name the columns of one of these with --column: {ways}."
+            f"{file.file}: which columns are the flange's orientation? Name one of these sets with --column: {ways}."
         )
     _all_there(file, stated[0], chosen)
     if stated[0] == EULER and options.euler is None:
         raise UsageError(
-            "About which axes are the Euler angles? Say it with --euler: ZYX as they turn, zyx as they stay."
+            "About which axes are the Euler angles? State --euler, such as ZYX (rotating) or zyx (fixed axes)."
         )
 
 

@@ -102,7 +102,7 @@ def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
             R = Rotation.from_euler(sequence or "", angles).as_matrix() if len(angles) else np.empty((0, 3, 3))
         except ValueError:  # SciPy names the sequence, but not the option
             raise UsageError(
-                f"--euler {sequence!r}: expected three axes, such as ZYX as they turn or zyx as they stay."
+                f"--euler {sequence!r}: expected three axes, such as ZYX (rotating) or zyx (fixed)."
             ) from None
     elif ROTATION_VECTOR[0] in table:
         R = exp_so3(table.numbers(ROTATION_VECTOR))

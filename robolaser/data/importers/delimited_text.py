@@ -24,7 +24,7 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
     lines = read_text(path).splitlines()
     first = max(options.header_row, 1)
     if len(lines) < first or not lines[first - 1].strip():
-        raise bad_row(path.name, first, "no header is there. Say which row it is with --header-row.")
+        raise bad_row(path.name, first, "there is no header. State its row with --header-row.")
     separator = _separator(path, lines[first - 1], options)
     rows, starts = _rows(path, lines[first - 1 :], separator, first)
     header = [str(i + 1) for i in range(len(rows[0]))]
@@ -39,7 +39,7 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
     for row, line in zip(rows, starts, strict=True):
         if len(row) != len(header):
             counts = f"{len(row)} cells, but there are {len(header)} columns"
-            how = f"Cells are separated by {shown(separator)}; say another with --separator."
+            how = f"Cells are separated by {shown(separator)}; name another with --separator."
             raise bad_row(path.name, line, f"{counts}. {how}")
     columns = {name: tuple(row[i] for row in rows) for i, name in enumerate(header)}
     return CsvTable(path.name, header, columns, tuple(starts), {})
@@ -55,7 +55,7 @@ def _separator(path: Path, header: str, options: ImportOptions) -> str:
     separator = options.separator
     if separator is None and len(there) != 1:
         found = f"has {' and '.join(map(shown, there))}" if there else "has neither a comma nor a semicolon nor a tab"
-        raise UsageError(f"{path.name}: what separates the cells? Its first row {found}. Say it with --separator.")
+        raise UsageError(f"{path.name}: what separates the cells? Its first row {found}. State it with --separator.")
     sign = there[0] if separator is None else NAMES.get(separator, separator)
     if len(sign) != 1 or sign in '"\r\n':
         raise UsageError(f"--separator {separator!r}: expected one character, or {', '.join(NAMES)}.")

@@ -55,8 +55,7 @@ class EasyHandeye(Importer):
                 raise DataError(f"{file} holds neither samples nor a result of easy_handeye.", file=file)
         if samples is None:
             raise DataError(
-                f"{paths[0].name} is a result: it says what was found, and not from which samples. Give the samples too"
-                " (easy_handeye2: NAME.samples).",
+                f"{paths[0].name} is a result without its samples. Give the samples too (easy_handeye2: NAME.samples).",
                 file=paths[0].name,
             )
         file, contents = samples

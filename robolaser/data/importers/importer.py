@@ -30,22 +30,22 @@ TYPED: Final = {
 @final
 @dataclass(frozen=True)
 class ImportOptions:
-    """What a person says of the files; an importer uses what its files do not say themselves.
+    """Information about files; an importer uses what its files lack.
 
     Attributes:
-        name: Of the data set.
-        robot: Whose joint angles the files hold; None: they hold flange poses.
-        path_known: Whether the arm went straight from each pose to the next.
-        sensor: Kind of sensor that the points are from.
+        name: Name of the data set.
+        robot: The arm of the joint angles; None: the files have flange poses.
+        path_known: Whether the arm moved straight from each pose to the next.
+        sensor: Kind of the sensor that measured the points.
         columns: Column of a file by the column of poses.csv or points.csv that it becomes, see `read_columns`.
         units: Units of lengths and angles, and of times: at most one each.
-        units_of_file: Those of single files, by their names.
-        separator: Between two cells: a character, "tab" or "space"; None: the only one that the header has.
-        decimal: The decimal sign.
-        header_row: Row that names the columns, counted from 1; 0: none does, and they are called 1, 2, 3 …
-        euler: Sequence of axes of Euler angles: "ZYX" about the axes as they turn, "zyx" about those that stay.
-        point: The point that all rows are of, where no column names it.
-        ordered: Whether the rows are in the order of measurement, where no column has times.
+        units_of_file: Units of single files, by file name.
+        separator: Separator of cells: a character, "tab" or "space"; None: that of the header.
+        decimal: Decimal point.
+        header_row: Row with the column names, counted from 1; 0: none, the columns are called 1, 2, 3 …
+        euler: Sequence of axes of Euler angles: "ZYX" about rotating axes, "zyx" about fixed ones.
+        point: Name of the measured point, if no column names it.
+        ordered: Whether the rows are in the order of measurement, if no column has the times.
         further: Options of an importer of one's own, by name; see `Importer.further`.
 
     Examples:
@@ -155,6 +155,6 @@ class Importer(ABC):
         """Read files that belong together.
 
         Raises:
-            DataError: With file, row and column of what is wrong.
+            DataError: Names file, row and column of the fault.
             UsageError: An option is missing or makes no sense.
         """

@@ -95,8 +95,8 @@ def _clock(
     if QUATERNION[0] not in measured:
         if stated is not None:
             raise UsageError(
-                f"--set {CLOCKS}={stated}: points by themselves do not turn, so they do not show by how much"
-                " clocks differ. Import bodies (--sensor pose), or correct the times."
+                f"--set {CLOCKS}={stated}: points have no orientation, from which a clock difference is"
+                " estimated. Import bodies (--sensor pose), or correct the times."
             )
         return 0.0, "", ()
     if stated not in (None, "differ"):
@@ -109,16 +109,16 @@ def _clock(
         if found is None or abs(found.offset_s) < max(SURE * found.std_s, tolerance_s / 10):
             return 0.0, "", ()
         return 0.0, "", (
-            f"The clocks of {arm} and {measured.file} seem to differ: both turn alike if {found} is added to the"
+            f"The clocks of {arm} and {measured.file} seem to differ: their rotations agree if {found} is added to the"
             f" times of {measured.file}. --set {CLOCKS}=differ does so.",
         )  # fmt: skip
     if found is None:
         raise DataError(
-            f"{measured.file} and {arm} do not turn alike at any offset of their clocks: at least {FEWEST} rows of"
+            f"The rotations of {measured.file} and {arm} agree at no offset of their clocks: at least {FEWEST} rows of"
             " both must be of one motion that turns the flange.",
             file=measured.file,
         )
-    return found.offset_s, f" + {found} (by the turns of both)", ()
+    return found.offset_s, f" + {found} (by the rotations of both)", ()
 
 
 def _readings(arm: Poses, at: Match, times: Array) -> Poses:

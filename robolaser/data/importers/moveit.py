@@ -72,7 +72,7 @@ def _readings(joints: tuple[str, Mapping[str, Any]] | None, options: ImportOptio
     if robot is None and joints is None:
         return None
     if robot is None:
-        raise UsageError("The joint states are of which robot? Name it with --robot, or leave out their file.")
+        raise UsageError("Of which robot are the joint states? Name it with --robot, or leave out their file.")
     if joints is None:
         raise UsageError(
             "--robot: the samples hold flange poses. Give the file of «Save joint states» too, or leave it out."

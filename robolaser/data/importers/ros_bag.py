@@ -77,7 +77,7 @@ class RosBag(Importer):
                 raise UsageError(f"--set {stated[0]} and --set {stated[1]}: import one measurement after the other.")
             if not stated and (len(images) != 1 or poses):
                 raise UsageError(
-                    f"{bag.file}: what was measured? Say it with --set {IMAGE_TOPIC}=TOPIC"
+                    f"{bag.file}: what was measured? State it with --set {IMAGE_TOPIC}=TOPIC"
                     f" ({', '.join(images) or 'there are none'}), --set {POSE_TOPIC}=TOPIC"
                     f" ({', '.join(poses) or 'there are none'}), or --set {CAMERA}=FRAME --set {MARKER}=FRAME of tf."
                 )
@@ -172,7 +172,7 @@ def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, w
 
 def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
     if option not in options.further:
-        raise UsageError(f"{bag.file}: which frame of tf is the one {which}? Say it with --set {option}=FRAME.")
+        raise UsageError(f"{bag.file}: which frame of tf is the one {which}? State it with --set {option}=FRAME.")
     return options.further[option]
 
 

@@ -103,7 +103,7 @@ class Bag:
         if stated is not None and stated not in there:
             raise DataError(f"{self.file} has no topic {stated} of type {kind}.{near(stated, there)}", file=self.file)
         if stated is None and len(there) > 1:
-            raise UsageError(f"{self.file}: which topic? Say it with --set {option}=TOPIC: {', '.join(there)}.")
+            raise UsageError(f"{self.file}: which topic? State it with --set {option}=TOPIC: {', '.join(there)}.")
         if not there:
             every = ", ".join(sorted({str(one.topic) for one in self.reader.connections})) or "none"
             raise DataError(f"{self.file} has no topic of type {kind}. There are: {every}.", file=self.file)

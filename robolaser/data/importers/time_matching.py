@@ -66,7 +66,7 @@ def tolerance_of(further: Mapping[str, str], file: str) -> float:
     """
     if TOLERANCE not in further:
         raise UsageError(
-            f"{file}: how far in time may a reading of the arm be from a measurement? Say it in seconds with"
+            f"{file}: how far in time may a reading of the arm be from a measurement? State it in seconds with"
             f" --set {TOLERANCE}=0.02, for example."
         )
     value = finite(further[TOLERANCE])

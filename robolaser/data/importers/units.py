@@ -50,7 +50,7 @@ class Units:
         if quantity not in self.stated:
             example = ", ".join(list(FACTORS[quantity])[:3])
             raise UsageError(
-                f"In which unit are {quantity}, such as {column}? Say it with --units, {example} or another."
+                f"In which unit are {quantity}, such as {column}? State it with --units, {example} or another."
             )
         return self.stated[quantity]
 

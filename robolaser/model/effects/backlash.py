@@ -31,7 +31,7 @@ class Backlash(Effect):
     name = "backlash"
     title = "lost motion: depends on the direction of approach"
     clause = "{where} has lost motion"
-    caveat = "assumes a straight path from the pose before"
+    caveat = "assumes a straight path from the previous pose"
     remedy = "Approach each pose of {where} from the same side, or have its gear adjusted."
     reference = "Nordin, Gutman 2002, Controlling mechanical systems with backlash; 1-2 arcmin, belts 5"
     stage = Stage.JOINTS
@@ -69,7 +69,7 @@ class Backlash(Effect):
         ends = (replace(self, start=np.array([end])) for end in (-1.0, 1.0))
         return CarryOver(
             replace(self, start=np.zeros(1)),
-            "where in its play the joint was before the first pose is not known; until it has reversed",
+            "the joint's position within its play before the first pose is not known; until it has reversed",
             alternatives=tuple(ends),
         )
 

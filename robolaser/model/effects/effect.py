@@ -69,24 +69,24 @@ class Effect(ABC):
     """A departure from the nominal model at one location, with one value of its parameters for each candidate.
 
     A subclass declares the class data below and its parameters, the principal one first, and implements `apply`. With
-    all amplitudes at zero, `apply` changes nothing, exactly, whatever the nonlinear parameters. What comes out is
+    all amplitudes at zero, `apply` changes nothing, exactly, whatever the nonlinear parameters. Its output is
     smooth in the amplitudes, but need not be smooth in the nonlinear parameters.
 
     Attributes:
-        name: Of the effect, as commands and files call it.
-        title: What it is, in a few words.
-        clause: The same as a clause of a sentence, with {where} for the location.
-        caveat: What to beware of where it was found.
-        remedy: What to do about it in the cell, with {where} for the location.
-        reference: Where its physics and its size are from.
-        stage: Where on the way from encoder and image to a residual it acts.
+        name: Its name in commands and files.
+        title: A short description.
+        clause: The same as a clause, with {where} for the location.
+        caveat: A caveat for results.
+        remedy: The remedy in the cell, with {where} for the location.
+        reference: Source of its physics and typical size.
+        stage: The stage, from encoder and image to residual, at which it acts.
         cause: The class of causes that it belongs to, such as `transmission`: where its members cannot be told apart,
             the class still can. Empty: it is a class of its own.
         site: The location, one of `camera laser hand_eye target base timing image tool measuring_system`; empty: each
             moving joint.
-        needs: What the data must have besides values that pass the stage, see `requirements`.
-        depends_on_trajectory: Whether `apply` looks at other poses or points than the one that it changes.
-        in_urdf: Whether a URDF can hold it: then the exported robot does.
+        needs: Required data, besides values at the stage, see `requirements`.
+        depends_on_trajectory: Whether the change at a pose or point depends on others.
+        in_urdf: Whether a URDF can represent it: then the exported robot does.
         where: Its location: a joint's name, or its site; a sensor's own as `left.laser`.
     """
 
@@ -107,11 +107,11 @@ class Effect(ABC):
 
     @abstractmethod
     def apply(self, value: Array, run: Run, /) -> Array:
-        """What comes out of the stage; the shape may only grow from 1 to n or m."""
+        """The value after the stage; its shape may only grow from 1 to n or m."""
 
     @classmethod
     def sites(cls, robot: Robot | None) -> tuple[str, ...]:
-        """Where it can be in an arm and its sensor, if the data have all that it needs."""
+        """Its possible locations in an arm and its sensor, if the data have all that it needs."""
         return (cls.site,) if cls.site else moving_joints(robot)
 
     @classmethod
@@ -121,7 +121,7 @@ class Effect(ABC):
 
     @classmethod
     def missing(cls, dataset: Dataset) -> str:
-        """Why these data cannot test it, such as "no joint velocities in the data"; "" where they can."""
+        """Why these data cannot test it, such as "no joint velocities in the data"; "" if they can."""
         by_sensor = cls.missing_by_sensor(dataset)
         reason = "" if "" in by_sensor else by_sensor[0]
         return reason or ("" if cls.sites(dataset.robot) else "this robot has no location for it")
@@ -136,7 +136,7 @@ class Effect(ABC):
 
     @classmethod
     def locations(cls, dataset: Dataset) -> tuple[str, ...]:
-        """Where these data can test it; empty where something is missing.
+        """Locations at which these data can test it; empty if something is missing.
 
         Where several sensors each have its site, that of each is a location: `left.laser`.
         """
@@ -153,7 +153,7 @@ class Effect(ABC):
     def grid(cls, dataset: Dataset, where: str) -> Array:
         """Values of its nonlinear parameters worth trying for these data, (g, number of nonlinear parameters).
 
-        So dense that descents from them reach the best minimum.
+        Dense enough that descents from them reach the best minimum.
         """
         return np.array([[each.nominal for each in cls.nonlinear_parameters()]])
 
@@ -163,17 +163,17 @@ class Effect(ABC):
         return {}
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> "CarryOver":
-        """What becomes of it in another run.
+        """Its state in another run.
 
         Args:
             run: The other run, as `continued` gives it.
-            found_in: The run that it was found in; None where nothing is known of it.
+            found_in: The run in which it was found; None if unknown.
         """
         reason = self.hindrance(run)
         return CarryOver(None, doubt=reason) if reason else CarryOver(self)
 
     def hindrance(self, run: Run) -> str:
-        """Why it cannot act in a run; "" where it can."""
+        """Why it cannot act in a run; "" if it can."""
         return self.missing(run.dataset)
 
     def parts(self, run: Run) -> tuple[Part, ...]:
@@ -187,7 +187,7 @@ class Effect(ABC):
 
     @classmethod
     def nonlinear_parameters(cls) -> tuple[Nonlinear, ...]:
-        """Its inner parameters."""
+        """Its nonlinear parameters."""
         return tuple(Nonlinear(f.name, *f.metadata["nonlinear"]) for f in fields(cls) if "nonlinear" in f.metadata)
 
     @classmethod

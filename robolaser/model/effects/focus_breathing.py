@@ -21,7 +21,7 @@ class FocusBreathing(Effect):
     name = "focus_breathing"
     title = "the focal length changes with the distance"
     clause = "the focal length changes with the distance"
-    caveat = "known over the distances that were measured, not beyond"
+    caveat = "known within the measured distances only"
     remedy = "Switch autofocus off, and lock the focus ring of the lens."
     reference = (
         "Willson, Shafer 1994, What is the center of the image?; zoom and focus change the focal length by 1-5 %"

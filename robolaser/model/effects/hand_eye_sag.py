@@ -27,7 +27,7 @@ class HandEyeSag(Effect):
     name = "hand_eye_sag"
     title = "elastic deflection of the bracket under gravity"
     clause = "the sensor's bracket sags"
-    caveat = "assumes that the bracket yields in proportion to gravity, for every orientation of the flange"
+    caveat = "assumes that the bracket deflects in proportion to gravity, for every orientation of the flange"
     remedy = "Stiffen the sensor's bracket, shorten it, or keep the flange's orientation constant."
     reference = "Gere, Timoshenko 1997, Mechanics of Materials, ch. 9: cantilevers under an end load; 0.05-1 mm"
     stage = Stage.MOUNT

@@ -17,7 +17,7 @@ class JointOffset(Effect):
     name = "joint_offset"
     title = "constant error of the joint's zero"
     clause = "the zero of {where} is wrong"
-    caveat = "is relative to the zero that the robot's controller was given"
+    caveat = "is relative to the zero set in the robot's controller"
     remedy = (
         "Set the zero of {where} again (`robolaser export` writes it into LeRobot's `homing_offset`), or use"
         " `robot_corrected.urdf`, which includes the offset."

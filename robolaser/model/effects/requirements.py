@@ -99,13 +99,13 @@ def laser_plane(dataset: Dataset) -> str:
 def centred_lens(dataset: Dataset) -> str:
     """The sensor's own parameters do not have a decentred lens."""
     own = {"p1", "p2"} & fitted_lens(dataset)
-    return "the sensor's own p1 and p2 are fitted, and say it" if own else ""
+    return "the sensor's own p1 and p2 are fitted and describe it" if own else ""
 
 
 def free_radial_term(dataset: Dataset) -> str:
     """The sensor's own parameters do not have all radial terms."""
     own = {"k2", "k3"} <= fitted_lens(dataset)
-    return "the sensor's own k1, k2 and k3 are fitted, and say it" if own else ""
+    return "the sensor's own k1, k2 and k3 are fitted and describe it" if own else ""
 
 
 def joint_angles(dataset: Dataset) -> str:
@@ -115,7 +115,7 @@ def joint_angles(dataset: Dataset) -> str:
 
 def turning_joint(dataset: Dataset) -> str:
     """A joint of the arm turns, and does not slide."""
-    return "" if turning_joints(dataset.robot) else "no joint of this arm turns"
+    return "" if turning_joints(dataset.robot) else "this arm has no revolute joint"
 
 
 def masses(dataset: Dataset) -> str:
@@ -159,7 +159,7 @@ def velocities(dataset: Dataset) -> str:
     if len(unknown := without_velocity(dataset)):
         names = ", ".join(dataset.poses.names[pose] for pose in unknown[:MOST_LISTED])
         return DataLack(
-            f"how fast the arm moved is not known at {len(unknown)} poses with points, which lie by themselves in time"
+            f"the arm's velocity is not known at {len(unknown)} poses with points, which have no neighbours in time"
             f" (pose {names}{', …' if len(unknown) > MOST_LISTED else ''})",
             "the velocity of each joint at the exposure (columns qd_<joint>), or data without these poses",
         )

@@ -28,7 +28,7 @@ def various_moves(dataset: Dataset) -> str:
     """Some joint came to its poses by moves of several lengths."""
     if reason := path(dataset):
         return reason
-    alike = "each joint's last moves are all of one length, which makes what is missing of them look like lost motion"
+    alike = "the last moves of each joint all have the same length, so a missing share looks like lost motion"
     return "" if _joints_of_various_moves(dataset) else alike
 
 
@@ -54,7 +54,7 @@ class Settling(Effect):
     name = "settling"
     title = "the joint had not settled: a share of its last move is missing"
     clause = "{where} has not settled when it is measured"
-    caveat = "assumes a straight path from the pose before, and waited as long at each pose"
+    caveat = "assumes a straight path from the previous pose, and the same wait at each pose"
     remedy = "Wait longer at each pose before measuring, or raise the gain of the servo of {where}."
     reference = "ISO 9283:1998, pose stabilization time and overshoot; 0.01-0.5 % of a move"
     stage = Stage.JOINTS

@@ -22,7 +22,7 @@ class TargetScale(Effect):
     """
 
     name = "target_scale"
-    title = "the printed grid's scale"
+    title = "wrong scale of the printed grid"
     clause = "the target is printed to a wrong scale"
     remedy = "Measure the target with a caliper: its squares do not have the stated size."
     reference = "Strobl, Hirzinger 2011, More accurate pinhole camera calibration; printers: up to 1.5 %"

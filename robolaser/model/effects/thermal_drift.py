@@ -36,8 +36,8 @@ class ThermalDrift(Effect):
     """
 
     name = "thermal_drift"
-    title = "the link before the joint grows as the arm warms up"
-    clause = "the link before {where} grows as the arm warms up"
+    title = "the link before the joint expands as the arm warms up"
+    clause = "the link before {where} expands as the arm warms up"
     caveat = "holds for a warm-up like this one"
     remedy = "Let the arm warm up before measuring, or correct for the temperature."
     reference = "Heisel, Richter, Wurst 1997, Thermal behaviour of industrial robots, CIRP Annals 46"

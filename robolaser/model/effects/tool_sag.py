@@ -26,7 +26,7 @@ class ToolSag(Effect):
     name = "tool_sag"
     title = "elastic deflection of the tool or reflector holder under gravity"
     clause = "the tool sags under its weight"
-    caveat = "assumes that the tool yields in proportion to gravity, for every orientation of the flange"
+    caveat = "assumes that the tool deflects in proportion to gravity, for every orientation of the flange"
     remedy = "Stiffen what the flange carries, shorten it, or keep the flange's orientation constant."
     reference = "Gere, Timoshenko 1997, Mechanics of Materials, ch. 9: cantilevers under an end load; 0.05-1 mm"
     stage = Stage.FLANGE

@@ -20,7 +20,7 @@ class TrackerScale(Effect):
     """
 
     name = "tracker_scale"
-    title = "the measuring system's own scale"
+    title = "scale error of the measuring system"
     clause = "the scale of the measuring system is wrong"
     caveat = "links that are all too long or too short look the same, unless distances between points are known"
     remedy = "Check the measuring system against a scale bar, and its air temperature and pressure."

@@ -27,9 +27,9 @@ class TransmissionError(Effect):
     """
 
     name = "transmission_error"
-    title = "periodic in the motor's angle: several cycles a joint turn"
+    title = "periodic in the motor's angle: several cycles per joint turn"
     clause = "the gear of {where} has a periodic error"
-    caveat = "its frequency is one of several that were tried"
+    caveat = "its frequency is the best of several that were tried"
     remedy = "Correct {where} by the model, or have its gear inspected."
     reference = "Tuttle, Seering 1996, A nonlinear model of a harmonic drive; 0.5-2 arcmin"
     stage = Stage.JOINTS

@@ -24,17 +24,17 @@ REGISTERED: dict[str, "type[Sensor]"] = {}  # by kind; a subclass enters itself,
 
 
 class Sensor(ABC):
-    """A way to measure, for one data set. A subclass is one kind of `[sensor]`; to define it is to register it.
+    """A sensor of one data set. A subclass is one kind of `[sensor]`; defining it registers it.
 
     A row of residuals has k numbers, `format.numbers`: a point in space three in metres, a camera's corner two in
-    pixels. Whitened numbers are the currency of estimation and diagnosis; metres are for people.
+    pixels. Estimation and diagnosis use whitened numbers; metres are for people.
 
     `format`, `parameters`, `residuals` and `row_errors` must be written; `stages`, `initialize`, `in_metres`, `known`,
-    `in_cell` and `new_poses` may be. The rest follows from them and is final.
+    `in_cell` and `new_poses` are optional. The rest follows from them and is final.
 
     Attributes:
         format: Its name, what it needs in a data set, and the numbers of a row with their unit.
-        stages: Those that its values pass: effects at others have no meaning for it.
+        stages: The stages of its values; effects at other stages do not apply.
     """
 
     format: ClassVar[SensorFormat]
@@ -66,7 +66,7 @@ class Sensor(ABC):
         """Which must be given, which follow from the data, which no data can tell."""
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """Start values of the derived parameters, for each candidate, as (c,) by name.
+        """Initial values of the derived parameters, for each candidate, as (c,) by name.
 
         Args:
             values: The free parameters; derived ones that are among them are known too. Where the parameters have a
@@ -96,27 +96,27 @@ class Sensor(ABC):
 
     @abstractmethod
     def row_errors(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Sequence[ErrorSource]:
-        """What may shake rows one by one, at one candidate; errors of whole poses are added to it for every sensor."""
+        """Noise sources of single rows, at one candidate; errors of whole poses are added for every sensor."""
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """What residuals (c, m, k) mean at the point, (c, m, j) [m]; linear, as pixels by depth over focal length."""
+        """Residuals (c, m, k) in metres at the point, (c, m, j); linear, as pixels by depth over focal length."""
         return residuals
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
-        """Where each row's point is known or measured to be, (c, m, 3) [m]; None where a row is no point.
+        """Known or measured position of each row's point, (c, m, 3) [m]; None if a row is not a point.
 
         A row of three numbers in metres is that place less the predicted one.
         """
         return None
 
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
-        """Where its parts are, one candidate: by default points `tool.NAME` as `tool_NAME` on the flange."""
+        """Positions of its parts, one candidate: by default points `tool.NAME` as `tool_NAME` on the flange."""
         tools = dict.fromkeys(name.rpartition(".")[0] for name in values if name.startswith("tool."))
         return InCell({tool.replace(".", "_", 1): pose(np.eye(3), vector(values, tool)[0]) for tool in tools})
 
     @property
     def new_poses(self) -> NewPoses:
-        """What it measures at poses that no fit has seen: by default each named point once."""
+        """Its measurements at new poses: by default each named point once."""
         return NamedPoints(self.dataset)
 
     @final

@@ -66,8 +66,8 @@ DYNAMICS = (
         columns=of_joint(lambda of: of.acceleration), needs=hardly_moves, rivals=("link_inertia",),
     ),
     MotionEffect(
-        name="torque_constant", title="measured torques have a wrong factor",
-        clause="measured torques have a wrong factor", cause="dynamics", rows="torque",
+        name="torque_constant", title="the measured torques have a wrong scale",
+        clause="the measured torques have a wrong scale", cause="dynamics", rows="torque",
         numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
         remedy="Check the motor's torque constant and the gear's ratio.",
         reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",

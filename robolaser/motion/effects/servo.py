@@ -28,7 +28,7 @@ def _beyond(trace: Trace) -> tuple[bool, bool]:
 
 
 def _range_untested(trace: Trace) -> str:
-    return "" if any(_beyond(trace)) else "no command goes beyond where the joint got to"
+    return "" if any(_beyond(trace)) else "no command exceeds the range that the joint reached"
 
 
 def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
@@ -78,8 +78,8 @@ TRACKING = (
     CLOCK,
     of_servo(
         name="dead_time",
-        title="commands act late",
-        clause="commands act late",
+        title="commands take effect late",
+        clause="commands take effect late",
         cause="timing",
         numbers=(Number("delay", "s", 0.01, 0.0, 0.5, servo="delay", least=1e-3),),
         remedy="Add this delay to the simulated actuator, or send commands that much earlier.",
@@ -120,8 +120,8 @@ TRACKING = (
     ),
     of_servo(
         name="scale",
-        title="the joint moves by a wrong factor of its command",
-        clause="the joint moves by a wrong factor of its command",
+        title="the joint moves by a wrong multiple of its command",
+        clause="the joint moves by a wrong multiple of its command",
         numbers=(Number("factor", "", 0.01, -0.5, 0.5, servo="scale", least=0.002),),
         rarity=14.0,  # commands and readings have one unit in nearly every log
         remedy="Check the unit and range of commands: ticks a turn, per cent of range, degrees.",
@@ -154,8 +154,8 @@ TRACKING = (
     of_servo(
         name="droop",
         form="under torque",
-        title="the joint yields to the torque of its motion",
-        clause="the joint yields to the torque that it bears",
+        title="the joint deflects under the torque of its motion",
+        clause="the joint deflects under its torque",
         numbers=(Number("torque_compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="yields"),),
         remedy=f"Raise {P_GAIN}, feed the torque forward, or give the simulated actuator this stiffness.",
         reference=LOOPS,

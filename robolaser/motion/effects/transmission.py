@@ -60,7 +60,7 @@ TRANSMISSION = (
         name="gear_ripple", title="error of the gear that repeats with its turns", clause="the gear has a ripple",
         cause="transmission", rows="load",
         numbers=(Number("cosine", "rad", 1e-4), Number("sine", "rad", 1e-4)),
-        remedy="Correct the reading by this wave, or exchange the gear.",
+        remedy="Correct the reading by this wave, or replace the gear.",
         reference=TUTTLE, columns=_ripple, needs=_turns,
     ),
     MotionEffect(

@@ -69,11 +69,11 @@ class SuiteProblem(Problem):
         title: What was measured.
         names: Of the variables, in SI units and pixels.
         model: The calibration's model.
-        instance: What the suite says of it: `best`, the lowest known J, `best_x`, and how that was found.
+        instance: Its entry in the suite: `best`, the lowest known J, `best_x`, and how that was found.
         dimension: Number of variables.
         evaluations: Candidates evaluated so far.
         best_observed_fvalue1: The lowest J so far.
-        final_target_fvalue1: One per cent above the lowest J known.
+        final_target_fvalue1: One per cent above the lowest known J.
 
     Examples:
         >>> from robolaser.problems import suite
@@ -119,11 +119,11 @@ class SuiteProblem(Problem):
 
     @property
     def final_target_hit(self) -> bool:
-        """Whether some candidate came within one per cent of the lowest J known."""
+        """Whether some candidate came within one per cent of the lowest known J."""
         return bool(self.best_observed_fvalue1 <= self.final_target_fvalue1)
 
     def as_ioh(self) -> Any:
-        """The same as a problem of ioh, whose loggers can be attached to it: variables from 0 to 1, bound to bound.
+        """The same as a problem of ioh, for its loggers: variables from 0 to 1, bound to bound.
 
         Raises:
             DependencyMissing: `ioh` is not installed.

@@ -48,7 +48,7 @@ def convergence(analysis: ErrorAnalysis) -> Chart | None:
         "Convergence",
         f"Best error so far in each generation of {calibration.algorithm}, and the error of the result, after local"
         " refinement unless that was switched off. If the curve is still falling at the right edge, the search stopped"
-        " too early; if the result lies far below it, the refinement found what the search had missed.",
+        " too early; if the result is far below it, the refinement found what the search had missed.",
         f"The best error falls to {before} in {len(best_mm)} generations; the result has {after}.",
         [
             layer(line(step=True), data, tooltip=said, x=x, y=y, color=colour),
@@ -101,7 +101,7 @@ def parameters(analysis: ErrorAnalysis) -> Chart | None:
         "Parameters over the generations",
         "The best candidate's parameters, scaled to their bounds; the dots at the right are the final values. Lines"
         " that keep moving while the error no longer falls belong to parameters that these data hardly determine; a"
-        " dot at 0 or 1 belongs to a parameter that presses against its bound.",
+        " dot at 0 or 1 is a parameter on its bound.",
         f"Lines for {', '.join(names)} between lower bound 0 and upper bound 1.",
         [
             layer(line(step=True, strokeWidth=1.3), data, tooltip=said, strokeDash=dash, **encoding),

@@ -30,19 +30,19 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     rows, weighting = calibration.row_errors[0], "plain: " if calibration.weights == "plain" else ""
     shown = (
         ("held-out", "on new poses", calibration.held_out_rms_m,
-         f"{weighting}predicted with each pose left out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
+         f"{weighting}predicted with each pose held out of the fit{_in_unit(rows.held_out_rms, rows.unit)}"),
         ("noise", "noise alone", analysis.noise_m, f"known noise: {sources}" if sources else "no noise is known"),
         ("fitted", "on fitted poses", calibration.rms_m,
          f"{weighting}training error, optimistic{_in_unit(rows.rms, rows.unit)}"),
     )  # fmt: skip
     angles = [each for each in calibration.row_errors if each.unit == "rad"]
-    turn = "turn of bodies about three axes together"
+    turn = "rotation of bodies about three axes together"
     turns = [
         Figure(kind, label, plain(error, "rad", SIGNIFICANT), f"{each.sensor}: {turn}" if angles[1:] else turn)
         for each in angles
         for kind, label, error in (
-            ("held-out", "new poses, turn", each.held_out_rms),
-            ("fitted", "fitted, turn", each.rms),
+            ("held-out", "new poses, rotation", each.held_out_rms),
+            ("fitted", "fitted, rotation", each.rms),
         )
         if error is not None
     ]
@@ -106,7 +106,7 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     errors = {"errors of the fit": calibration.errors_m}
     cell = cell_scene(calibration.model, calibration.x, errors, title="Each pose, and its errors")
     return [
-        Section("Which errors are odd", group_blocks(*analysis.compared)),
+        Section("Which errors stand out", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),
         Section(
             "Charts",
@@ -206,7 +206,7 @@ def judgement(analysis: ErrorAnalysis) -> str:
             " the model."
         )
     elif error is None:
-        said.append("Take more poses: the training error says little.")
+        said.append("Measure more poses: the training error says little.")
     else:
         said.append(_against_noise(*excess(analysis, noise), error / noise))
     if error is not None and error > OVERFITTED * calibration.rms_m:

@@ -80,10 +80,9 @@ def solved(lines: AlgorithmLines, title: str) -> Chart | None:
     last = max(drawn, key=lambda name: reached[name][-1])
     return chart(
         title,
-        f"Of all {len(arrays.tolerances)} targets from {number(arrays.tolerances[0])} to"
-        f" {number(arrays.tolerances[-1])} above the lowest known (of J, times it), the share that was reached by then,"
-        " over all runs and problems. Higher and further left is better. A line that levels off low means that runs got"
-        " stuck.",
+        f"Share of all {len(arrays.tolerances)} targets from {number(arrays.tolerances[0])} to"
+        f" {number(arrays.tolerances[-1])} above the lowest known cost (relative to J), over all runs and problems,"
+        " reached by then. Higher and further left is better. A line that levels off low means that runs got stuck.",
         f"In the end {last} has reached {reached[last][-1]:.0f} % of the targets.",
         [
             layer(

@@ -81,7 +81,7 @@ def _remarks(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Sectio
     noisy = [one.name for one in comparison.problems if one.noisy]
     aims = [line for one in judged for line in words.aims(comparison, one)]
     notes = [f"{', '.join(knowing)}: searches differently with another budget."] if knowing else []
-    notes += [f"{name} is noisy: runs are ranked by what they returned, evaluated anew." for name in noisy]
+    notes += [f"{name} is noisy: runs are ranked by their returned candidates, re-evaluated." for name in noisy]
     failures = [
         f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
         for name, reason, count, _ in tables.failure_rows(comparison)
@@ -119,8 +119,8 @@ def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[
         Section("Problems", [_problem_table(comparison, judged)]),
         Section("Runs that failed", [failed]),
         Section("What could not be run", [refused]),
-        Section("How it was measured", [_terms(words.measured(comparison), "Condition", "As it was")]),
-        Section("How to read it", [_terms([*words.READING, *scopes], "Term", "What it means")]),
+        Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]),
+        Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]),
     ]
 
 

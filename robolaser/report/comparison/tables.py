@@ -39,8 +39,8 @@ def standing_table(comparison: BenchmarkResult, standings: Standings, colours: M
     rows = [_standing(comparison, standings, one, colours) for one in standings.order.places]
     shown = [i for i in range(len(columns)) if i < len(columns) - 1 or any(row[i].text for row in rows)]
     note = (
-        "Evaluations are what it takes on average to get to the target; over several problems, × times as many as the"
-        " first where both reached it, with the 95 % interval."
+        "Evaluations: the average number to reach the target; over several problems, × times as many as the first where"
+        " both reached it, with the 95 % interval."
     )
     return Table([columns[i] for i in shown], [[row[i] for i in shown] for row in rows], note=note, printed=most)
 
@@ -143,7 +143,7 @@ def pairwise_matrix(order: Order) -> Table:
     of = {(pair.one, pair.other): pair for pair in order.pairs}
     rows = [[Cell(f"{i} {one}"), *(_pair(of, one, other) for other in names)] for i, one in enumerate(names, 1)]
     note = (
-        "A12: how often a run of the row's algorithm does better than one of the column's. With a star: significant"
+        "A12: probability that a run of the row's algorithm does better than one of the column's. Star: significant"
         " after Holm's correction. Blue: the row's is better; orange: the column's."
     )
     columns = [Column("Row beats column"), *(Column(str(i)) for i in range(1, len(names) + 1))]
@@ -168,12 +168,12 @@ def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str
 
 
 def effect_table(standings: Standings) -> Table:
-    """A row for each exchanged part."""
+    """A row for each exchanged operator."""
     columns = [
-        Column("Part", "name", 30, "part"),
+        Column("Operator", "name", 30, "operator"),
         Column("In place of", "text"),
-        Column("Better in so many pairs of runs", brief="better in"),
-        Column("Times as many evaluations", brief="times the evaluations"),
+        Column("Share of pairs of runs in which it is better", brief="better in"),
+        Column("Ratio of evaluations", brief="times the evaluations"),
         Column("p", brief="p"),
     ]
     rows = [
@@ -190,11 +190,10 @@ def effect_table(standings: Standings) -> Table:
         for effect in standings.effects
     ]
     note = (
-        "Runs with the part against runs without it that are alike in all else (problem, other parts), with 95 %"
-        " intervals: 50 % of pairs is no effect; below 1 it reaches the target faster. p: van Elteren's test, by Holm"
-        " for all parts."
+        "Runs with the operator against otherwise equal runs without it, with 95 % intervals: 50 % of pairs is no"
+        " effect; below 1 it reaches the target faster. p: van Elteren's test, by Holm for all operators."
     )
-    return Table(columns, rows, "What each exchanged part does", note, printed=len(rows))
+    return Table(columns, rows, "What each exchanged operator does", note, printed=len(rows))
 
 
 def failure_rows(comparison: BenchmarkResult) -> list[tuple[str, str, int, str]]:

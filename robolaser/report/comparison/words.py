@@ -33,25 +33,25 @@ SAME = 1e-6
 FOUND_BY = {THEORY: "by theory", OUR_OWN: "by robolaser's own search", "": ""}
 
 READING = (
-    ("Target", "A cost that much above the lowest known, which the table of problems states. Where theory does not know"
-     " the lowest cost, it is what any of the runs, or robolaser's own search beforehand, has found."),
-    ("IGD+", "Of several objectives the cost of a run: the mean distance by which what it found falls short of the best"
-     " front, in units of that front's extent; the best front is theory's, or else what all runs found together."),
-    ("Success", "Share of the runs that reached the target within the budget; a failed run did not, unless it got there"
-     " before it failed. Its interval covers the true share 95 times in a hundred (Wilson)."),
-    ("ERT", "Expected running time: what all runs spent until they reached the target or ended, over the number of runs"
-     " that reached it. It is what a target costs on average if runs are restarted until one reaches it."),
-    ("A12", "How often a run of the one does better than a run of the other, ties counting half: 0.5 is no difference,"
-     " 1 is always (Vargha and Delaney)."),
-    ("Significant", "If the two were the same, differences like these would occur less than once in twenty comparisons"
-     " like this, all of its pairs taken together (Mann and Whitney's test on one problem, van Elteren's over several,"
+    ("Target", "A cost at an excess above the lowest known, both stated in the table of problems. If theory does not"
+     " give the lowest cost, it is the lowest of all runs and of robolaser's own search beforehand."),
+    ("IGD+", "With several objectives, the cost of a run: the mean distance of its front from the best front, in units"
+     " of that front's extent; the best front is known from theory, or else that of all runs together."),
+    ("Success", "Share of the runs that reached the target within the budget; a failed run counts only if it reached it"
+     " before it failed. The interval covers the true share 95 times in a hundred (Wilson)."),
+    ("ERT", "Expected running time: the evaluations of all runs until they reached the target or ended, over the number"
+     " of runs that reached it: the average cost of a target if runs are restarted until one reaches it."),
+    ("A12", "Probability that a run of one does better than a run of the other, ties counting half: 0.5 is no"
+     " difference, 1 is always (Vargha and Delaney)."),
+    ("Significant", "If the two were equal, such differences would occur in fewer than one in twenty comparisons"
+     " like this, all pairs taken together (Mann and Whitney's test on one problem, van Elteren's over several,"
      " with Holm's correction)."),
-    ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, runs that reached the target come"
-     " before those that did not: the former by their evaluations, the latter by how close they came."),
-    ("Knows its budget", "A run with a smaller budget is not the beginning of one with a larger: curves over"
-     " evaluations say how it does with this budget only."),
-    ("Noisy", "The same candidate has another cost each time. Runs are ranked by the candidate that each returned,"
-     " evaluated anew, never by their luckiest sample."),
+    ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, runs that reached the target rank"
+     " before those that did not: the former by their evaluations, the latter by their final cost."),
+    ("Knows its budget", "A run with a smaller budget is not the beginning of one with a larger budget: its curve holds"
+     " for this budget only."),
+    ("Noisy", "The cost of a candidate varies from evaluation to evaluation. Runs are ranked by the candidate that each"
+     " returned, re-evaluated, never by their luckiest sample."),
 )  # fmt: skip
 """Each measure in a sentence or two."""
 
@@ -128,10 +128,10 @@ def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in PACKAGES)
     ended = sum(bool(run.reason) for run in comparison.runs) - len(comparison.failures)
     return (
-        ("Budget", f"{budget(comparison)} a run; one is one candidate's cost, or its residuals once"),
+        ("Budget", f"{budget(comparison)} a run, each of one candidate's cost or residuals"),
         (
             "Time limit",
-            f"{duration(comparison.time_limit_s)} a run; {ended} runs were ended by it and count as they are",
+            f"{duration(comparison.time_limit_s)} a run; {ended} runs were ended by it and count with their results",
         ),
         ("Seeds", f"{_many(len(seeds), 'seed')} from {min(seeds)} to {max(seeds)}, the same for all"),
         ("Runs", f"{len(comparison.runs):,} of {comparison.wanted:,}, {len(comparison.failures):,} of them failed"),

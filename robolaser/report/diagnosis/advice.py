@@ -62,10 +62,10 @@ def caveats(found: Finding) -> list[str]:
         others = [named(other.candidate_effect) for other in found.alternatives[:FEW]]
         left = len(found.alternatives) - len(others)
         more = f" and {left} more" if left else ""
-        what = "less probable, but possible instead:" if is_certain else "these poses cannot distinguish it from"
+        what = "less probable alternatives:" if is_certain else "these poses cannot distinguish it from"
         said.append(f"{what} {', '.join(others)}{more}")
     elif not is_certain:
-        said.append("not certain by itself")
+        said.append("not certain individually")
     return [*said, found.candidate_effect.effect.caveat]
 
 
@@ -119,12 +119,12 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
         said.append(
-            "Nothing needs repair. Most of the error is scatter of whole poses: measuring more poses averages it,"
-            " repeating shots at one pose does not. Finer joint readings lower it."
+            "Nothing needs repair. Most of the error is scatter of whole poses: more poses average it, repeated shots"
+            " at one pose do not. Joint readings of finer resolution reduce it."
         )
     elif is_sound:
         line = ", or improve the line extraction" if diagnosis.dataset.kind == "stripe" else ""
-        said.append(f"Nothing needs repair. To become more accurate, lower the noise: repeat measurements{line}.")
+        said.append(f"Nothing needs repair. For higher accuracy, reduce the noise: repeat measurements{line}.")
     return said
 
 
@@ -189,7 +189,7 @@ def _sites(diagnosis: Diagnosis) -> list[Localization]:
 def _look(diagnosis: Diagnosis) -> str:
     where = _sites(diagnosis)
     if not where:
-        return "The remaining error is at no single location. More and more varied poses may show where."
+        return "The remaining error is at no single location. More, and more varied, poses may locate it."
     largest = where[0].share
     alike = {lies.site: lies.coordinate for lies in reversed(where) if lies.share >= ALIKE * largest}
     sites = list(reversed(alike))
@@ -217,12 +217,12 @@ def _form(coordinates: Iterable[str]) -> str:
 
 def _measure(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.next_poses)
-    poses = "the pose" if count == 1 else f"the {count} poses"
+    poses = f"the {count} pose{'s' * (count > 1)} in `next_poses` of `diagnosis.json`"
     ambiguous = next((found for found in diagnosis.findings if found.alternatives), None)
     if ambiguous is None:
-        return f"Measure {poses} listed below: they are the most informative."
+        return f"Measure {poses}: they are the most informative."
     other = ambiguous.alternatives[0].candidate_effect
-    return f"Measure {poses} listed below: they distinguish {named(ambiguous.candidate_effect)} from {named(other)}."
+    return f"Measure {poses}: they distinguish {named(ambiguous.candidate_effect)} from {named(other)}."
 
 
 def sentence_case(text: str) -> str:

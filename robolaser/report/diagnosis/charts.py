@@ -121,8 +121,8 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
     scale = " The axis is logarithmic." if logarithmic else ""
     return chart(
         "How far the gap shrinks",
-        f"{first} each effect added, to what is left on poses that were not fitted; the number is the gap after the"
-        f" step. Black line: its 95 % interval. Dashed: what noise alone would give.{scale}",
+        f"{first} each effect added, to the remaining error on held-out poses; the number is the gap after the step."
+        f" Black line: its 95 % interval. Dashed: noise alone.{scale}",
         f"The gap falls from {millimetres(begin)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
         [
@@ -268,7 +268,7 @@ def _of_points(run: Run) -> Iterator[Coordinate]:
         apart = np.linalg.norm(pixel - pixel.mean(axis=0), axis=1, keepdims=True)
         yield Coordinate("distance from the middle of the image", apart, "px")
     if pixel is not None and xyz is not None:
-        yield from (Coordinate(f"place on the target, {name}", xyz[:, [i]], "m") for i, name in enumerate("xy"))
+        yield from (Coordinate(f"position on the target, {name}", xyz[:, [i]], "m") for i, name in enumerate("xy"))
 
 
 def _telling(known: Sequence[tuple[Coordinate, Array]], moves: Array) -> tuple[Coordinate, Array]:
@@ -326,14 +326,14 @@ def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:
     said = hover("pose", "series", error=f"error [{unit}]")
     before, after = (float(np.sqrt(np.square(series[name]).mean())) for name in (BEFORE, AFTER))
     no_other = one.coordinate.name == FORESEEN
+    each = "pose" if one.of == one.candidate_effect.where else "row"
     return chart(
         sentence_case(named(one.candidate_effect)),
-        f"The error of {one.of} that each {'pose' if one.of == one.candidate_effect.where else 'row'} shows, with"
-        " everything else in the model: without this effect, and what is left with it. If the dots follow those of"
-        " the effect, and nothing of that shape is left, the effect has the right form."
-        + (" It depends on no coordinate alone, so the axis is the effect itself." if no_other else "")
+        f"The error of {one.of} in each {each}, without this effect and with it; all others are in the model. If"
+        " the dots follow those of the effect, and nothing of that shape remains, the effect has the right form."
+        + (" It depends on several coordinates, so the axis is the effect itself." if no_other else "")
         + (" The other effect cannot be distinguished from it with these poses." if one.rival is not None else ""),
-        f"The error of {one.of} falls from {before:.2g} {unit} to {after:.2g} {unit} RMS over {len(pose)} of them.",
+        f"The error of {one.of} falls from {before:.2g} {unit} to {after:.2g} {unit} RMS over {len(pose)} {each}s.",
         [
             layer({"type": "point", "size": size, "filled": filled, "strokeWidth": 1.4},
                   records(x=x, error=series[name], pose=pose, series=name), tooltip=said, x=across, y=up, color=colour)

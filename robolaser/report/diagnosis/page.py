@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from robolaser.diagnosis.cause_words import place
+from robolaser.diagnosis.cause_words import place, spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
 from robolaser.model.noise.sources import error_sources
 from robolaser.report.chart import Chart
@@ -90,7 +90,7 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         ("", "nominal model", gap.nominal_m, _nominal_remark(gap)),
         ("", "calibrated", gap.calibrated_m, "ordinary parameters fitted, no effect in the model"),
         ("held-out", left, gap.after_m, interval),
-        ("noise", "noise alone", gap.noise_floor_m, "what a perfect model would leave"),
+        ("noise", "noise alone", gap.noise_floor_m, "the error of a perfect model"),
     ]
     origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
     return [
@@ -105,9 +105,9 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
 def _nominal_remark(gap: Gap) -> str:
     """What the nominal error is of; where nothing but places was fitted, nominal and calibrated are one model."""
     if gap.nominal_m is None:
-        return "no nominal values are given"
+        return "not all nominal values are given"
     if gap.nominal_m == gap.calibrated_m:
-        return "the arm as described, in its fitted place"
+        return "nominal arm; base, tool or sockets fitted"
     return "before anything was fitted"
 
 
@@ -139,7 +139,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
         Section(lies, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
-        Section("Which errors are odd", group_blocks(diagnosis.observed, errors)),
+        Section("Which errors stand out", group_blocks(diagnosis.observed, errors)),
         Section("Errors", charts([poses(diagnosis)])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)]),
         Section("Poses to measure next", [rows.pose_table(diagnosis)]),
@@ -153,17 +153,17 @@ def _highlighted(diagnosis: Diagnosis) -> str:
     if marked:
         named = ", ".join(f"{place(site)} ({share})" if share else place(site)
                           for site, share in marked.items())  # fmt: skip
-        whose = "what is left" if diagnosis.verdict == "unexplained" else "the gap"
-        brackets = f" In brackets: the share of {whose} that is there." if any(marked.values()) else ""
+        whose = "the remaining error" if diagnosis.verdict == "unexplained" else "the gap"
+        brackets = f" In brackets: its share of {whose}." if any(marked.values()) else ""
         return f" Highlighted: {named}.{brackets}"
     if diagnosis.verdict == "no_gap":
-        return " No place is highlighted: what is left is noise."
-    return " No place is highlighted: the gap is at none of them alone."
+        return " Nothing is highlighted: the remaining error is noise."
+    return " Nothing is highlighted: the gap is at no single location."
 
 
 def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
     """The sites with the largest shares, for the terminal."""
-    what = "of the rest" if diagnosis.verdict == "unexplained" else "of the gap"
+    what = "of the remaining error" if diagnosis.verdict == "unexplained" else "of the gap"
     return [
         Text(f"{100 * lies.share:.0f} % {what} at {place(lies.site)} ({lies.coordinate})", "quiet", printed=True)
         for lies in diagnosis.where[:MOST_SITES]
@@ -179,7 +179,7 @@ def poses(diagnosis: Diagnosis) -> Chart:
     """Root-mean-square error of each pose on held-out data, before and after, in the order of the run."""
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
     errors = both if diagnosis.model.effects else {"each pose": diagnosis.after_m}
-    reading = "Each pose predicted by fits that did not see it."
+    reading = "Each pose is predicted by a fit without it."
     return pose_errors(diagnosis.observed, errors, reading=reading, noise_m=diagnosis.gap.noise_floor_m)
 
 
@@ -188,5 +188,5 @@ def _untested(diagnosis: Diagnosis) -> list[Block]:
     seen = [limit for limit in diagnosis.limits if limit.size is not None or limit.is_imitated]
     tested = {limit.candidate_effect.effect.name for limit in seen}
     tested |= {found.candidate_effect.effect.name for found in diagnosis.findings}
-    names = [name.replace("_", " ") for name in diagnosis.not_testable if name not in tested]
-    return [Text(f"Not testable: {', '.join(names)}", "quiet", printed=True)] if names else []
+    names = [spoken(name) for name in diagnosis.not_testable if name not in tested]
+    return [Text(f"Not testable or not detectable: {', '.join(names)}", "quiet", printed=True)] if names else []

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from robolaser.diagnosis.cause_words import named, noun, place
+from robolaser.diagnosis.cause_words import named, noun, place, spoken
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, comparison, doubt, sentence_case
@@ -27,7 +27,7 @@ def class_table(diagnosis: Diagnosis) -> Table:
     """Classes of causes: their probability, the gap without and with them, and their members."""
     rows = [
         (
-            Cell(one.name.replace("_", " "), below=[said] if (said := _meaning(one)) else []),
+            Cell(spoken(one.name), below=[said] if (said := _meaning(one)) else []),
             ", ".join(f"{named(member)} {percent(p)}" for member, p in one.members[:MOST_MEMBERS])
             + (f" and {more} more" if (more := len(one.members) - MOST_MEMBERS) > 0 else ""),
             Cell(f"{percent(one.probability)}{_without(one.gap_without_m)}", order=one.probability),
@@ -53,7 +53,7 @@ def _is_open(diagnosis: Diagnosis) -> bool:
 def _meaning(one: CauseClass) -> str:
     """What a class is, unless its name says as much."""
     words = noun(one.name)
-    said = "" if words == f"the {one.name.replace('_', ' ')}" else words
+    said = "" if words == f"the {spoken(one.name)}" else words
     return f"{said}, at {place(one.site)}" if one.site else said
 
 
@@ -77,7 +77,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
         for found in diagnosis.findings
     ]
     is_rest = diagnosis.verdict == "unexplained"
-    note = "Each may have absorbed a part of what is unexplained." if is_rest else ""
+    note = "Each may have absorbed a part of the unexplained error." if is_rest else ""
     title = "Single effects" if _is_open(diagnosis) else ""
     return Table(columns, rows, title, note, printed=MOST_EFFECTS)
 
@@ -143,12 +143,12 @@ def site_table(diagnosis: Diagnosis) -> Table:
         for lies in diagnosis.where
     ]
     columns = [Column("Site", "name", 24), Column("Depends on" if is_rest else "What is there"),
-               Column(f"Share of the {'rest' if is_rest else 'gap'}, p value", "wide", 42)]  # fmt: skip
+               Column(f"Share of the {'remaining error' if is_rest else 'gap'}, p value", "wide", 42)]  # fmt: skip
     note = (
-        "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that place"
-        " predicts on poses it was not fitted to."
+        "Share: of the squared error beyond noise, the part that a smooth function of that coordinate at that site"
+        " predicts on held-out poses."
         if is_rest
-        else "Share: of the squared error beyond noise, the part that the effects found there remove."
+        else "Share: of the squared error beyond noise, the part that the effects found at that site remove."
     )
     return Table(columns, rows, note=note)
 
@@ -157,12 +157,12 @@ def limit_table(diagnosis: Diagnosis) -> Table:
     """Effects that were looked for and not found, and how small they must be at each place."""
     by_effect = sorted(diagnosis.limits, key=lambda limit: limit.candidate_effect.effect.name)
     rows = [
-        (Cell(sentence_case(kind.name.replace("_", " ")), below=[kind.title]), "\n".join(_less(tuple(limits))))
+        (Cell(sentence_case(spoken(kind.name)), below=[kind.title]), "\n".join(_less(tuple(limits))))
         for kind, limits in groupby(by_effect, key=lambda limit: limit.candidate_effect.effect)
     ]
     note = (
-        "Detection limit: larger effects would have been found in nine cases out of ten; then the error at the tool of"
-        " one of that size, and the size from which it is distinguished from the most similar cause."
+        "Detection limit: larger effects would have been found in nine cases out of ten. At the tool: the error by an"
+        " effect of that size. Then the size from which it is distinguishable from the most similar cause."
     )
     return Table([Column("Not found", "name", 30), Column("Detection limit", "wide")], rows, note=note, fold=0)
 
@@ -189,7 +189,7 @@ def pose_table(diagnosis: Diagnosis) -> Table:
     return Table(
         [Column("Pose"), *map(Column, joints)],
         rows,
-        note="Within the joint limits and without self-collision; obstacles are not known.",
+        note="Within the joint limits and without self-collision; obstacles are not checked.",
     )
 
 
@@ -218,7 +218,7 @@ def validation_table(diagnosis: Diagnosis) -> Table:
         for one in diagnosis.validation
     ]  # fmt: skip
     note = (
-        "Errors on held-out poses. Only base, target, tool and sockets were fitted anew; everything else is as found on"
+        "Errors on held-out poses. Only base, target, tool and sockets were re-fitted; everything else is as found on"
         f" {diagnosis.dataset.name}."
     )
     return Table(columns, rows, note=note)
@@ -233,7 +233,7 @@ def _less(limits: Sequence[DetectionLimit]) -> list[str]:
     lines = [_limit(one) for one in limits]
     for is_imitated, why in (
         (True, "cannot be distinguished from what was found"),
-        (False, "cannot be seen in these poses"),
+        (False, "undetectable in these poses"),
     ):
         unseen = [
             place(one.candidate_effect.where) for one in limits if one.size is None and one.is_imitated == is_imitated

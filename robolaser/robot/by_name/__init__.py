@@ -106,9 +106,9 @@ def find_robot(
 
     Args:
         name_or_path: What one of `known_robots` is called, its maker named or not, else a path.
-        flange: The link that carries the sensor. When absent, a known robot's own; from a path, the one link
+        flange: The link that carries the sensor. Default: a known robot's own; from a path, the one link
             that carries no other.
-        joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
+        joints: The columns of q. Default: a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
         read: What gives a file as the text of a URDF.
@@ -117,7 +117,7 @@ def find_robot(
         UsageError: Neither a known name nor a file.
         RobotError: A URDF with several ends, and no flange; or its URDF, flange or joints are not usable, see
             `Robot.from_urdf`.
-        DataError: The path leads to no file that can be read.
+        DataError: The file cannot be read.
         DependencyMissing: Known, but its package is absent.
 
     Examples:

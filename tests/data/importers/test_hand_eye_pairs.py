@@ -103,7 +103,7 @@ def test_joint_states_saved_with_the_samples_take_the_place_of_flange_poses(tmp_
     dataset = read([*paths, states], stated)
     np.testing.assert_array_equal(dataset.poses.q, q)
     assert dataset.poses.T_base_flange is None
-    with pytest.raises(UsageError, match="of which robot"):
+    with pytest.raises(UsageError, match="Of which robot"):
         read([*paths, states], ImportOptions(further={"mount": "flange"}))
     with pytest.raises(UsageError, match="Save joint states"):
         read(paths, stated)
@@ -147,7 +147,7 @@ def test_opencv_lists_go_the_way_that_is_said(tmp_path: Path) -> None:
 def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_path: Path) -> None:
     made = cell("base")
     paths = hand_eye.tum(tmp_path, made)
-    with pytest.raises(UsageError, match="Say it in seconds with --set tolerance_s"):
+    with pytest.raises(UsageError, match="State it in seconds with --set tolerance_s"):
         read(paths, ImportOptions())
     dataset = read(paths, ImportOptions(further={"tolerance_s": "0.02"}, point="marker"))
     assert dataset.points.names == ("marker",) * 20

@@ -59,7 +59,7 @@ def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s:
     assert poses.time_s is not None
     T = (WORLD @ ROBOT.forward(np.asarray(poses.q)) @ TOOL)[found.dataset.points.pose, :3, 3]
     assert np.sqrt(np.square(found.dataset.points.xyz - T).sum(axis=1).mean()) < 5e-4
-    (clock,) = (one for one in found.readings if one.column == "time_s" and "by the turns of both" in one.read_from)
+    (clock,) = (one for one in found.readings if one.column == "time_s" and "by the rotations of both" in one.read_from)
     assert float(clock.read_from.split("+")[1].split("±")[0]) == pytest.approx(late_s, abs=1e-3)
     if abs(late_s) == 0.37:  # an offset that nobody stated is warned of
         (said,) = Tables().read(paths, options()).dataset.warnings
@@ -68,7 +68,7 @@ def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s:
 
 def test_points_by_themselves_show_no_clock(tmp_path: Path) -> None:
     assert len(Tables().read(logs(tmp_path, bodies=False), options("point")).dataset.points) > 600
-    with pytest.raises(UsageError, match="points by themselves do not turn"):
+    with pytest.raises(UsageError, match="points have no orientation"):
         Tables().read(logs(tmp_path, bodies=False), options("point", clocks="differ"))
 
 

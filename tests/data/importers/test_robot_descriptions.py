@@ -87,7 +87,7 @@ def test_what_a_xacro_file_lacks_is_asked_for(tmp_path: Path) -> None:
         find_robot(tmp_path / "arm.xacro")
     (tmp_path / "arm.xacro").write_text(BARE.replace("$(find arm_description)/urdf/", ""))
     (tmp_path / "links.xacro").write_text(MACRO, "utf-8")
-    with pytest.raises(UsageError, match=r"asks for the argument height\. Say it with --xacro-arg height=VALUE"):
+    with pytest.raises(UsageError, match=r"asks for the argument height\. State it with --xacro-arg height=VALUE"):
         find_robot(tmp_path / "arm.xacro")
     (tmp_path / "arm.xacro").write_text(XACRO.replace("height * 2", "[].__class__"), "utf-8")
     with pytest.raises(RobotError, match=r"arm\.xacro"):

@@ -121,7 +121,7 @@ def test_fewer_measurements_may_be_taken(tmp_path: Path) -> None:
         (
             ["poses"],
             {},
-            r"what was measured\? Say it with --set images=TOPIC \(there are none\), --set poses=TOPIC \(/mocap",
+            r"what was measured\? State it with --set images=TOPIC \(there are none\), --set poses=TOPIC \(/mocap",
         ),
         (["mount"], {}, "--set mount=flange"),
         (["tolerance_s"], {}, "--set tolerance_s"),

@@ -153,7 +153,7 @@ def test_a_known_distance_between_bodies_fixes_the_trackers_scale() -> None:
 def test_a_person_reads_degrees() -> None:
     found = calibrate(cell().dataset)
     turns = [figure for figure in figures(ErrorAnalysis(found)) if figure.value.endswith("°")]
-    assert [figure.label for figure in turns] == ["new poses, turn", "fitted, turn"]
+    assert [figure.label for figure in turns] == ["new poses, rotation", "fitted, rotation"]
 
 
 def test_the_exported_frame_is_turned_as_the_body_is() -> None:

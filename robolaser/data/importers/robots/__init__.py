@@ -34,25 +34,25 @@ def find_robot(
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     options: DescriptionOptions | None = None,
 ) -> Robot:
-    """Load a robot by the name that robolaser knows it by, or by the path of its description.
+    """Load a robot by its name or by the path of its description.
 
     That is a URDF, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers as CSV or TOML.
 
     Args:
-        name_or_path: What one of `robolaser list robots` is called, its maker named or not, else a path.
-        flange: The link that carries the sensor. When absent, a known robot's own; from a path, the one link
+        name_or_path: A name of `robolaser list robots`, with or without its maker, or a path.
+        flange: The link that carries the sensor. Default: a known robot's own; from a path, the one link
             that carries no other.
-        joints: The columns of q. When absent, a known robot's own; from a path, or with another flange, all
+        joints: The columns of q. Default: a known robot's own; from a path, or with another flange, all
             that move the flange.
         gravity: In the base frame, (3,) [m/s²].
-        options: What the user states beyond the file's contents.
+        options: Information that the file lacks.
 
     Raises:
-        UsageError: Neither a known name nor a file; or the file leaves open what no option says.
+        UsageError: Neither a known name nor a file; or information is missing.
         RobotError: A file with several ends, and no flange; or the robot, flange or joints are not usable, see
             `Robot.from_urdf`.
-        DataError: The path leads to no file that can be read.
-        DependencyMissing: Known, but its package is absent; or what reads the file is not installed.
+        DataError: The file cannot be read.
+        DependencyMissing: The package of the robot or for the file is not installed.
 
     Examples:
         >>> robolaser.find_robot("ur5e").joints[0]

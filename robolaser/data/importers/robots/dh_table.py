@@ -51,7 +51,7 @@ def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str
     stated = settings.get("convention", convention)
     if stated is None:
         raise UsageError(
-            f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Say it with --dh, or in the file"
+            f"{path.name}: standard or modified (Craig's) Denavit-Hartenberg numbers? Choose with --dh, or in the file"
             " under convention."
         )
     known = next((one for one in CONVENTIONS if one == stated), None)
@@ -114,7 +114,7 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], pat
         if unit not in FACTORS[quantity] and (unit or value):
             example = ", ".join(list(FACTORS[quantity])[:3])
             raise UsageError(
-                f"{where}: in which unit is {column}? Say it with --units ({example}), or at the end of the name, as"
+                f"{where}: in which unit is {column}? State it with --units ({example}), or at the end of the name, as"
                 f" {name}_{next(iter(FACTORS[quantity]))}."
             )
         found[name] = FACTORS[quantity].get(unit, 0.0) * value

@@ -48,7 +48,7 @@ def _reason(path: Path, error: Exception) -> RobotError | UsageError:
     undefined = _UNDEFINED.search(text)
     if undefined:
         name = undefined["name"]
-        return UsageError(f"{path.name} asks for the argument {name}. Say it with --xacro-arg {name}=VALUE.")
+        return UsageError(f"{path.name} asks for the argument {name}. State it with --xacro-arg {name}=VALUE.")
     return RobotError(f"{path.name}: xacro does not expand it: {text}")
 
 
