@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.misread import FALLS
-from robolaser.calibration.result import rms
+from robolaser.calibration.result import rms, rms_of_poses
 from robolaser.data.dataset import Dataset
 from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
@@ -28,7 +29,7 @@ def seem_exchanged(model: Model, x: Array, errors_m: Array) -> Mapping[int, int]
         x: Its parameters, (d,).
         errors_m: What it leaves, (m, j) [m].
     """
-    of_pose = _of_poses(model, errors_m)
+    of_pose = rms_of_poses(errors_m, model.dataset.points.pose, len(model.dataset.poses))
     far = np.flatnonzero(of_pose > FAR * np.nanmedian(of_pose))
     far = np.sort(far[np.argsort(-of_pose[far])][:MOST_FAR])
     if len(far) < 2:
@@ -51,6 +52,8 @@ def with_rows_at(dataset: Dataset, belongs: Mapping[int, int]) -> Dataset:
 def belong_there(belongs: Mapping[int, int], model: Model, as_read_m: Array, moved_m: Array) -> bool:
     """Whether exchanged rows fit as well as all others, once the model is fitted to them where they belong.
 
+    Where all others are centimetres off, something else is wrong.
+
     Args:
         belongs: The poses.
         model: Of the rows as they are read.
@@ -58,15 +61,8 @@ def belong_there(belongs: Mapping[int, int], model: Model, as_read_m: Array, mov
         moved_m: What is left of each row by a fit with rows moved, (m, j) [m].
     """
     moved = np.isin(model.dataset.points.pose, list(belongs))
-    return rms(moved_m[moved]) < min(FITS * rms(moved_m[~moved]), rms(as_read_m[moved]) / FALLS)
-
-
-def _of_poses(model: Model, errors_m: Array) -> Array:
-    """Root-mean-square error of each pose's rows, (n,) [m]; NaN without rows."""
-    pose, squares = model.dataset.points.pose, np.square(errors_m).sum(axis=-1)
-    count = np.bincount(pose, minlength=len(model.dataset.poses))
-    sums = np.bincount(pose, squares, minlength=len(count))
-    return np.asarray(np.sqrt(np.divide(sums, count, out=np.full(len(count), np.nan), where=count > 0)))
+    others = rms(moved_m[~moved])
+    return others < SETUP_RMS_M and rms(moved_m[moved]) < min(FITS * others, rms(as_read_m[moved]) / FALLS)
 
 
 def _errors_at_each_other(model: Model, x: Array, far: Ints) -> Array:

@@ -1,28 +1,25 @@
 """Data that do not mean what they say: read otherwise, they fit far better."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.calibration.other_readings import other_arms, read_otherwise
 from robolaser.calibration.result import rms
+from robolaser.calibration.slipped_rows import short_fit, slipped
 from robolaser.data.dataset import Dataset
-from robolaser.errors import RobolaserError
-from robolaser.estimation.multistart import subsampled
-from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import solve
+from robolaser.data.subsampling import evenly, rows_of_each, subsampled
+from robolaser.estimation.multistart import SEARCH_POINTS
 from robolaser.model.forward_model import Model
 
 FALLS = 5.0
 """Factor by which another reading of the joints must lower the error before it is said. A judgement: exchanged columns
 leave centimetres or more, the largest effects of the library millimetres."""
+MOST_POSES, ROWS_OF_A_POSE = 40, 8  # a camera whose lens is unknown is found from six corners an image and more
 BEST = 3.0  # factor by which the error of any other hypothesis must be larger: else it is not known what is wrong
-STEPS = 12  # of each descent; an error that has not fallen by then is no sign
-COARSE = 1e-6
 OTHER_ARM_RMS_M = 2e-3
 """Error above which another arm of the same joints is tried. A judgement: effects leave less, as a rule; generations of
 an arm differ by centimetres."""
@@ -52,8 +49,8 @@ def misread(model: Model, rms_m: float) -> Misread | None:
 @lru_cache(maxsize=1)
 def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     """The same of a large error; the last answer is kept, since a diagnosis asks what its calibration has asked."""
-    few = subsampled(model.with_effects(())).dataset
-    readings = [*other_arms(few), *(read_otherwise(few) if in_every_way else ())]
+    few = _some(model.dataset)
+    readings = [*other_arms(few), *((*read_otherwise(few), *slipped(few)) if in_every_way else ())]
     if not readings:
         return None
     as_read = _error(few)
@@ -70,21 +67,23 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     )
 
 
+def _some(dataset: Dataset) -> Dataset:
+    """Rows enough to tell readings apart; of poses that see a whole target, as many of each as place it."""
+    if dataset.format.named_points:
+        return subsampled(dataset, SEARCH_POINTS)
+    poses = np.unique(dataset.points.pose)
+    rows = np.flatnonzero(np.isin(dataset.points.pose, poses[evenly(len(poses), MOST_POSES)]))
+    return replace(dataset, points=dataset.points.take(rows[rows_of_each(dataset.points.pose[rows], ROWS_OF_A_POSE)]))
+
+
 def _error(dataset: Dataset) -> float:
     """Root-mean-square error of the points after a short fit [m]; infinite where there is none."""
-    try:
-        model = Model(dataset)
-        start = model.fix_gauge(model.parameters.nominal)
-        end = solve(Problem.of(model), start[None], tol=COARSE, hopeless=_long_enough)
-    except (RobolaserError, np.linalg.LinAlgError):
+    if (found := short_fit(dataset)) is None:
         return np.inf
-    error = rms(model.in_metres(end.x[0], model.residuals(end.x)[0]))
+    model, x = found
+    error = rms(model.in_metres(x, model.residuals(x[None])[0]))
     return error if np.isfinite(error) else np.inf
 
 
 def _millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.0f} mm" if length_m >= 0.01 else f"{1e3 * length_m:.2g} mm"
-
-
-def _long_enough(costs: Array, converged: Bools, steps: Ints) -> Bools:
-    return np.asarray(steps >= STEPS)

@@ -29,6 +29,8 @@ LENGTHS: Final = {
 MOST_NAMES: Final = 6
 """Names of points of which all orders are tried."""
 MOST_LISTED: Final = 4  # poses that a sentence names
+SHIFTS: Final = {1: "after", -1: "before"}
+ROWS: Final = "the rows of poses.csv or points.csv"
 FAR_APART: Final = 10.0
 """Times the usual deviation of a distance, from which a pose's distances are others, and below which they fit."""
 LEAST_M: Final = 2e-4
@@ -84,14 +86,11 @@ def other_arms(dataset: Dataset) -> Iterator[Hypothesis]:
 
 
 def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
-    points, count = dataset.points, len(dataset.poses)
-    for shift, which in ((1, "after"), (-1, "before")):
-        pose = points.pose + shift
-        kept = np.flatnonzero((pose >= 0) & (pose < count))
-        if len(kept) and count > FEWEST_POSES:
-            moved = replace(points.take(kept), pose=pose[kept])
+    for shift, which in SHIFTS.items():
+        moved = with_rows_moved(dataset, shift)
+        if len(moved.points) and len(dataset.poses) > FEWEST_POSES:
             fault = f"The points, or images, seem to belong to the pose {which} theirs"
-            yield Hypothesis(replace(dataset, points=moved), fault, "the rows of poses.csv or points.csv", shift)
+            yield Hypothesis(moved, fault, ROWS, shift)
     T, options = dataset.poses.T_base_flange, dataset.options
     end: Literal["flange", "base"] = "flange" if getattr(options, "mount", "flange") == "base" else "base"
     if T is not None:  # a sensor at the other end sees the same with inverse poses
@@ -102,6 +101,14 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
         swapped = replace(dataset, options=replace(options, mount=end), parameters={}, placed=False)
         fault = f"The sensor seems to be mounted on the {end}"
         yield Hypothesis(swapped, fault, "mount under [sensor] in dataset.toml")
+
+
+def with_rows_moved(dataset: Dataset, shift: int, first: int = 0) -> Dataset:
+    """Rows, from those of a first pose on, at the pose that is so many after theirs; without those that have none."""
+    points = dataset.points
+    pose = points.pose + shift * (points.pose >= first)
+    kept = np.flatnonzero((pose >= 0) & (pose < len(dataset.poses)))
+    return replace(dataset, points=replace(points.take(kept), pose=pose[kept]))
 
 
 def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:

@@ -186,6 +186,13 @@ def rms(errors: Array) -> float:
     return float(np.sqrt((errors**2).sum(axis=-1).mean()))
 
 
+def rms_of_poses(errors: Array, pose: Ints, count: int) -> Array:
+    """The same of each pose's errors (m, j), by the numbers of their poses (m,): (count,) [m]; NaN without rows."""
+    rows = np.bincount(pose, minlength=count)
+    sums = np.bincount(pose, np.square(errors).sum(axis=-1), minlength=count)
+    return np.asarray(np.sqrt(np.divide(sums, rows, out=np.full(count, np.nan), where=rows > 0)))
+
+
 def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 

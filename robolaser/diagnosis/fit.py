@@ -25,6 +25,9 @@ SEEN, LEAST_SHARE = 1e-3, 0.1
 those directions that the sensor's parameters leave. Effects count by their penalties."""
 SAME_SCATTER, LEAST_FACTOR, MOST_ROUNDS = 1.1, 1e-2, 4
 """Factor within which two scatters are the same; the least one on an assumed scatter; rounds of weights and scatter."""
+MOST_STEPS = 40
+"""Of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth of a tracked
+arm's diagnosis."""
 SINGULAR = 1e-5
 """Singular values of unit columns below this share of the largest belong to directions that the data do not see."""
 
@@ -70,7 +73,7 @@ class Fit:
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
         """Fit, from parameters (d,) that are near, with derivatives (d, K) that are, see `solve`."""
-        end = solve(problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival)
+        end = solve(problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival, hopeless=_creeps)
         return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property
@@ -231,6 +234,10 @@ class Fit:
         r = self.at.r.copy()
         r[: len(white)] += white @ amplitudes
         return self.x + self.at.step(r)
+
+
+def _creeps(cost: Array, converged: Bools, steps: Ints) -> Bools:
+    return np.asarray(steps >= MOST_STEPS)
 
 
 def best_amplitudes(columns: Array, residuals: Array) -> Array:

@@ -1,5 +1,6 @@
 """The model's error on poses that it was not fitted to."""
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -16,54 +17,68 @@ RESAMPLES = 2000
 
 
 @final
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """On held-out poses, of a model."""
+
+    in_metres: Array  # at the points' places, (m, j) [m]
+    rows: Array  # in the sensor's unit, (m, k)
+    folds: FoldFits | None  # the fits without each fold, where they were made
+    x: Array  # the model's parameters, (d,)
+
+
+@final
 class HeldOut:
     """Held-out errors of fits to the same rows, computed once for each.
 
-    With fewer than three poses, of which none can be held out, they are the errors of the fit itself.
+    With fewer than three poses, of which none can be held out, they are the errors of the fit itself. A model without
+    effects is the calibration: its rows are weighed by their own noise, whatever scatter of poses was estimated since.
 
     Args:
         start: Any of the fits.
         seed: Assigns poses to folds.
         calibration: Of the model without effects, weighed by noise: of the same rows, its held-out errors are that
-            model's, whatever noise was estimated since.
+            model's.
     """
 
     def __init__(self, start: Fit, seed: int, calibration: Calibration | None = None) -> None:
         self._folds = assign_folds(start.model, seed)
-        self._known: dict[Fit, tuple[Array, Array, FoldFits | None]] = {}
+        self._known: dict[Fit, _Errors] = {}
         self._calibration = calibration
+
+    def _of(self, fit: Fit) -> _Errors:
+        if fit not in self._known:
+            self._known[fit] = self._found(fit)
+        return self._known[fit]
+
+    def _found(self, fit: Fit) -> _Errors:
+        known = self._calibration
+        if known is not None and not fit.effects:
+            if known.fitted_model.dataset is fit.model.dataset and known.held_out is not None and known.unseen:
+                return _Errors(known.held_out, known.unseen.errors, known.unseen, known.x)
+            fit = Fit.of(fit.problem.with_noise(fit.noise.for_weights()), known.x)
+        if self._folds is None:
+            return _Errors(fit.in_metres(fit.at.plain), fit.at.plain, None, fit.x)
+        enough = max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2)
+        folds = held_out(fit.problem, fit.x, self._folds, enough=enough)
+        return _Errors(fit.in_metres(folds.errors), folds.errors, folds, fit.x)
 
     def errors(self, fit: Fit) -> Array:
         """Of each row, (m, j) [m]."""
-        if fit not in self._known:
-            self._known[fit] = self._calibrated(fit) or self._of(fit)
-        return self._known[fit][0]
-
-    def _of(self, fit: Fit) -> tuple[Array, Array, FoldFits | None]:
-        found = self._folds and held_out(
-            fit.problem, fit.x, self._folds, enough=max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2)
-        )
-        rows = found.errors if found else fit.at.plain
-        return fit.in_metres(rows), rows, found
+        return self._of(fit).in_metres
 
     def unseen(self, fit: Fit) -> FoldFits | None:
         """The fits without each fold, where they were made for this fit."""
-        self.errors(fit)
-        return self._known[fit][2]
+        return self._of(fit).folds
 
-    def _calibrated(self, fit: Fit) -> tuple[Array, Array, FoldFits | None] | None:
-        """The calibration's errors, where they are a fit's."""
-        known = self._calibration
-        if known is None or fit.effects or known.fitted_model.dataset is not fit.model.dataset:
-            return None
-        in_metres, rows = known.held_out, known.held_out_rows
-        return None if in_metres is None or rows is None else (in_metres, rows, known.unseen)
+    def parameters(self, fit: Fit) -> Array:
+        """Of the model that these errors are of, (d,)."""
+        return self._of(fit).x
 
     def turn(self, fit: Fit) -> float:
         """Root mean square of those numbers of the rows that are angles [rad]."""
-        self.errors(fit)
         row_format = fit.model.dataset.format
-        return rms(self._known[fit][1][:, row_format.numbers - row_format.angles :])
+        return rms(self._of(fit).rows[:, row_format.numbers - row_format.angles :])
 
     def gap(self, fit: Fit) -> float:
         """Their root mean square [m]; without effects the calibration's, also where a search left out other rows."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from robolaser.arrays import Bools, Progress
+from robolaser.arrays import Ints, Progress
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm
 from robolaser.diagnosis.cause_classes import cause_classes, cause_kinds, class_of
@@ -124,12 +124,8 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     left = [] if hindrance else left
     judged = _judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
     classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
-    imitates = final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out)
-    if imitates or (not final.effects and start.model.dataset is not calibration.fitted_model.dataset):
-        outliers = preparation.weighted.outliers  # what is left without effects is the calibration
-        data, start = preparation.without(outliers, start)
-        refits, held_out, nested, evidence = Refits(start, effects), HeldOut(start, seed, calibration), [start], []
-        final, left = start, [] if hindrance else localize(start)
+    if final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out):
+        final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
         judged = _judged(preparation, data, start, final, left, held_out, seed)
         classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
     verdict, noise, gap, scatter = judged.verdict, judged.noise, judged.gap, judged.scatter
@@ -147,8 +143,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
-    gross_rows = np.flatnonzero(outliers).astype(np.int64)
-    gross = gross_sentence(dataset, gross_rows)
+    gross = gross_sentence(dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
@@ -161,12 +156,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
         findings=listed(findings),
         kinds=cause_kinds(refits, final, evidence, held_out) if verdict != "no_gap" else (),
         classes=classes,
-        outliers=gross_rows,
+        outliers=outliers,
         not_testable=not_testable(kinds, dataset, limits, enough=not too_few),
         next_poses=spread_poses(final, seed=seed) if too_few else _next_poses(final, evidence, seed),
         limits=limits,
         model=final.model,
-        x=final.x if final.effects else calibration.x,
+        x=held_out.parameters(final),
         std=np.where(final.at.free, errors, np.nan),
         calibrated_x=calibration.x,
         unseen=held_out.unseen(final),
@@ -185,7 +180,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
 def _selected(
     preparation: Preparation, effects: Sequence[CandidateEffect], progress: Progress
-) -> tuple[AveragedData, Refits, Fit, Bools]:
+) -> tuple[AveragedData, Refits, Fit, Ints]:
     """The rows that count, the fits that were made, the set of effects that costs least, and the rows left out.
 
     Noise and gross errors are judged by what a model leaves: once effects explain much, both are judged again.
@@ -210,7 +205,7 @@ def _selected(
         outliers = found
         data, start = preparation.without(outliers, start)
         refits, final = again(start, 0.5)
-    return data, refits, final, outliers
+    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 
 
 @typing.final

@@ -90,10 +90,8 @@ class Preparation:
             outliers: Marks the gross errors, (rows of points.csv,).
             start: The model without effects.
         """
-        data, model, was = self.weighted.data, self.weighted.problem.model, start.noise
-        if not np.array_equal(outliers, self.weighted.outliers):
-            data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed)
-            model = of_data(self._whole, data.dataset)
+        data = AveragedData.of(self._whole.dataset, outliers).subsampled(self.calibration.seed)
+        model, was = of_data(self._whole, data.dataset), start.noise
         sources = sources_of(data, model, start.x)
         noise = replace(was, sources=sources, sigmas={one.name: was.sigmas.get(one.name, 0.0) for one in sources})
         return data, Fit.of(problem_of(model, noise, start.sensor), start.x)

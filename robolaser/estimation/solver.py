@@ -28,9 +28,9 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-8, 1e-14, 1e12
 MOST_RELIEF = 0.1  # factor by which the damping falls after a step that lowered the cost as predicted
 PROBE = 0.1  # share of a step at which the residuals' second derivative along it is measured
 ACCELERATED = 0.75  # length of the acceleration, relative to the step, up to which it is applied
-OF_LOSS = 0.03
+OF_LOSS = 1e-2
 """Share of what a solution costs more than its rival, by which it may miss its optimum: how bad it is need not be known
-better. With a third of it two hopeless refits of a tracked arm crept along a curved valley for a sixth of the time."""
+better."""
 AS_PREDICTED, FALL = 0.1, 0.1
 """Share of the predicted gain by which a step's gain may differ for the next one to be taken with the same derivatives;
 and the share of the gain promised before that such a step may still promise."""

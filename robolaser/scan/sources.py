@@ -50,8 +50,10 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
     folder = recording.folder
     if folder is not None and (folder / FILE).exists():
         return _from_file(folder / FILE)
-    if len(recording.points):
-        return Source("points.csv", (lambda: _from_points(recording.points, pixel_px),), recording.points)
+    rows = np.sort(np.concatenate([one.rows for one in recording.sensors if one.data.kind == recording.kind]))
+    if len(rows):  # without a board's corners, which are on no stripe
+        points = recording.points.take(rows)
+        return Source("points.csv", (lambda: _from_points(points, pixel_px),), points)
     shots = images_of_poses(recording)
     if not shots:
         raise ScanError(

@@ -9,12 +9,14 @@ import pytest
 from robolaser import calibrate
 from robolaser.arrays import Array
 from robolaser.calibration.misread import misread
+from robolaser.calibration.other_readings import with_rows_moved
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.errors import DataError, EstimationError
 from robolaser.model.forward_model import Model
@@ -122,6 +124,21 @@ def test_rows_that_are_one_pose_off_are_named(kind: str, shift: int) -> None:
     assert found["effects"][0]["parameters"]["poses"]["value"] == shift
     assert found["verdict"] == "unexplained"
     assert found["classes"][0]["class"] == "measuring_system"
+
+
+@pytest.mark.parametrize("kind", ["point", "camera", "pose"])
+@pytest.mark.parametrize("shift", [1, -1])
+@pytest.mark.parametrize("lost", [9, 28])
+def test_where_a_pose_or_an_image_was_lost_is_named(kind: str, shift: int, lost: int) -> None:
+    noise = Noise(point_m=3e-5, pixel_px=0.1, angle_rad=1e-4)
+    data = simulate(find_robot("ur5"), kind=kind, poses=38, noise=noise, seed=1).dataset
+    wrong = with_rows_moved(replace(data, parameters={}), -shift, lost)
+    found = misread(Model(wrong), rms_m=0.5)
+    assert found is not None
+    assert found.shift == shift
+    first = found.sentence.partition("From pose ")[2].partition(" on, ")[0]
+    assert abs(data.poses.names.index(first) - lost) <= 1
+    assert not Preparation.of(wrong, 0).belongs
 
 
 def test_inverse_flange_poses_are_named() -> None:

@@ -1,5 +1,6 @@
 """A calibration weighed by noise and a diagnosis of the same data print one error on new poses."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -62,3 +63,14 @@ def test_where_nothing_is_found_what_is_left_is_the_same_error(kind: str) -> Non
     assert not diagnosis.findings
     later = 1e-3  # a row that only the diagnosis judges to be a gross error
     assert diagnosis.gap.after_m == pytest.approx(diagnosis.gap.calibrated_m, rel=later)
+
+
+def test_without_effects_a_diagnosis_is_the_calibration_though_whole_poses_scatter():
+    noise = Noise(pixel_px=0.1, joint_rad=5e-4)
+    shaken = simulate(find_robot("ur5"), kind="camera", poses=24, points=20, noise=noise, seed=2).dataset
+    stated = replace(shaken, noise=Noise(pixel_px=0.1))
+    found = examine(stated, [], seed=3)
+    plain = robolaser.calibrate(stated, robolaser.Plan(weights="noise", seed=3)).calibration
+    assert found.x == pytest.approx(plain.x, rel=1e-12)
+    assert found.gap.after_m == found.gap.calibrated_m == plain.held_out_rms_m
+    assert found.unseen is not None

@@ -8,6 +8,7 @@ from importlib.resources import files
 import jsonschema
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from robolaser import load
 from robolaser.data.dataset import Dataset
@@ -127,3 +128,27 @@ def test_noise_that_is_stated_too_large_is_not_what_the_error_would_be_below() -
     assert found.gap.after_ci95_m[1] < found.gap.noise_floor_m
     assert "noise alone" not in found.sentence
     assert "mm of the assumed noise" in found.sentence
+
+
+@pytest.mark.parametrize("form", ["drift", "step"])
+def test_what_moves_in_the_course_of_a_campaign_is_no_scatter_of_poses(form: str) -> None:
+    data = measured("point", 1e-5)
+    progress = data.points.pose / (len(data.poses) - 1)
+    moved = 3e-3 * (progress if form == "drift" else progress > 0.6)
+    wrong = replace(data, points=replace(data.points, xyz=data.points.xyz + moved[:, None] * [0.6, 0.0, 0.8]))
+    found = diagnosis_json(examine(wrong, effects=[], seed=0))
+    assert found["verdict"] == "unexplained"
+    assert found["where"][0]["coordinate"] == "time"
+    assert not [one for one in found["effects"] if one["effect"] == "pose_scatter" and one["probability"] >= 0.5]
+
+
+def test_a_gap_that_is_no_chance_is_not_held_against_scatter_that_was_estimated_from_it() -> None:
+    data = measured("pose", 1e-5)
+    assert data.poses.q is not None
+    turn = Rotation.from_rotvec(4e-3 * np.sin(data.poses.q[:, [4]]) * [1.0, 0.0, 0.0])
+    quaternion = (Rotation.from_quat(data.points.columns["quaternion"]) * turn[data.points.pose]).as_quat()
+    wrong = replace(data, points=replace(data.points, columns={**data.points.columns, "quaternion": quaternion}))
+    found = examine(wrong, effects=[], seed=0)
+    assert found.verdict == "unexplained"
+    assert found.noise["joint"].value == 0.0
+    assert found.gap.noise_floor_m < found.gap.after_m or "yet not random" in found.sentence

@@ -35,6 +35,7 @@ def test_three_wrong_zeros_are_never_one_placement_for_certain(seed: int) -> Non
         pair = tuple(zero.split(":"))
         assert pair in named or any(list(pair) in one.indistinguishable_from for one in why.effects)
     assert all(one.probability < 0.9 for (effect, _), one in named.items() if effect == "link_geometry")
+    assert all(kind["probability"] < 0.9 for kind in why["kinds"] if kind["effect"] == "link_geometry")
 
 
 def test_a_placement_that_zeros_could_imitate_has_them_as_rivals() -> None:

@@ -7,7 +7,9 @@ from typing import ClassVar, final
 import numpy as np
 import pytest
 from scanned import calibrated, dataset, line_centres, recorded, written
+from several import together
 
+from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError, ScanError
 from robolaser.model.effects import candidate_effects
 from robolaser.model.effects.effect import Effect, parameter
@@ -16,6 +18,7 @@ from robolaser.model.stages import Stage
 from robolaser.scan import Cloud, prepare, read_calibration, sources
 from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.ply import VERTEX, positions_of
+from robolaser.simulation import simulate
 
 EFFECTS = {
     "none": ([], {}),
@@ -238,6 +241,13 @@ def test_a_recording_of_another_scanner_is_refused(data, change, said, tmp_path)
     recording = replace(recorded(data, tmp_path / "r"), **change)
     with pytest.raises(ScanError, match=said):
         scan_of(calibrated(data), recording, tmp_path)
+
+
+def test_corners_of_a_board_beside_the_stripe_are_no_line_centres(data):
+    board = simulate(data.robot, kind="camera", poses=len(data.poses), noise=Noise(pixel_px=0.1), seed=1).dataset
+    both = together(data, {"stripe": (data, data.points), "camera": (board, board.points)})
+    (piece,) = sources.source_of(both, 0.1).pieces
+    assert len(piece()) == len(data.points)
 
 
 def test_a_recording_with_nothing_in_it_is_refused(data, tmp_path):
