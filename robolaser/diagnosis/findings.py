@@ -78,7 +78,7 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     has_turns = start.model.dataset.format.angles > 0
     turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
     nominal, calibrated = _nominal_gap(start, held_out), held_out.gap(start)
-    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns)
+    return Gap(nominal, calibrated, held_out.gap(final), floor, interval(after, pose, seed), turns)
 
 
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:

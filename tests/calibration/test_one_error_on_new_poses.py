@@ -66,11 +66,12 @@ def test_where_nothing_is_found_what_is_left_is_the_same_error(kind: str) -> Non
 
 
 def test_without_effects_a_diagnosis_is_the_calibration_though_whole_poses_scatter():
-    noise = Noise(pixel_px=0.1, joint_rad=5e-4)
-    shaken = simulate(find_robot("ur5"), kind="camera", poses=24, points=20, noise=noise, seed=2).dataset
-    stated = replace(shaken, noise=Noise(pixel_px=0.1))
+    noise = Noise(point_m=2e-5, joint_rad=3e-4)
+    shaken = simulate(find_robot("ur5"), kind="point", poses=24, noise=noise, seed=2).dataset
+    stated = replace(shaken, noise=Noise(point_m=2e-5))
     found = examine(stated, [], seed=3)
     plain = robolaser.calibrate(stated, robolaser.Plan(weights="noise", seed=3)).calibration
+    assert found.noise["joint"].value > 0.0
     assert found.x == pytest.approx(plain.x, rel=1e-12)
     assert found.gap.after_m == found.gap.calibrated_m == plain.held_out_rms_m
     assert found.unseen is not None
