@@ -219,6 +219,11 @@ class Fit:
         """Root-mean-square 3-D error of a row by noise alone [m]."""
         return noise.size_m(self.in_metres)
 
+    def turn_of(self, noise: NoiseModel) -> float:
+        """The same of those numbers of a row that are angles [rad]."""
+        rows = self.model.dataset.format
+        return noise.size_m(lambda residuals: residuals[:, rows.numbers - rows.angles :])
+
     @cached_property
     def release(self) -> Array:
         """What parameters on a bound would do on their way back, without what the others imitate, (K + e, q)."""

@@ -232,6 +232,9 @@ def _judged(
 ) -> _Judged:
     noise = preparation.noise_beside(data, final) if left else final.noise
     gap = gap_of(start, final, noise, held_out, seed)
+    if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects
+        noise = preparation.noise_beside(data, final)
+        gap = gap_of(start, final, noise, held_out, seed)
     evidence = _evidence(start, final, left, gap, noise)
     if evidence.is_at_floor or not scatters:
         return _by_rows(final, judge(evidence), noise, gap)
@@ -289,6 +292,7 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
         gap_before_m=gap.calibrated_m,
         has_effects=bool(final.effects),
         estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
+        turns=gap.turns_rad[1] / final.turn_of(noise) if gap.turns_rad else 0.0,
     )
 
 
