@@ -51,7 +51,7 @@ def test_without_a_robot_there_is_nothing_to_simulate():
 
 def test_what_cannot_be_contained_is_said():
     calibration = bent(made(), {"thermal_drift:elbow_joint.growth": 1e-3})
-    assert "Not contained: the link before elbow_joint grows" in mjcf(calibration)
+    assert "Not contained: the link before elbow_joint expands" in mjcf(calibration)
 
 
 def test_what_stands_between_joints_has_names_that_the_urdf_does_not_have():
