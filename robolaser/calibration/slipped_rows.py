@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.calibration.other_readings import FEWEST_POSES, ROWS, SHIFTS, Hypothesis, with_rows_moved
 from robolaser.calibration.result import rms_of_poses
 from robolaser.data.dataset import Dataset
 from robolaser.errors import RobolaserError
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import solve
+from robolaser.estimation.solver import after, solve
 from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 
@@ -24,13 +24,9 @@ def short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
     try:
         model = Model(dataset)
         start = model.fix_gauge(model.parameters.nominal)
-        return model, solve(Problem.of(model), start[None], tol=COARSE, hopeless=_long_enough).x[0]
+        return model, solve(Problem.of(model), start[None], tol=COARSE, hopeless=after(STEPS)).x[0]
     except (RobolaserError, np.linalg.LinAlgError):
         return None
-
-
-def _long_enough(costs: Array, converged: Bools, steps: Ints) -> Bools:
-    return np.asarray(steps >= STEPS)
 
 
 def slipped(dataset: Dataset) -> Iterator[Hypothesis]:
@@ -46,13 +42,11 @@ def slipped(dataset: Dataset) -> Iterator[Hypothesis]:
     if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses):
         return
     third = len(poses) // 3
+    of_first = short_fit(_of(dataset, poses[:third]))
     for shift, which in SHIFTS.items():
         moved = with_rows_moved(dataset, shift)
-        found = [
-            _likeliest(dataset, moved, shift, *fitted)
-            for part, at_end in ((dataset, poses[:third]), (moved, poses[-third:] + shift))
-            if (fitted := short_fit(_of(part, at_end))) is not None
-        ]
+        fits = of_first, short_fit(_of(moved, poses[-third:] + shift))
+        found = [_likeliest(dataset, moved, shift, *fit) for fit in fits if fit is not None]
         gain, first = max(found, default=(0.0, 0))
         if gain > 0.0 and first > poses[0]:
             name = dataset.poses.names[first]

@@ -14,7 +14,7 @@ from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import ENOUGH, SHARE, solve
+from robolaser.estimation.solver import ENOUGH, SHARE, after, solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
@@ -73,7 +73,9 @@ class Fit:
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
         """Fit, from parameters (d,) that are near, with derivatives (d, K) that are, see `solve`."""
-        end = solve(problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival, hopeless=_creeps)
+        end = solve(
+            problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival, hopeless=after(MOST_STEPS)
+        )
         return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property
@@ -219,7 +221,7 @@ class Fit:
         """Root-mean-square 3-D error of a row by noise alone [m]."""
         return noise.size_m(self.in_metres)
 
-    def turn_of(self, noise: NoiseModel) -> float:
+    def rotation_of(self, noise: NoiseModel) -> float:
         """The same of those numbers of a row that are angles [rad]."""
         rows = self.model.dataset.format
         return noise.size_m(lambda residuals: residuals[:, rows.numbers - rows.angles :])
@@ -239,10 +241,6 @@ class Fit:
         r = self.at.r.copy()
         r[: len(white)] += white @ amplitudes
         return self.x + self.at.step(r)
-
-
-def _creeps(cost: Array, converged: Bools, steps: Ints) -> Bools:
-    return np.asarray(steps >= MOST_STEPS)
 
 
 def best_amplitudes(columns: Array, residuals: Array) -> Array:

@@ -1,9 +1,8 @@
 """From a data set to its diagnosis."""
 
 import time
-import typing
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -18,7 +17,6 @@ from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.findings import (
     explained_sites,
     findings_of,
-    gap_of,
     listed,
     not_testable,
 )
@@ -26,28 +24,27 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
 from robolaser.diagnosis.gross_errors import gross_sentence
-from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap, is_lower
+from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.held_parameters import with_parameters_free
+from robolaser.diagnosis.judgement import judged
 from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.noise_remarks import noise_remarks
-from robolaser.diagnosis.pose_scatter import ExcessScatter, beside
+from robolaser.diagnosis.pose_scatter import beside
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.pruning import probable_remainder, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
-from robolaser.diagnosis.result import CauseClass, Diagnosis, Gap
+from robolaser.diagnosis.result import CauseClass, Diagnosis
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_LISTED, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
-from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.diagnosis.wrong_input import mispaired
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.noise.covariance import NoiseModel
 
 
 def examine(
@@ -122,22 +119,21 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
 
     progress("judging the gap", 0.8)
     left = [] if hindrance else left
-    judged = _judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
-    classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
-    if final.effects and _only_imitate(judged.verdict, start, final, evidence, classes, held_out):
+    judgement = judged(preparation, data, start, final, left, held_out, seed, scatters=not hindrance)
+    classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
+    if final.effects and _only_imitate(judgement.verdict, start, final, evidence, classes, held_out):
         final, nested, evidence, left = start, [start], [], [] if hindrance else localize(start)
-        judged = _judged(preparation, data, start, final, left, held_out, seed)
-        classes = cause_classes(judged.verdict, refits, final, evidence, left, held_out, judged.scatter)
-    verdict, noise, gap, scatter = judged.verdict, judged.noise, judged.gap, judged.scatter
-    scattered = scatter.located(gap.after_m, gap.noise_floor_m) if scatter else None
-    if scatter and scattered and left:
-        scatter = replace(scatter, share=scattered.share) if scattered.share >= EVEN else None
-        if scattered.share >= CREDIBLE_MASS:
-            left = []
+        judgement = judged(preparation, data, start, final, left, held_out, seed)
+        classes = cause_classes(judgement.verdict, refits, final, evidence, left, held_out, judgement.scatter)
+    verdict, noise, gap, scatter = judgement.verdict, judgement.noise, judgement.gap, judgement.scatter
+    if scatter and left:
+        share = scatter.located(gap.after_m, gap.noise_floor_m).share
+        scatter = replace(scatter, share=share) if share >= EVEN else None
+        left = [] if share >= CREDIBLE_MASS else left
         classes = cause_classes(verdict, refits, final, evidence, left, held_out, scatter)
     where = _where(verdict, refits, final, evidence, classes, left)
-    if scatter and scattered:
-        where = beside(where, scattered)
+    if scatter:
+        where = beside(where, scatter.located(gap.after_m, gap.noise_floor_m))
     progress("predicting held-out poses", 0.85)
     limits = detection_limits(refits.score_tests(final), refits.score_tests(start))
     errors = standard_errors(final, refits.score_tests(final), evidence)
@@ -208,56 +204,6 @@ def _selected(
     return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
 
 
-@typing.final
-@dataclass(frozen=True)
-class _Judged:
-    """What a final model leaves, and the verdict on it."""
-
-    verdict: str
-    noise: NoiseModel
-    gap: Gap
-    scatter: ExcessScatter | None = None
-
-
-def _judged(
-    preparation: Preparation,
-    data: AveragedData,
-    start: Fit,
-    final: Fit,
-    left: Sequence[Localization],
-    held_out: HeldOut,
-    seed: int,
-    *,
-    scatters: bool = True,
-) -> _Judged:
-    noise = preparation.noise_beside(data, final) if left else final.noise
-    gap = gap_of(start, final, noise, held_out, seed)
-    if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects
-        noise = preparation.noise_beside(data, final)
-        gap = gap_of(start, final, noise, held_out, seed)
-    evidence = _evidence(start, final, left, gap, noise)
-    if evidence.is_at_floor or not scatters:
-        return _by_rows(final, judge(evidence), noise, gap)
-    scatter = preparation.scatter_beside(data, final, smooth=bool(left))
-    if scatter:
-        beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
-        if not _evidence(start, final, left, beside_gap, scatter.noise).is_at_floor:
-            return _Judged("unexplained", scatter.noise, beside_gap, scatter)
-    return _by_rows(final, judge(evidence), noise, gap)
-
-
-def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> _Judged:
-    """The verdict with noise that new poses do not contradict.
-
-    Where a gap is left that is below the noise, the scatter of poses was estimated from the gap: rows alone count.
-    """
-    if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
-        of_poses = {source.name for source in noise.sources if source.level == "pose"}
-        noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
-        gap = replace(gap, noise_floor_m=final.size_of(noise))
-    return _Judged(verdict, noise, gap)
-
-
 def _only_imitate(
     verdict: str,
     start: Fit,
@@ -276,24 +222,6 @@ def _only_imitate(
         return True
     pose = final.model.dataset.points.pose
     return verdict == "unexplained" and not is_lower(held_out.errors(start), held_out.errors(final), pose)
-
-
-def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:
-    known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
-    return Evidence(
-        chi2_before=start.chi2,
-        chi2_after=final.with_likeliest_scatter.chi2,
-        freedoms=final.freedoms,
-        localized=sum(place.likelihood_ratio for place in left),
-        floor_m=gap.noise_floor_m,
-        expected_m=expected_gap(final, noise),
-        gap_m=gap.after_m,
-        least_m=gap.after_ci95_m[0],
-        gap_before_m=gap.calibrated_m,
-        has_effects=bool(final.effects),
-        estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
-        turns=gap.turns_rad[1] / final.turn_of(noise) if gap.turns_rad else 0.0,
-    )
 
 
 def _where(

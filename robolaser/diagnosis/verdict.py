@@ -102,7 +102,7 @@ class Evidence:
         gap_before_m: Of the model without effects [m].
         has_effects: Whether any effect was found.
         estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
-        turns: Held-out error of rotations over that of a row by noise; 0 where none are measured.
+        rotations: Held-out error of rotations over that of a row by noise; 0 where none are measured.
     """
 
     chi2_before: float
@@ -116,21 +116,21 @@ class Evidence:
     gap_before_m: float
     has_effects: bool
     estimated_m: float
-    turns: float = 0.0
+    rotations: float = 0.0
 
     @property
     def is_near_floor(self) -> bool:
         """Whether the held-out gap is hardly larger than noise alone makes it, and so are rotations."""
-        return self.gap_m <= GAP_OVER_FLOOR * self.floor_m and self._turns_at_floor
+        return self.gap_m <= GAP_OVER_FLOOR * self.floor_m and self._rotations_at_floor
 
     @property
     def is_at_floor(self) -> bool:
         """Whether the held-out gap is that of noise: near it, or not significantly above it."""
-        return self.is_near_floor or (self.least_m <= self.expected_m and self._turns_at_floor)
+        return self.is_near_floor or (self.least_m <= self.expected_m and self._rotations_at_floor)
 
     @property
-    def _turns_at_floor(self) -> bool:
-        return self.turns * self.floor_m <= GAP_OVER_FLOOR * max(self.floor_m, self.expected_m)
+    def _rotations_at_floor(self) -> bool:
+        return self.rotations * self.floor_m <= GAP_OVER_FLOOR * max(self.floor_m, self.expected_m)
 
     @property
     def is_closed(self) -> bool:

@@ -5,11 +5,11 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
-from robolaser.estimation.solver import solve
+from robolaser.estimation.solver import after, solve
 from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model
 
@@ -151,14 +151,10 @@ def _fits(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Arra
         kept=kept,
         tol=TOLERANCE,
         enough=max(enough, TOLERANCE * float(problem.costs(x[None])[0])),
-        hopeless=_many_steps if enough else None,
+        hopeless=after(MOST_STEPS) if enough else None,
         close=enough > 0.0,
     )
     return end.x, end.evaluations
-
-
-def _many_steps(cost: Array, converged: Bools, steps: Ints) -> Bools:
-    return np.asarray(steps >= MOST_STEPS)
 
 
 def _predicted(problem: Problem, fits: Array, folds: Folds) -> Array:

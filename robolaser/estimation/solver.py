@@ -59,6 +59,11 @@ class Solution:
         return int(np.argmin(self.cost))
 
 
+def after(most: int) -> Callable[[Array, Bools, Ints], Bools]:
+    """Gives candidates up after so many steps, for `solve`."""
+    return lambda cost, converged, steps: np.asarray(steps >= most)
+
+
 def solve(
     problem: Problem,
     starts: Array,

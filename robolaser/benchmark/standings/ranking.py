@@ -62,7 +62,7 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
             )
             for p, name in enumerate(arrays.problems)
         ),
-        effects=_effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
+        effects=_part_effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
         scope=SCOPE,
     )
 
@@ -181,7 +181,7 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
     return found
 
 
-def _effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[PartEffect, ...]:
+def _part_effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[PartEffect, ...]:
     """The effect of each part that is exchanged in one of the algorithms and in another is not.
 
     Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.

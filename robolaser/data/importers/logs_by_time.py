@@ -157,7 +157,9 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> _Cl
         return None
     longest = max(np.ptp(to_s), np.ptp(from_s))
     step = max(float(np.median(np.diff(to_s))), float(np.median(np.diff(from_s))), FINEST_S, longest / MOST_STEPS)
-    a, b = (_turns(s, T, np.arange(s[0], s[-1] - step, step), step) for s, T in ((to_s, T_to), (from_s, T_from)))
+    a, b = (
+        _rotation_angles(s, T, np.arange(s[0], s[-1] - step, step), step) for s, T in ((to_s, T_to), (from_s, T_from))
+    )
     energy = correlate(a**2, np.ones_like(b)) + correlate(np.ones_like(a), b**2)
     alike = np.where(energy > 0.5 * energy.max(), 2.0 * correlate(a, b) / np.maximum(energy, 1e-12), 0.0)
     best = int(alike.argmax())
@@ -166,11 +168,11 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> _Cl
     start = to_s[0] - from_s[0] + (best - (len(b) - 1)) * step
     span = max(SPAN_S, step)
     at = from_s[from_s < from_s[-1] - span]
-    own = _turns(from_s, T_from, at, span)
+    own = _rotation_angles(from_s, T_from, at, span)
 
     def apart(offset: float) -> Array:
         inside = (at + offset >= to_s[0]) & (at + offset + span <= to_s[-1])
-        return np.where(inside, _turns(to_s, T_to, at + offset, span) - own, 0.0)
+        return np.where(inside, _rotation_angles(to_s, T_to, at + offset, span) - own, 0.0)
 
     found = minimize_scalar(
         lambda offset: np.square(apart(offset)).sum(), bounds=(start - step, start + step), method="bounded",
@@ -181,7 +183,7 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> _Cl
     return _ClockOffset(float(found), float(np.sqrt(np.square(scores).sum()) / np.square(slope).sum()))
 
 
-def _turns(times_s: Array, T: Array, at_s: Array, span_s: float) -> Array:
+def _rotation_angles(times_s: Array, T: Array, at_s: Array, span_s: float) -> Array:
     """By how much a body turns from each time (k,) within a span [s], (k,) [rad]."""
     R, later = (match(times_s, at, np.inf).motions(T)[:, :3, :3] for at in (at_s, at_s + span_s))
     return np.asarray(np.linalg.norm(log_so3(np.swapaxes(R, -1, -2) @ later), axis=-1))

@@ -1,0 +1,96 @@
+"""The verdict on a final model, beside the noise and the scatter of poses that it leaves."""
+
+import typing
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from robolaser.diagnosis.findings import gap_of
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
+from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.pose_scatter import ExcessScatter
+from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.result import Gap
+from robolaser.diagnosis.verdict import Evidence, judge
+from robolaser.estimation.averaging import AveragedData
+from robolaser.model.noise.covariance import NoiseModel
+
+
+@typing.final
+@dataclass(frozen=True)
+class Judgement:
+    """What a final model leaves, and the verdict on it."""
+
+    verdict: str
+    noise: NoiseModel
+    gap: Gap
+    scatter: ExcessScatter | None = None
+
+
+def judged(
+    preparation: Preparation,
+    data: AveragedData,
+    start: Fit,
+    final: Fit,
+    left: Sequence[Localization],
+    held_out: HeldOut,
+    seed: int,
+    *,
+    scatters: bool = True,
+) -> Judgement:
+    """Judge a final model.
+
+    Args:
+        preparation: Estimates noise beside it.
+        data: Its rows.
+        start: The model without effects.
+        final: The model.
+        left: Where its residuals still lie.
+        held_out: Errors on held-out poses.
+        seed: Resamples poses.
+        scatters: Whether scatter of whole poses may be a gap.
+    """
+    noise = preparation.noise_beside(data, final) if left else final.noise
+    gap = gap_of(start, final, noise, held_out, seed)
+    if gap.after_ci95_m[1] < gap.noise_floor_m and not left:  # the noise was estimated beside fewer effects
+        noise = preparation.noise_beside(data, final)
+        gap = gap_of(start, final, noise, held_out, seed)
+    evidence = _evidence(start, final, left, gap, noise)
+    if evidence.is_at_floor or not scatters:
+        return _by_rows(final, judge(evidence), noise, gap)
+    scatter = preparation.scatter_beside(data, final, smooth=bool(left))
+    if scatter:
+        beside_gap = gap_of(start, final, scatter.noise, held_out, seed)
+        if not _evidence(start, final, left, beside_gap, scatter.noise).is_at_floor:
+            return Judgement("unexplained", scatter.noise, beside_gap, scatter)
+    return _by_rows(final, judge(evidence), noise, gap)
+
+
+def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement:
+    """The verdict with noise that new poses do not contradict.
+
+    Where a gap is left that is below the noise, the scatter of poses was estimated from the gap: rows alone count.
+    """
+    if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
+        of_poses = [source.name for source in noise.sources_of_poses]
+        noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
+        gap = replace(gap, noise_floor_m=final.size_of(noise))
+    return Judgement(verdict, noise, gap)
+
+
+def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:
+    known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
+    return Evidence(
+        chi2_before=start.chi2,
+        chi2_after=final.with_likeliest_scatter.chi2,
+        freedoms=final.freedoms,
+        localized=sum(place.likelihood_ratio for place in left),
+        floor_m=gap.noise_floor_m,
+        expected_m=expected_gap(final, noise),
+        gap_m=gap.after_m,
+        least_m=gap.after_ci95_m[0],
+        gap_before_m=gap.calibrated_m,
+        has_effects=bool(final.effects),
+        estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
+        rotations=gap.turns_rad[1] / final.rotation_of(noise) if gap.turns_rad else 0.0,
+    )
