@@ -52,5 +52,5 @@ def test_a_body_whose_distances_are_alike_says_nothing() -> None:
 
 def test_the_diagnosis_says_which_points_of_which_poses() -> None:
     found = robolaser.diagnose(exchanged(measured(), [3, 9, 12, 20, 31]), seed=0)
-    assert "of poses 3, 9, 12, 20 and others seem to be exchanged" in found.sentence
+    assert "of poses 3, 9, 12, 20 and others seem to be exchanged: with that corrected" in found.sentence
     assert found.effects == []

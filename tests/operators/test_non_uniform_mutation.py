@@ -220,3 +220,8 @@ def test_a_termination_of_unknown_kind_is_believed():
     mine.perc = 0.4
     assert progress(running(1, TerminateIfAny(mine))) == 0.4
     assert progress(SimpleNamespace(n_iter=1, termination=SimpleNamespace(perc=0.5))) == 0.5
+
+
+def test_an_explicit_last_generation_overrides_all():
+    mutation = NonUniformMutation(last_generation=10)
+    assert mutation.progress_of(running(6, get_termination("n_gen", 50))) == 0.5
