@@ -34,6 +34,8 @@ from robolaser.report.printable import printable, short
 
 LACKING = re.compile(r'^Command ".+" parameter (\S+) requires an argument')
 """How cyclopts says that a value is missing."""
+USAGE = "Usage: robolaser"
+"""How the line begins for commands with arguments that are optional or repeated: cyclopts calls these [ARGS]."""
 DATA_SAID_NO = 1
 WRONG_USAGE = 2
 
@@ -61,13 +63,13 @@ app.command(extract, group=data)
 new.group = data
 app.command(new)
 app.command(record, group=data)
-app.command(import_files, name="import", group=data)
+app.command(import_files, name="import", group=data, usage=f"{USAGE} import --output DATASET [OPTIONS] SOURCE...")
 app.command(check, group=data)
-app.command(scan, group=use)
-app.command(view, group=use)
+app.command(scan, group=use, usage=f"{USAGE} scan --output CLOUD.ply [OPTIONS] CALIBRATION RECORDING [MORE...]")
+app.command(view, group=use, usage=f"{USAGE} view [OPTIONS] DATASET [CALIBRATION]")
 app.command(diff, group=use)
 app.command(export, group=use)
-app.command(compare, group=methods)
+app.command(compare, group=methods, usage=f"{USAGE} compare --output DIR [OPTIONS] [DATASETS...]")
 challenge.group = methods
 app.command(challenge)
 app.command(emulate, group=methods)
