@@ -90,5 +90,5 @@ def _from_here(text: str) -> str:
 
 def _below(text: str) -> str:
     """Headings one level down; links to files beside it, which the site does not have, become their text."""
-    text = re.sub(r"^(#+ )", r"#\1", text, flags=re.MULTILINE)
-    return re.sub(r"!?\[([^\]]+)\]\((?!https?:)[^)]+\)", r"\1", text)
+    text = re.sub(r"^(#+ )", r"#\1", text, flags=re.MULTILINE).replace("](../../docs/pictures/", "](../pictures/")
+    return re.sub(r"!?\[([^\]]+)\]\((?!https?:|\.\./pictures/)[^)]+\)", r"\1", text)

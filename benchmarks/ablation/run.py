@@ -1,4 +1,4 @@
-"""The 2004 paper taken apart: three comparisons, the tables of README.md, and the chart of a page of the docs.
+"""The 2004 paper taken apart: three comparisons, the tables of README.md, and its chart.
 
 Runs are kept in build/ablation and not repeated; `--page` only writes the tables and the chart from them.
 """

@@ -1,4 +1,4 @@
-"""Fifteen algorithms on the suite: the table of README.md, and that of the instances in the docs.
+"""Fifteen algorithms on the suite: the tables of README.md.
 
 `--page` only writes the tables, from the runs that are in build/suite.
 """
@@ -19,7 +19,7 @@ from robolaser.problems import suite
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "suite"
-INSTANCES, RANKING = ROOT / "docs" / "reference" / "suite.md", Path(__file__).with_name("README.md")
+PAGE = Path(__file__).with_name("README.md")
 SEEDS, BUDGET = 3, 1000
 ALGORITHMS = (
     "screening", "rcga", "ga", "de", "pso", "es", "isres", "g3pcx", "cmaes", "nelder-mead", "pattern-search", "pycma",
@@ -38,16 +38,16 @@ def main() -> None:
         FOLDER.mkdir(parents=True, exist_ok=True)
         words = [sys.executable, "-m", *COMMAND.split(), "--resume", "--jobs", "2"]
         subprocess.run(words, cwd=FOLDER, check=True)
-    for part, rows, page in (("ranking", ranking(), RANKING), ("instances", table(), INSTANCES)):
+    for part, rows in (("ranking", ranking()), ("instances", table())):
         made = "\n".join(rows)
         text, found = re.subn(
             rf"(<!-- made: {part} -->\n).*?(<!-- end -->)",
             lambda m, made=made: f"{m[1]}{made}\n{m[2]}",
-            page.read_text(),
+            PAGE.read_text(),
             flags=re.DOTALL,
         )
         assert found, part
-        page.write_text(text)
+        PAGE.write_text(text)
 
 
 def ranking() -> Iterator[str]:

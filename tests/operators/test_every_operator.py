@@ -20,12 +20,13 @@ DOCS = Path(__file__).parents[2] / "docs" / "reference" / "operators.md"
 
 
 def compatibility_table(found):
-    """Markdown: a line for each algorithm, a column for each operator."""
+    """Markdown: a line for the algorithms that treat all operators alike, a column for each operator."""
     marks = {WORKS: "✓", REFUSED: "refused", FAILS: "fails", IGNORED: "ignored", NO_PLACE: "–", MISSING: "?"}
-    lines = [f"| | {' | '.join(each.operator for each in found)} |", "|---" * (len(found) + 1) + "|"]
+    alike = {}
     for name in found[0].algorithms:
-        lines.append(f"| {name} | {' | '.join(marks[each.algorithms[name][0]] for each in found)} |")
-    return "\n".join(lines)
+        alike.setdefault(" | ".join(marks[each.algorithms[name][0]] for each in found), []).append(name)
+    lines = [f"| | {' | '.join(each.operator for each in found)} |", "|---" * (len(found) + 1) + "|"]
+    return "\n".join(lines + [f"| {', '.join(names)} | {row} |" for row, names in alike.items()])
 
 
 def slot(operator):
