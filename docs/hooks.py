@@ -38,8 +38,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str
         markdown = _with_sources(markdown).replace(MOVING, _moving())
     if BENCHMARKS not in markdown:
         return markdown
-    texts = [file.read_text(encoding="utf-8") for file in sorted((ROOT / "benchmarks").glob("*/README.md"))]
-    return markdown.replace(BENCHMARKS, "\n\n".join(map(_below, texts)))
+    return markdown.replace(BENCHMARKS, "\n\n".join(map(_below, sorted((ROOT / "benchmarks").glob("*/README.md")))))
 
 
 def _help(command: str) -> str:
@@ -88,7 +87,8 @@ def _from_here(text: str) -> str:
     return re.sub(r"(?<!!)\[([^\]]+)\]\((?:LICENSE|examples/[^)]*)\)", r"\1", text)
 
 
-def _below(text: str) -> str:
-    """Headings one level down; links to files beside it, which the site does not have, become their text."""
+def _below(file: Path) -> str:
+    """Headings one level down, the folder's name in the first; links to files that the site lacks become their text."""
+    text = re.sub(r"\A# (.*)", rf"# \1 (`{file.parent.name}`)", file.read_text(encoding="utf-8"))
     text = re.sub(r"^(#+ )", r"#\1", text, flags=re.MULTILINE).replace("](../../docs/pictures/", "](../pictures/")
     return re.sub(r"!?\[([^\]]+)\]\((?!https?:|\.\./pictures/)[^)]+\)", r"\1", text)
