@@ -206,8 +206,12 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Si
     if points.xyz is None or own_lengths(fit.model.dataset):
         return
     rows = fit.problem.row_of_number
-    longer = (derivatives.by_motion(Stage.TARGET) * points.xyz[rows]).sum(axis=1, keepdims=True)
+    given = derivatives.by_motion(Stage.TARGET)
+    longer = (given * points.xyz[rows]).sum(axis=1, keepdims=True)
     yield Site("measuring_system", "distance", longer, np.ones((len(points), 1)), rows, unknown=False)
+    range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
+    yield Site("measuring_system", "distance", given, smooth(range_m), rows)  # as air bends the line of sight
+    yield Site("measuring_system", "position in space", given, points.xyz / np.ptp(points.xyz), rows)  # unlike scales
 
 
 def _over_plane(places: Array) -> Array:

@@ -1,5 +1,6 @@
 """Lenses that breathe, prints that are longer one way, holders that bend, arms that grew: in other forms than ours."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -94,3 +95,29 @@ def test_known_distances_between_reflectors_tell_it_from_the_trackers_scale() ->
     known = tuple((near[i], near[j], float(np.linalg.norm(first[i] - first[j]))) for i, j in ((0, 1), (0, 2), (1, 2)))
     found = examine(grown(1e-3, distances_m=known), seed=0)
     assert names(found) == ["arm_scale"]
+
+
+def seen_by(bent: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Dataset:
+    """Points that a tracker sees elsewhere: by where they are in its frame, and which way is up there."""
+    made = simulate(find_robot("ur5"), kind="point", poses=60, noise=Noise(point_m=2e-5), seed=8)
+    up = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))[:, 2]
+    xyz = made.dataset.points["xyz"]
+    return replace(made.dataset, points=replace(made.dataset.points, xyz=xyz + bent(xyz, up)))
+
+
+def refracted(xyz: np.ndarray, up: np.ndarray) -> np.ndarray:
+    return 4e-5 * np.outer((xyz**2).sum(axis=1), up)
+
+
+def longer_across(xyz: np.ndarray, up: np.ndarray) -> np.ndarray:
+    across = np.cross(up, [1.0, 0.0, 0.0])
+    return 2e-3 * np.outer(xyz @ across, across)
+
+
+@pytest.mark.parametrize("bent", [refracted, longer_across])
+def test_a_measuring_system_that_distorts_space_is_an_unknown_cause_there_and_no_error_of_the_arm(
+    bent: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> None:
+    found = examine(seen_by(bent), seed=0)
+    assert (found.verdict, found.where[0].site) == ("unexplained", "measuring_system")
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]

@@ -32,7 +32,8 @@ class ThermalDrift(Effect):
     r"""The link from the joint before to this one stretches: :math:`p' = p\,(1 + \mathrm{growth}\,g)`.
 
     g is the measured rise of temperature over its largest (`temperature_c` in the data), else
-    :math:`1 - \exp(-\mathrm{progress} / τ)` with τ in shares of the run. Aluminium grows 23e-6 a kelvin.
+    :math:`1 - \exp(-\mathrm{progress} / τ)` with τ in shares of the run. Aluminium grows 23e-6 a kelvin, plastics up to
+    1e-4: the bound is that of plastics 50 K warmer.
     """
 
     name = "thermal_drift"
@@ -46,7 +47,7 @@ class ThermalDrift(Effect):
     needs = (warm_up,)
     depends_on_trajectory = True
 
-    growth: Array = parameter(unit="", bound=0.02, prior_scale=5e-4, lower=0.0)
+    growth: Array = parameter(unit="", bound=5e-3, prior_scale=5e-4, lower=0.0)
     tau: Array = nonlinear(unit="", lower=SHORTEST, upper=LONGEST, nominal=USUAL)
 
     @classmethod
