@@ -109,6 +109,9 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         placement = derivatives.by_motion(Stage.LINKS, name) * np.r_[np.ones(3), np.full(3, 1.0 / LEVER_M)]
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
             yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
+        across = placement[:, 3:5]  # a bearing that wobbles, or a beam that twists; optics err alike
+        for coordinate, basis in () if fit.has_optics else smoothed([angle_of(run, name), *torque_of(run, name)]):
+            yield Site(name, coordinate, across, basis, poses)
         shift = placement[:, :3]
         for coordinate, basis in in_run if name != joints[0] else ():  # the first joint stands on the base
             yield Site(name, coordinate, shift, basis, poses)

@@ -121,3 +121,16 @@ def test_a_measuring_system_that_distorts_space_is_an_unknown_cause_there_and_no
     found = examine(seen_by(bent), seed=0)
     assert (found.verdict, found.where[0].site) == ("unexplained", "measuring_system")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
+
+
+def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_and_no_error_of_lengths() -> None:
+    made = simulate(find_robot("ur5"), kind="point", poses=60, noise=Noise(point_m=2e-5), seed=8)
+    R = from_angles(*(np.array(made.truth[f"base.{angle}"]) for angle in ("w", "phi", "psi")))
+    xyz, poses = made.dataset.points["xyz"], made.dataset.points.pose
+    in_base = (xyz - np.array([made.truth[f"base.{axis}"] for axis in "xyz"])) @ R
+    turn = made.dataset.arm[1][poses, 0]
+    tilt = 8e-4 * np.cos(2.0 * turn)[:, None] * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(len(turn))])
+    moved = np.cross(tilt, in_base - np.array([0.0, 0.0, 0.0892])) @ R.T
+    found = examine(replace(made.dataset, points=replace(made.dataset.points, xyz=xyz + moved)), seed=0)
+    assert (found.verdict, found.where[0].site) == ("unexplained", "shoulder_pan_joint")
+    assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
