@@ -103,5 +103,6 @@ def _evidence(fit: Fit, effects: Sequence[CandidateEffect]) -> float:
         along = np.square(V.T @ (fit.x[own] / usual))
         variances = np.maximum(variances, np.finfo(float).tiny)
         wide = SIZES[:, None] ** 2
-        cost += CHI2_PER_EFFECT + float((np.log1p(wide / variances) + along / (variances + wide)).sum(axis=1).min())
+        widened = variances + wide
+        cost += CHI2_PER_EFFECT + float((np.log(widened) - np.log(variances) + along / widened).sum(axis=1).min())
     return cost
