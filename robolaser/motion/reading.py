@@ -117,7 +117,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
 
 
 def _odd_columns(csv: CsvTable, names: Sequence[str]) -> list[str]:
-    odd = [name for name in csv.header if name not in (*names, "series", "time_s")]
+    odd = [name for name in csv.columns if name not in (*names, "series", "time_s")]
     return [f"{MOTION}: column '{name}' is not used.{near(name, names)}" for name in odd]
 
 
@@ -125,10 +125,11 @@ def _values(csv: CsvTable, columns: Sequence[str]) -> Array:
     """Columns as numbers, (n, j); NaN where a cell is empty or a column is not there."""
     out = np.full((len(csv), len(columns)), np.nan)
     for j, column in enumerate(columns):
-        if column in csv.known:
-            out[:, j] = csv.known[column]
-        elif column in csv:
-            for i, cell in enumerate(csv.columns[column]):
+        cells = csv.columns.get(column, ())
+        if not isinstance(cells, tuple):
+            out[:, j] = cells
+        else:
+            for i, cell in enumerate(cells):
                 if cell:
                     out[i, j] = finite(cell)
                     if not np.isfinite(out[i, j]):

@@ -89,10 +89,12 @@ def _table(file: Path, options: ImportOptions) -> dict[str, Array]:
         options = replace(options, separator="space")
     table = read_delimited(file, options)
     named = options.columns.get(SERIES, SERIES)
-    series = {value: i for i, value in enumerate(dict.fromkeys(table.columns.get(named, ())))}
+    series = {value: i for i, value in enumerate(dict.fromkeys(table.cells(named) if named in table else ()))}
     return {
-        name: np.array([series[cell] if name == named else _number(cell, options.decimal) for cell in cells])
-        for name, cells in table.columns.items()
+        name: np.array(
+            [series[cell] if name == named else _number(cell, options.decimal) for cell in table.cells(name)]
+        )
+        for name in table.columns
     }
 
 

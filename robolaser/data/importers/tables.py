@@ -170,8 +170,8 @@ def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:
     if len(first) == len(names):
         return table
     of_row = np.array([first[name] for name in names])
-    for column in table.header:
-        cells = table.known[column] if column in table.known else np.array(table.columns[column], dtype=np.str_)
+    for column, values in table.columns.items():
+        cells = np.asarray(values)
         for row in np.flatnonzero(cells != cells[of_row])[:1]:
             what = f"pose {names[row]} has another value than in row {table.lines[of_row[row]]}."
             why = "Rows of one pose repeat its readings; if the arm moved between them, they are different poses."
