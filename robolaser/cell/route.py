@@ -77,7 +77,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
             column=columns[j],
         )
     waypoints = _grouped(table, q) if "pose" in table else numbered(q)
-    images = () if "kind" in table else table.columns.get("image", ())
+    images = () if "kind" in table or "image" not in table else table.cells("image")
     if any(images):
         waypoints = tuple(waypoint for waypoint, image in zip(waypoints, images, strict=True) if image)
     if not waypoints:

@@ -3,7 +3,7 @@
 import csv
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from types import SimpleNamespace
 from typing import final
@@ -16,6 +16,9 @@ from robolaser.errors import DataError, near, unreadable
 
 BLOCK_ROWS = 2_000  # taken apart at a time: memory holds the columns of a table, and never all of its cells
 
+Cells = tuple[str, ...] | Array
+"""Of a column: texts, or numbers, (rows,)."""
+
 
 @final
 @dataclass(frozen=True)
@@ -23,20 +26,24 @@ class CsvTable:
     """A CSV file, column by column."""
 
     file: str  # its name, for messages
-    header: Sequence[str]  # the names of all columns
-    columns: Mapping[str, tuple[str, ...]]  # the cells of each column that was read as text
+    columns: Mapping[str, Cells]  # by name, in the file's order
     lines: Sequence[int]  # line of the file at which each row starts, counted from one
-    known: Mapping[str, Array]  # the columns that were read as numbers, (rows,) each
 
     def __len__(self) -> int:
         return len(self.lines)
 
     def __contains__(self, column: str) -> bool:
-        return column in self.header
+        return column in self.columns
+
+    def cells(self, column: str) -> tuple[str, ...]:
+        """The cells of a column of texts that must be there."""
+        cells = self._there(column)
+        assert isinstance(cells, tuple)  # whoever reads a column as numbers asks for numbers
+        return cells
 
     def texts(self, column: str) -> tuple[str, ...]:
-        """The cells of a column that must be there, none of them empty."""
-        cells = self.columns[self._there(column)]
+        """The same, none of them empty."""
+        cells = self.cells(column)
         if not all(cells):
             raise bad_cell(self.file, self.lines[cells.index("")], column, "", "some text")
         return cells
@@ -45,18 +52,22 @@ class CsvTable:
         """Columns that must be there, as finite numbers, (rows, columns)."""
         out = np.empty((len(self), len(columns)))
         for j, column in enumerate(columns):
-            if self._there(column) in self.known:
-                out[:, j] = self.known[column]
-            else:
-                out[:, j] = _numbers(self.file, column, self.columns[column], self.lines)
+            cells = self._there(column)
+            out[:, j] = _numbers(self.file, column, cells, self.lines) if isinstance(cells, tuple) else cells
         return out
 
     def take(self, rows: Ints) -> "CsvTable":
         """Some of the rows, by their numbers."""
         kept = rows.tolist()
-        columns = {name: tuple(cells[i] for i in kept) for name, cells in self.columns.items()}
-        known = {name: values[rows] for name, values in self.known.items()}
-        return replace(self, columns=columns, lines=[self.lines[i] for i in kept], known=known)
+        columns = {
+            name: tuple(cells[i] for i in kept) if isinstance(cells, tuple) else cells[rows]
+            for name, cells in self.columns.items()
+        }
+        return replace(self, columns=columns, lines=[self.lines[i] for i in kept])
+
+    def beside(self, columns: Mapping[str, Cells]) -> "CsvTable":
+        """The table with further columns."""
+        return replace(self, columns={**self.columns, **columns})
 
     def check_all_differ(self, keys: Sequence[object], what: Callable[[int], str]) -> None:
         """See that no row has the key of one before it.
@@ -72,12 +83,12 @@ class CsvTable:
                 said = f"{what(row)} was already in row {self.lines[before]}. Delete one of the two."
                 raise bad_row(self.file, self.lines[row], said)
 
-    def _there(self, column: str) -> str:
-        if column not in self.header:
+    def _there(self, column: str) -> Cells:
+        if column not in self.columns:
             raise DataError(
-                f"{self.file} has no column '{column}'.{near(column, self.header)}", file=self.file, column=column
+                f"{self.file} has no column '{column}'.{near(column, self.columns)}", file=self.file, column=column
             )
-        return column
+        return self.columns[column]
 
 
 def finite(cell: str) -> float:
@@ -110,52 +121,75 @@ def read_table(path: Path, numbers: Sequence[str] = ()) -> CsvTable:
         DataError: The file is not there or not text, it has no header, two columns share a name, a row has more or
             fewer cells than the header, or a cell is no number.
     """
-    rows = _rows(path)
-    _, names = next(rows, (1, []))
-    header = [name.strip() for name in names]
+    with opened(path, TABLE_BYTES, text=True, newline="") as file:
+        return table_of(path, file, numbers)
+
+
+def table_of(
+    path: Path,
+    text: Iterable[str],
+    numbers: Sequence[str] = (),
+    *,
+    separator: str = ",",
+    first: int = 1,
+    named: bool = True,
+    how: str = "",
+) -> CsvTable:
+    """Lines as a table.
+
+    Args:
+        path: The file that they are of.
+        text: Each with its end.
+        numbers: Columns that hold finite numbers, where they are there at all.
+        separator: Of cells.
+        first: The line of the file at which the text begins.
+        named: Whether the first row names the columns; else they are called 1, 2, 3 …
+        how: How cells are separated, for messages, where another way may be meant.
+
+    Raises:
+        DataError: As `read_table`.
+    """
+    rows = _rows(path, text, separator, first, how)
+    line, names = next(rows, (first, []))
+    header = [name.strip() if named else str(number) for number, name in enumerate(names, 1)]
     if not header:
-        raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=1)
-    _check_header(path.name, header)
-    texts: list[list[str]] = [[] for _ in header]
+        raise DataError(f"{path.name} is empty: its first row must name the columns.", file=path.name, row=line)
+    for name in header:
+        if header.count(name) > 1:
+            said = f"{path.name} has two columns '{name}'; rename or delete one."
+            raise DataError(said, file=path.name, row=line, column=name)
+    rows = rows if named else chain([(line, names)], rows)
+    texts: dict[str, list[str]] = {name: [] for name in header if name not in numbers}
     known = {name: [np.empty(0)] for name in header if name in numbers}
     lines: list[int] = []
     known_texts: dict[str, str] = {}  # equal ones are kept once
     while block := list(islice(rows, BLOCK_ROWS)):
         starts = [line for line, _ in block]
-        for name, column, cells in zip(header, texts, zip(*(row for _, row in block), strict=True), strict=True):
+        for name, cells in zip(header, zip(*(row for _, row in block), strict=True), strict=True):
             if name in known:
                 known[name].append(_numbers(path.name, name, cells, starts))
             else:
-                column.extend(known_texts.setdefault(cell, cell) for cell in map(str.strip, cells))
+                texts[name].extend(known_texts.setdefault(cell, cell) for cell in map(str.strip, cells))
         lines += starts
-    found = {name: tuple(column) for name, column in zip(header, texts, strict=True) if name not in known}
-    return CsvTable(
-        path.name, header, found, tuple(lines), {name: np.concatenate(parts) for name, parts in known.items()}
-    )
+    columns = {name: np.concatenate(known[name]) if name in known else tuple(texts[name]) for name in header}
+    return CsvTable(path.name, columns, tuple(lines))
 
 
-def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+def _rows(path: Path, text: Iterable[str], separator: str, first: int, how: str) -> Iterator[tuple[int, list[str]]]:
     """Rows that are not blank, all as long as the first, and the line at which each starts."""
-    line = width = 0
-    with opened(path, TABLE_BYTES, text=True, newline="") as file:
-        reader = csv.reader(file, strict=True)
-        try:
-            for row in reader:
-                if row and (row[0].strip() or any(map(str.strip, row))):
-                    width = width or len(row)
-                    if len(row) != width:
-                        said = f"{len(row)} cells, but the header names {width} columns."
-                        raise bad_row(path.name, line + 1, said)
-                    yield line + 1, row
-                line = reader.line_num
-        except csv.Error as error:
-            raise unreadable(path, f"line {line + 1}: {error}") from None
-
-
-def _check_header(file: str, header: Sequence[str]) -> None:
-    for name in header:
-        if header.count(name) > 1:
-            raise DataError(f"{file} has two columns '{name}'; rename or delete one.", file=file, row=1, column=name)
+    reader = csv.reader(text, delimiter=separator, skipinitialspace=separator == " ", strict=True)
+    line, width = first, 0
+    try:
+        for row in reader:
+            if row and (row[0].strip() or any(map(str.strip, row))):
+                width = width or len(row)
+                if len(row) != width:
+                    expected = f"there are {width} columns. {how}" if how else f"the header names {width} columns."
+                    raise bad_row(path.name, line, f"{len(row)} cells, but {expected}")
+                yield line, row
+            line = first + reader.line_num
+    except csv.Error as error:
+        raise unreadable(path, f"line {line}: {error}") from None
 
 
 def _numbers(file: str, column: str, cells: Sequence[str], lines: Sequence[int]) -> Array:

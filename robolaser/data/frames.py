@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import FORMAT
 from robolaser.data.importers.robots import find_robot
 from robolaser.data.loading import load
-from robolaser.data.writing import csv_text, toml_lines
+from robolaser.data.writing import csv_text, robot_table, toml_lines
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -47,7 +47,7 @@ def dataset_of_frames(
     described: dict[str, Mapping[str, Any]] = {"": {"format": FORMAT, "name": name}, "[sensor]": {"kind": sensor}}
     described |= {f"[{table}]": values for table, values in tables.items()}
     if arm is not None:
-        described["[robot]"] = {"urdf": "robot.urdf", "flange": arm.flange, "joints": list(arm.joints)}
+        described["[robot]"] = robot_table(arm)
     poses = dict(poses.items())
     count = len(_column(next(iter(poses.values()), ())))
     texts = {

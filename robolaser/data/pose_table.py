@@ -54,11 +54,11 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
     poses = Poses(
         names,
         time_s=table.numbers(["time_s"])[:, 0] if "time_s" in table else None,
-        image=_images(table, folder) if IMAGES in table.columns else None,
+        image=_images(table, folder) if IMAGES in table else None,
         payload_kg=_stated(table, "payload_kg"),
         temperature_c=_stated(table, "temperature_c"),
         session=table.texts("session") if "session" in table else None,
-        extra={name: cells for name, cells in table.columns.items() if name not in known},
+        extra={name: table.cells(name) for name in table.columns if name not in known},
     )
     warnings: list[str] = []
     if robot is None:
@@ -105,7 +105,7 @@ def some(names: list[str]) -> str:
 
 
 def _images(table: CsvTable, folder: Path) -> tuple[str, ...]:
-    images = table.columns[IMAGES]
+    images = table.cells(IMAGES)
     for line, image in zip(table.lines, images, strict=True):
         inside(folder, image, f"{table.file}, row {line}, column {IMAGES}")
     return images
@@ -113,7 +113,7 @@ def _images(table: CsvTable, folder: Path) -> tuple[str, ...]:
 
 def _stated(table: CsvTable, column: str) -> Array | None:
     """A column that may be absent or empty throughout, but not in part, (n,)."""
-    return table.numbers([column])[:, 0] if any(table.columns.get(column, ())) else None
+    return table.numbers([column])[:, 0] if any(map(str, table.columns.get(column, ()))) else None
 
 
 def _flange(table: CsvTable) -> Array:

@@ -14,7 +14,7 @@ from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
-from robolaser.robot.kinematics import DOWN
+from robolaser.robot.kinematics import DOWN, Robot
 
 FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # all that a data set is written as
 
@@ -120,7 +120,8 @@ def _settings(dataset: Dataset) -> Iterator[str]:
     yield from toml_lines(
         "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
     )
-    yield from toml_lines("[robot]", _robot(dataset))
+    path = {"time": "order" if dataset.time_is_order else None, "path": None if dataset.path_known else "unknown"}
+    yield from toml_lines("[robot]", robot_table(dataset.robot) | path if dataset.robot else {})
     if not dataset.members:
         yield from toml_lines("[sensor]", _sensor(dataset))
         for table, values in _tables(dataset).items():
@@ -171,18 +172,10 @@ def _has_scanner(dataset: Dataset) -> bool:
     return "scanner" in dataset.format.tables
 
 
-def _robot(dataset: Dataset) -> dict[str, object]:
-    robot = dataset.robot
-    if robot is None:
-        return {}
-    return {
-        "urdf": "robot.urdf",
-        "flange": robot.flange,
-        "joints": robot.joints,
-        "gravity": None if robot.gravity == DOWN else robot.gravity,
-        "time": "order" if dataset.time_is_order else None,
-        "path": None if dataset.path_known else "unknown",
-    }
+def robot_table(robot: Robot) -> dict[str, object]:
+    """What dataset.toml says of an arm whose URDF is beside it."""
+    gravity = None if robot.gravity == DOWN else robot.gravity
+    return {"urdf": "robot.urdf", "flange": robot.flange, "joints": robot.joints, "gravity": gravity}
 
 
 def _key(name: str) -> str:

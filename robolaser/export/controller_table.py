@@ -15,6 +15,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
+from robolaser.data.csv_tables import table_text
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose
 from robolaser.robot.kinematics import Robot
 
@@ -50,9 +51,7 @@ def controller_table(calibration: Calibration) -> str | None:
     known = link_parameters(robot)
     nominal, (there, _) = known[0], link_parameters(corrected, known)
     step = calibration.model.dataset.noise.joint_step_rad
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\n")
-    table.writerow(HEADER)
+    rows = []
     for number, joint in enumerate(robot.chain):
         name, moved = robot.joints[joint], there[number] - nominal[number]
         absent = OF_BASE if number == 0 else OF_TOOL if number == len(nominal) - 1 else ()
@@ -62,13 +61,12 @@ def controller_table(calibration: Calibration) -> str | None:
             scale, unit = SHOWN[what]
             change = _turn(moved[i]) if unit == "deg" else moved[i]
             values = (nominal[number, i], nominal[number, i] + change, change)
-            table.writerow(
-                [name, what, *(f"{round(scale * value, 6) + 0.0:.6f}" for value in values), unit, MEANING[what]]
-            )
+            shown = (f"{round(scale * value, 6) + 0.0:.6f}" for value in values)
+            rows.append([name, what, *shown, unit, MEANING[what]])
         if step and number and not robot.prismatic[joint]:
             ticks = _turn(moved[0]) / step
-            table.writerow([name, "zero", "", "", f"{ticks:.1f}", "encoder steps", "correction of theta, in steps"])
-    return out.getvalue()
+            rows.append([name, "zero", "", "", f"{ticks:.1f}", "encoder steps", "correction of theta, in steps"])
+    return table_text(HEADER, rows)
 
 
 def has_links(robot: Robot) -> bool:

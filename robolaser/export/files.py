@@ -1,5 +1,6 @@
 """The files of a calibration for ROS, for simulators and for programs of one's own."""
 
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from robolaser.calibration.checks import setup_limit_m
@@ -12,22 +13,27 @@ from robolaser.export.sdf import sdf
 from robolaser.export.ur_calibration import ur_calibration
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 
-EXPORTED: Final = (
-    "robot.urdf", "robot_corrected.urdf", "camera.yaml", "static_transform.sh", "easy_handeye2.calib",
-    "robot_corrected.xml", "robot_corrected.sdf", "corrected.py", "controller.csv", "calibration.yaml",
-)  # fmt: skip
+EXPORTED: Final[Mapping[str, Callable[[Calibration], str | None]]] = {
+    "robot.urdf": robot_urdf,
+    "robot_corrected.urdf": corrected_urdf,
+    "camera.yaml": camera_yaml,
+    "static_transform.sh": static_transform,
+    "easy_handeye2.calib": easy_handeye2,
+    "robot_corrected.xml": mjcf,
+    "robot_corrected.sdf": sdf,
+    "corrected.py": corrected_module,
+    "controller.csv": controller_table,
+    "calibration.yaml": ur_calibration,
+}
+"""What gives each file, by name; None for one that a calibration does not have."""
 
 
 def exported(calibration: Calibration) -> dict[str, str | None]:
-    """The files of `EXPORTED` by name, for ROS and for simulators; None for one that this calibration does not have.
-
-    Only `robot_urdf` where `is_withheld`.
-    """
-    of_sensor = (camera_yaml, static_transform, easy_handeye2)
-    writers = (corrected_urdf, *of_sensor, mjcf, sdf, corrected_module, controller_table, ur_calibration)
+    """The files of `EXPORTED` by name, for ROS and for simulators; only robot.urdf where `is_withheld`."""
     withheld = is_withheld(calibration)
-    texts = [robot_urdf(calibration), *(None if withheld else write(calibration) for write in writers)]
-    return dict(zip(EXPORTED, texts, strict=True))
+    return {
+        name: write(calibration) if name == "robot.urdf" or not withheld else None for name, write in EXPORTED.items()
+    }
 
 
 def is_withheld(calibration: Calibration) -> bool:

@@ -1,9 +1,9 @@
 """What was found on a moving arm as a table of gains and dead bands, in the words of Isaac Lab and ROS."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
+
+from robolaser.data.csv_tables import table_text
 
 FILE: Final = "servos.csv"
 HEADER: Final = ("joint", "effect", "number", "value", "unit", "probability", "isaac_lab", "ros")
@@ -42,16 +42,14 @@ def servo_table(effects: Sequence[Mapping[str, Any]]) -> str:
     Args:
         effects: As `effects` of a motion's diagnosis.json.
     """
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\n")
-    table.writerow(HEADER)
+    rows = []
     for one in effects:
         for name, number in one["parameters"].items():
             value = number["value"]
             words = [_with_number(each, value) for each in WORDS.get((one["effect"], name), ("", ""))]
             known = [one["where"], one["effect"], name, repr(float(value)), number["unit"], f"{one['probability']:.3f}"]
-            table.writerow([*known, *words])
-    return out.getvalue()
+            rows.append([*known, *words])
+    return table_text(HEADER, rows)
 
 
 def _with_number(words: str, value: float) -> str:

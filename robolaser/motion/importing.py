@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 
@@ -132,21 +132,16 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
     number = np.repeat([names.index(label) for label in labels], counts).astype(np.int64)
     whole = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     order = np.argsort(number, kind="stable")
-    at = {key: values[order] for key, values in whole.items()}
+    at: dict[str, Any] = {key: values[order] for key, values in whole.items()}
     units = {run.torque_unit for run in runs}
     log = MotionLog(
         name=options.name,
         robot=robot,
         series=names,
         run=number[order],
-        time_s=at["time_s"],
-        command=at["command"],
-        q=at["q"],
-        qd=at["qd"],
-        tau=at["tau"],
-        load=at["load"],
         torque_unit=torque_unit or ("A" if "A" in units else "Nm"),
         torque_signed=all(run.torque_signed for run in runs),
+        **at,
     )
     return ImportedMotion(log, read_from)
 

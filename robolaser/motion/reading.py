@@ -1,8 +1,7 @@
 """A log of a moving arm read from its folder, and written to one."""
 
-import json
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, final
 
@@ -13,9 +12,9 @@ from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table, table_text
 from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, check_format, read_robot
 from robolaser.data.toml_schema import Positive, read_toml, typed
+from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import DataError, near
 from robolaser.motion.log import QUANTITIES, MotionLog
-from robolaser.robot.kinematics import DOWN
 
 MOTION = "motion.csv"
 MOTION_FOLDER = ("dataset.toml", MOTION, "robot.urdf")
@@ -103,21 +102,20 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
     run = np.array([number[name] for name in series], dtype=np.int64)
     order = np.argsort(run, kind="stable")
     time_s = csv.numbers(["time_s"])[:, 0]
-    arrays = {quantity: _values(csv, [f"{quantity}_{joint}" for joint in robot.joints]) for quantity in QUANTITIES}
+    recorded: dict[str, Any] = {
+        quantity: _values(csv, [f"{quantity}_{joint}" for joint in robot.joints])[order] for quantity in QUANTITIES
+    }
     log = MotionLog(
         name=described.name or folder.resolve().name, robot=robot, series=labels, run=run[order], time_s=time_s[order],
-        command=arrays["command"][order], q=arrays["q"][order], qd=arrays["qd"][order], tau=arrays["tau"][order],
-        load=arrays["load"][order], torque_unit=table.torque_unit, torque_signed=table.torque_signed,
-        offset_per_series=table.offset_per_series, encoder_step_rad=table.encoder_step_rad,
-        payload_kg=table.payload_kg, notes={key: v for key, v in described.motion.items() if key not in known},
-        source=described.source, licence=described.licence, folder=folder,
+        notes={key: v for key, v in described.motion.items() if key not in known},
+        source=described.source, licence=described.licence, folder=folder, **recorded, **asdict(table),
     )  # fmt: skip
     log, repeated = _in_order(log, np.array(csv.lines)[order])
     return replace(log, warnings=(*warnings, *repeated, *_checked(log, planned=planned)))
 
 
 def _odd_columns(csv: CsvTable, names: Sequence[str]) -> list[str]:
-    odd = [name for name in csv.header if name not in (*names, "series", "time_s")]
+    odd = [name for name in csv.columns if name not in (*names, "series", "time_s")]
     return [f"{MOTION}: column '{name}' is not used.{near(name, names)}" for name in odd]
 
 
@@ -125,10 +123,11 @@ def _values(csv: CsvTable, columns: Sequence[str]) -> Array:
     """Columns as numbers, (n, j); NaN where a cell is empty or a column is not there."""
     out = np.full((len(csv), len(columns)), np.nan)
     for j, column in enumerate(columns):
-        if column in csv.known:
-            out[:, j] = csv.known[column]
-        elif column in csv:
-            for i, cell in enumerate(csv.columns[column]):
+        cells = csv.columns.get(column, ())
+        if not isinstance(cells, tuple):
+            out[:, j] = cells
+        else:
+            for i, cell in enumerate(cells):
                 if cell:
                     out[i, j] = finite(cell)
                     if not np.isfinite(out[i, j]):
@@ -204,31 +203,8 @@ def motion_texts(log: MotionLog) -> dict[str, str]:
     }
 
 
-def _settings(log: MotionLog) -> list[str]:
-    gravity = [f"gravity = {list(log.robot.gravity)}"] if log.robot.gravity != DOWN else []
-    step = [] if log.encoder_step_rad is None else [f"encoder_step_rad = {log.encoder_step_rad!r}"]
-    return [
-        f"format = {json.dumps(FORMAT)}",
-        f"name = {json.dumps(log.name)}",
-        *(f"{key} = {json.dumps(text)}" for key, text in (("source", log.source), ("licence", log.licence)) if text),
-        "",
-        "[robot]",
-        'urdf = "robot.urdf"',
-        f"flange = {json.dumps(log.robot.flange)}",
-        f"joints = {json.dumps(list(log.joints))}",
-        *gravity,
-        "",
-        "[sensor]",
-        'kind = "motion"',
-        "",
-        "[motion]",
-        f"torque_unit = {json.dumps(log.torque_unit)}",
-        f"torque_signed = {json.dumps(log.torque_signed)}",
-        f"offset_per_series = {json.dumps(log.offset_per_series)}",
-        *step,
-        *(f"payload_kg = {{ {carried} }}" for carried in [_payloads(log)] if carried),
-    ]
-
-
-def _payloads(log: MotionLog) -> str:
-    return ", ".join(f"{json.dumps(name)} = {mass!r}" for name, mass in log.payload_kg.items())
+def _settings(log: MotionLog) -> Iterator[str]:
+    yield from toml_lines("", {"format": FORMAT, "name": log.name, "source": log.source, "licence": log.licence})
+    yield from toml_lines("[robot]", robot_table(log.robot))
+    yield from toml_lines("[sensor]", {"kind": "motion"})
+    yield from toml_lines("[motion]", {key: getattr(log, key) for key in MotionTable.__annotations__})

@@ -59,22 +59,32 @@ def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[Recorded
     if RosBag().recognises(source):
         return _bag(source, robot, options.further)
     if source.is_dir():
-        if (source / "meta" / "info.json").is_file():
-            return _lerobot(source)
-        folders = sorted({file.parent for file in source.rglob("control.csv")})
-        found = [_sage(folder) for folder in folders if (folder / "state_motor.csv").is_file()]
-        if found:
-            return found
-        raise DataError(
-            f"{source} is no folder of SAGE (control.csv beside state_motor.csv) nor of LeRobot (meta/info.json), and"
-            " no bag of ROS."
-        )
+        try:
+            return _folder(source)
+        except (LookupError, TypeError, AttributeError, ValueError, csv.Error) as error:
+            reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
+            raise DataError(
+                f"{source} is damaged, or not as its recorder writes logs: {reason}.", file=source
+            ) from None
     if source.suffix not in (*TABLES, *ARRAY_FILES):
         kinds = ", ".join((*TABLES, *ARRAY_FILES))
         raise DataError(f"{source.name}: a log of a moving arm is read from {kinds}, from a bag or from a folder.")
     columns = _table(source, options) if source.suffix in TABLES else _numbers(source)
     return _by_series(
         _named_by_rtde(RecordedRun(source.stem, source.name, columns)), options.columns.get(SERIES, SERIES)
+    )
+
+
+def _folder(source: Path) -> list[RecordedRun]:
+    if (source / "meta" / "info.json").is_file():
+        return _lerobot(source)
+    folders = sorted({file.parent for file in source.rglob("control.csv")})
+    found = [_sage(folder) for folder in folders if (folder / "state_motor.csv").is_file()]
+    if found:
+        return found
+    raise DataError(
+        f"{source} is no folder of SAGE (control.csv beside state_motor.csv) nor of LeRobot (meta/info.json), and"
+        " no bag of ROS."
     )
 
 
@@ -89,10 +99,12 @@ def _table(file: Path, options: ImportOptions) -> dict[str, Array]:
         options = replace(options, separator="space")
     table = read_delimited(file, options)
     named = options.columns.get(SERIES, SERIES)
-    series = {value: i for i, value in enumerate(dict.fromkeys(table.columns.get(named, ())))}
+    series = {value: i for i, value in enumerate(dict.fromkeys(table.cells(named) if named in table else ()))}
     return {
-        name: np.array([series[cell] if name == named else _number(cell, options.decimal) for cell in cells])
-        for name, cells in table.columns.items()
+        name: np.array(
+            [series[cell] if name == named else _number(cell, options.decimal) for cell in table.cells(name)]
+        )
+        for name in table.columns
     }
 
 

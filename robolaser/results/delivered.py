@@ -16,13 +16,8 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.estimation.robust_reweighting import fit
-from robolaser.export.controller_table import controller_table
-from robolaser.export.files import is_withheld
-from robolaser.export.mjcf import mjcf
-from robolaser.export.python_module import OF_THE_ARM, corrected_module
-from robolaser.export.sdf import sdf
-from robolaser.export.ur_calibration import ur_calibration
-from robolaser.export.urdf import corrected_urdf
+from robolaser.export.files import EXPORTED, is_withheld
+from robolaser.export.python_module import OF_THE_ARM
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
@@ -77,19 +72,20 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     _, values, _ = calibration.solved
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
-    files: list[tuple[str, Writer, Reader | None, tuple[CandidateEffect, ...]]] = [
-        ("corrected.py", corrected_module, by_module, own),
-        ("robot_corrected.urdf", corrected_urdf, by_urdf, in_urdf),
-        ("robot_corrected.xml", mjcf, by_mujoco if find_spec("mujoco") else None, in_mjcf),
-        ("robot_corrected.sdf", sdf, None, in_urdf),
-        ("controller.csv", controller_table, by_table, in_urdf),
-        ("calibration.yaml", ur_calibration, by_description, in_urdf),
-    ]
+    files: dict[str, tuple[Reader | None, tuple[CandidateEffect, ...]]] = {
+        "corrected.py": (by_module, own),
+        "robot_corrected.urdf": (by_urdf, in_urdf),
+        "robot_corrected.xml": (by_mujoco if find_spec("mujoco") else None, in_mjcf),
+        "robot_corrected.sdf": (None, in_urdf),
+        "controller.csv": (by_table, in_urdf),
+        "calibration.yaml": (by_description, in_urdf),
+    }
     whole = _Replay(calibration)
-    fewer = {chosen for *_, chosen in files if chosen not in (own, ())}
+    fewer = {chosen for _, chosen in files.values() if chosen not in (own, ())}
     alone = {chosen: _Replay(_without_others(calibration, chosen)) for chosen in fewer}
     found = []
-    for name, write, read, contained in files:
+    for name, (read, contained) in files.items():
+        write = EXPORTED[name]
         if write(calibration) is None:
             continue
         tried = [whole, *([alone[contained]] if contained in alone else [])]

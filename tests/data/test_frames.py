@@ -31,6 +31,8 @@ def test_columns_give_the_data_set_that_files_give(made, measured: Dataset) -> N
     np.testing.assert_array_equal(dataset.poses.q, measured.poses.q)
     np.testing.assert_array_equal(dataset.points.xyz, measured.points.xyz)
     assert dataset.noise.point_m == 3e-5
+    hung = robolaser.find_robot("ur5", gravity=(0.0, 0.0, 9.81))
+    assert Dataset.from_frames(made(poses), made(points), robot=hung).robot.gravity == hung.gravity
     found, known = (robolaser.calibrate(each, weights="noise", seed=0) for each in (dataset, measured))
     np.testing.assert_allclose(found.x, known.x, rtol=1e-9)
 

@@ -1,11 +1,13 @@
 """Moving arms that MuJoCo moves, under a controller written for them, with faults in forms that are not robolaser's."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from robolaser.motion.log import MotionLog
+from robolaser.motion.reading import motion_texts
 from robolaser.robot.kinematics import Robot
 
 JOINTS = ("pan", "lift", "elbow", "wrist")
@@ -92,6 +94,13 @@ def mjcf(world: World) -> str:
         f'<mujoco><option timestep="{1 / PHYSICS_HZ}" integrator="implicitfast" gravity="0 0 -9.81"/><compiler'
         f' autolimits="true"/><worldbody>{inner}{ends}</worldbody><actuator>{motors}</actuator></mujoco>'
     )
+
+
+def written(log: MotionLog, folder: Path) -> Path:
+    folder.mkdir(exist_ok=True)
+    for name, text in motion_texts(log).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
 
 
 def _gains(model: mujoco.MjModel, world: World) -> tuple[np.ndarray, np.ndarray]:

@@ -28,9 +28,13 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def imported(folder: Path, source: str, *more: str) -> MotionLog:
+def typed(folder: Path, source: str, *more: str) -> int:
     asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--quiet"]
-    assert main(["import", str(folder / source), *asked, *more, "--output", str(folder / "log")]) == 0
+    return main(["import", str(folder / source), *asked, *more, "--output", str(folder / "log")])
+
+
+def imported(folder: Path, source: str, *more: str) -> MotionLog:
+    assert typed(folder, source, *more) == 0
     log = robolaser.load(folder / "log")
     assert isinstance(log, MotionLog)
     return log
@@ -84,10 +88,24 @@ def test_a_data_set_of_lerobot(folder: Path, wrap: object) -> None:
     assert np.allclose(log.command, TOLD)
 
 
+@pytest.mark.parametrize("row", ["1,[0]", "1,0]"])
+@pytest.mark.parametrize("of", ["positions", "angles"])
+def test_a_damaged_folder_ends_with_its_name(
+    folder: Path, row: str, of: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = {"joint_list.txt": "pan", "control.csv": f"timestamp,{of}\n{row}", "state_motor.csv": f"timestamp,q\n{row}"}
+    (folder / "log-a" / "meta").mkdir(parents=True)
+    for name, text in files.items():
+        (folder / "log-a" / name).write_text(text, encoding="utf-8")
+    assert typed(folder, "log-a") == 1
+    assert "log-a is damaged" in capsys.readouterr().err
+    (folder / "log-a" / "meta" / "info.json").write_text("{", encoding="utf-8")
+    assert typed(folder, "log-a") == 1
+
+
 def test_a_unit_that_no_file_says_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.savez(folder / "log.npz", t=TIME, position=READ)
-    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--column", "q=position"]
-    assert main(["import", str(folder / "log.npz"), *asked, "--output", str(folder / "log")]) == 2
+    assert typed(folder, "log.npz", "--column", "q=position") == 2
     assert "--units deg" in capsys.readouterr().err
     assert not (folder / "log").exists()
 
@@ -96,9 +114,7 @@ def test_a_column_that_is_not_there_is_answered_with_the_nearest(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     np.savez(folder / "log.npz", t=TIME, position=READ)
-    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--units", "rad"]
-    typed = ["import", str(folder / "log.npz"), *asked, "--column", "q=positon", "--output", str(folder / "log")]
-    assert main(typed) == 1
+    assert typed(folder, "log.npz", "--units", "rad", "--column", "q=positon") == 1
     assert "position[0]" in capsys.readouterr().err
 
 
@@ -137,9 +153,7 @@ def test_lerobots_calibration_makes_angles_of_what_servos_count(folder: Path, un
 
 def test_per_cent_without_a_calibration_file_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     np.savez(folder / "log.npz", t=TIME, position=READ)
-    asked = ["--robot", str(folder / "arm.urdf"), "--flange", "tool", "--sensor", "motion", "--column", "q=position"]
-    typed = ["import", str(folder / "log.npz"), *asked, "--units", "percent", "--output", str(folder / "log")]
-    assert main(typed) == 2
+    assert typed(folder, "log.npz", "--column", "q=position", "--units", "percent") == 2
     assert "--set calibration=FILE" in capsys.readouterr().err
 
 

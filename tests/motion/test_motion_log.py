@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from moved_arms import urdf
+from moved_arms import urdf, written
 
 import robolaser
 from robolaser.errors import DataError
 from robolaser.motion.log import QUANTITIES, MotionLog
-from robolaser.motion.reading import load_motion, motion_texts
+from robolaser.motion.reading import load_motion
 from robolaser.motion.simulation import simulate_motion
 from robolaser.robot.kinematics import Robot
 
@@ -26,12 +26,6 @@ def log() -> MotionLog:
 @pytest.fixture
 def folder(log: MotionLog, tmp_path: Path) -> Path:
     return written(log, tmp_path)
-
-
-def written(log: MotionLog, folder: Path) -> Path:
-    for name, text in motion_texts(log).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 def edited(folder: Path, change: Callable[[list[list[str]]], object]) -> Path:
@@ -53,6 +47,7 @@ def test_what_is_written_is_read_back(log: MotionLog, folder: Path) -> None:
 def test_what_the_recorder_said_is_kept(log: MotionLog, tmp_path: Path) -> None:
     told = replace(
         log,
+        name='an "arm" 🤖',
         torque_unit="A",
         torque_signed=False,
         offset_per_series=True,
@@ -60,7 +55,8 @@ def test_what_the_recorder_said_is_kept(log: MotionLog, tmp_path: Path) -> None:
         payload_kg={"run_1": 2.5},
     )
     back = load_motion(written(told, tmp_path))
-    assert (back.torque_unit, back.torque_signed, back.offset_per_series) == ("A", False, True)
+    assert (back.name, back.torque_unit, back.torque_signed) == (told.name, "A", False)
+    assert back.offset_per_series
     assert (back.encoder_step_rad, dict(back.payload_kg)) == (1e-3, {"run_1": 2.5})
 
 

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from moved_arms import urdf
+from moved_arms import urdf, written
 
 from robolaser.cli import main
 from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.plan import MotionPlan, plan_motion
-from robolaser.motion.reading import motion_texts
 from robolaser.motion.simulation import simulate_motion
 from robolaser.robot.kinematics import Robot
 
@@ -86,9 +85,7 @@ def test_readings_change_nothing() -> None:
 
 
 def test_the_command_plans_from_commands_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "log").mkdir()
-    for name, text in motion_texts(commands_only(MOTIONS)).items():
-        (tmp_path / "log" / name).write_text(text, encoding="utf-8")
+    written(commands_only(MOTIONS), tmp_path / "log")
     assert main(["plan", str(tmp_path / "log"), "--output", str(tmp_path / "plan"), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))

@@ -4,20 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
-from moved_arms import JOINTS, World, mjcf, record, urdf
+from moved_arms import JOINTS, World, mjcf, record, urdf, written
 
 from robolaser.cli import main
-from robolaser.motion.log import MotionLog
-from robolaser.motion.reading import motion_texts
 
 pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
-
-
-def written(log: MotionLog, folder: Path) -> Path:
-    folder.mkdir()
-    for name, text in motion_texts(log).items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return folder
 
 
 def test_the_copy_follows_the_real_arm_and_the_original_does_not(

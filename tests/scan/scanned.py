@@ -5,8 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from calibrated import finished
 
-from robolaser.calibration.result import Calibration, as_json
+from robolaser.calibration.result import as_json
 from robolaser.data.dataset import Points
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
@@ -36,23 +37,8 @@ def calibrated(data, effects=(), numbers=None):
     names, x = model.parameters.names, model.parameters.nominal.copy()
     for name, value in (numbers or {}).items():
         x[names.index(name)] = value
-    return Calibration(
-        model=model,
-        algorithm="made up",
-        weights="plain",
-        seed=1,
-        x=x,
-        std=np.full(len(x), np.nan),
-        on_bound=np.zeros(len(x), dtype=bool),
-        unidentifiable=(),
-        residuals=model.residuals(x[None])[0],
-        held_out=None,
-        noise={"pixel": 0.1, "joint": 1e-5},
-        history=None,
-        evaluations=1,
-        seconds=0.0,
-        warnings=(),
-    )
+    made = finished(model, x)
+    return replace(made, std=np.full(len(x), np.nan), held_out=None, noise={"pixel": 0.1, "joint": 1e-5}, history=None)
 
 
 def written(calibration, folder: Path) -> Path:

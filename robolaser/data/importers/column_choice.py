@@ -108,13 +108,13 @@ def choose(files: Mapping[str, CsvTable], known: Mapping[str, Quantities], optio
         _check_points(points, poses, chosen[POINTS], known[POINTS], options)
     used = {(files[owner].file, source) for owner, sources in chosen.items() for source in sources.values()}
     tables = [poses] if points is None or poses is points else [poses, points]
-    left_out = [f"{table.file}: {name}" for table in tables for name in table.header if (table.file, name) not in used]
+    left_out = [f"{table.file}: {name}" for table in tables for name in table.columns if (table.file, name) not in used]
     return Choice(chosen[POSES], chosen[POINTS], tuple(left_out))
 
 
 def _no_column(file: CsvTable, name: str, source: str) -> DataError:
     return DataError(
-        f"{file.file} has no column '{source}', which --column {name}={source} names.{near(source, file.header)}",
+        f"{file.file} has no column '{source}', which --column {name}={source} names.{near(source, file.columns)}",
         file=file.file,
         column=source,
     )
@@ -176,5 +176,5 @@ def _all_there(file: CsvTable, columns: Sequence[str], chosen: Chosen, prefix: s
         if column not in chosen:
             raise UsageError(
                 f"{file.file}: which column is {what or column}? Name it with --column {prefix}{column}=NAME."
-                f"{near(column, file.header)}"
+                f"{near(column, file.columns)}"
             )

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.data.csv_tables import CsvTable, bad_cell, finite
+from robolaser.data.csv_tables import Cells, CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.column_choice import EULER, POINTS, ROTATION_VECTOR, TEXT, Chosen, Quantities
 from robolaser.data.importers.importer import ImportOptions, Reading
@@ -32,21 +32,20 @@ class ColumnReader:
     def table(self, *, number_poses: bool) -> CsvTable:
         """The columns by their names in the data set, numbers in SI units."""
         units = Units.of(self.options.units_in(self.file.file))
-        texts: dict[str, tuple[str, ...]] = {}
-        known: dict[str, Array] = {}
+        columns: dict[str, Cells] = {}
         for column, source in self.chosen.items():
             quantity = self.quantities.get(column, TEXT)
             if quantity is TEXT:
-                texts[column] = self._texts(column, source)
+                columns[column] = self._texts(column, source)
             elif column.startswith(COMMAND):  # kept as a further column, though it has a unit
-                texts[column] = tuple(map(repr, (units.factor(quantity, source) * self._numbers(source)).tolist()))
+                columns[column] = tuple(map(repr, (units.factor(quantity, source) * self._numbers(source)).tolist()))
             else:
-                known[column] = units.factor(quantity, source) * self._numbers(source)
+                columns[column] = units.factor(quantity, source) * self._numbers(source)
         if number_poses and "pose" not in self.chosen:
-            texts["pose"] = tuple(map(str, self.file.lines))
+            columns["pose"] = tuple(map(str, self.file.lines))
         if self.name == POINTS and "point" not in self.chosen:
-            texts["point"] = (self.options.point or "",) * len(self.file)
-        return CsvTable(self.file.file, [*texts, *known], texts, self.file.lines, known)
+            columns["point"] = (self.options.point or "",) * len(self.file)
+        return CsvTable(self.file.file, columns, self.file.lines)
 
     def readings(self, *, number_poses: bool) -> list[Reading]:
         """How each column is read."""
@@ -68,14 +67,14 @@ class ColumnReader:
         return found
 
     def _texts(self, column: str, source: str) -> tuple[str, ...]:
-        cells = self.file.columns[source]
+        cells = self.file.cells(source)
         if column in self.quantities:
             return cells
         plain = tuple(self._plain(cell) for cell in cells)  # a further column, perhaps of numbers
         return plain if np.isfinite([finite(cell) for cell in plain]).all() else cells
 
     def _numbers(self, source: str) -> Array:
-        cells = self.file.columns[source]
+        cells = self.file.cells(source)
         values = np.array([finite(self._plain(cell)) for cell in cells], dtype=np.float64)
         for i in np.flatnonzero(~np.isfinite(values))[:1]:
             sign = self.options.decimal
@@ -108,9 +107,8 @@ def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
         R = exp_so3(table.numbers(ROTATION_VECTOR))
     else:
         return table
-    kept = {name: values for name, values in table.known.items() if name not in (*EULER, *ROTATION_VECTOR)}
-    known = kept | dict(zip(QUATERNION, to_quaternion(R).T, strict=True))
-    return replace(table, header=[*table.columns, *known], known=known)
+    kept = {name: cells for name, cells in table.columns.items() if name not in (*EULER, *ROTATION_VECTOR)}
+    return replace(table, columns=kept | dict(zip(QUATERNION, to_quaternion(R).T, strict=True)))
 
 
 def _turned_by(chosen: Chosen, sequence: str | None) -> tuple[str, str]:

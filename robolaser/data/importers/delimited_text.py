@@ -1,13 +1,11 @@
 """Text files with cells between separators, as spreadsheets, controllers and trackers write them."""
 
-import csv
-from collections.abc import Sequence
 from pathlib import Path
 
 from robolaser.bounded_reading import read_text
-from robolaser.data.csv_tables import CsvTable, bad_row
+from robolaser.data.csv_tables import CsvTable, bad_row, table_of
 from robolaser.data.importers.importer import ImportOptions
-from robolaser.errors import DataError, UsageError, unreadable
+from robolaser.errors import UsageError
 
 NAMES = {"tab": "\t", "space": " ", "comma": ",", "semicolon": ";"}
 SEPARATORS = (",", ";", "\t")  # those of which a header has one only, where nothing else is said
@@ -26,23 +24,9 @@ def read_delimited(path: Path, options: ImportOptions) -> CsvTable:
     if len(lines) < first or not lines[first - 1].strip():
         raise bad_row(path.name, first, "there is no header. State its row with --header-row.")
     separator = _separator(path, lines[first - 1], options)
-    rows, starts = _rows(path, lines[first - 1 :], separator, first)
-    header = [str(i + 1) for i in range(len(rows[0]))]
-    if options.header_row:
-        header = rows.pop(0)
-        starts.pop(0)
-    for name in header:
-        if header.count(name) > 1:
-            raise DataError(
-                f"{path.name} has two columns '{name}'; rename or delete one.", file=path.name, row=first, column=name
-            )
-    for row, line in zip(rows, starts, strict=True):
-        if len(row) != len(header):
-            counts = f"{len(row)} cells, but there are {len(header)} columns"
-            how = f"Cells are separated by {shown(separator)}; name another with --separator."
-            raise bad_row(path.name, line, f"{counts}. {how}")
-    columns = {name: tuple(row[i] for row in rows) for i, name in enumerate(header)}
-    return CsvTable(path.name, header, columns, tuple(starts), {})
+    text = (f"{line.strip() if separator == ' ' else line}\n" for line in lines[first - 1 :])
+    how = f"Cells are separated by {shown(separator)}; name another with --separator."
+    return table_of(path, text, separator=separator, first=first, named=options.header_row > 0, how=how)
 
 
 def shown(separator: str) -> str:
@@ -64,22 +48,3 @@ def _separator(path: Path, header: str, options: ImportOptions) -> str:
             f"--separator and --decimal are both {sign!r}: a separator could not be distinguished from digits."
         )
     return sign
-
-
-def _rows(path: Path, lines: Sequence[str], separator: str, first: int) -> tuple[list[list[str]], list[int]]:
-    """Rows that are not blank, and the line at which each starts."""
-    blanks = separator == " "
-    reader = csv.reader(
-        (f"{line.strip() if blanks else line}\n" for line in lines), delimiter=separator, skipinitialspace=blanks,
-        strict=True,
-    )  # fmt: skip
-    rows, starts, line = [], [], first
-    try:
-        for row in reader:
-            if any(map(str.strip, row)):
-                rows.append([cell.strip() for cell in row])
-                starts.append(line)
-            line = first + reader.line_num
-    except csv.Error as error:
-        raise unreadable(path, f"line {line}: {error}") from None
-    return rows, starts

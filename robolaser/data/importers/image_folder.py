@@ -97,7 +97,7 @@ def _files(table: CsvTable, column: str | None, folder: Path, options: ImportOpt
     for image in images:
         known.setdefault(image.name, []).append(image)
     files: list[Path | None] = []
-    for line, cell in zip(table.lines, table.columns[column], strict=True):
+    for line, cell in zip(table.lines, table.cells(column), strict=True):
         name = Path(cell).name
         if cell and name not in known:
             raise bad_row(table.file, line, f"no image {name} in {folder.name}.{near(name, known, 5)}", column)

@@ -76,8 +76,7 @@ def joined_by_time(
     poses = _readings(log.poses, match(readings_s, times, tolerance), times)
     names = tuple(poses.names[i] for i in number.tolist())
     dataset = replace(log, poses=poses)
-    seen = measured.take(kept)
-    seen = replace(seen, header=[*seen.header, "pose"], columns={**seen.columns, "pose": names})
+    seen = measured.take(kept).beside({"pose": names})
     return replace(dataset, points=points_of(seen, dataset)), words, warnings, left_out
 
 

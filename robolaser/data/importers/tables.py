@@ -1,6 +1,6 @@
 """Tables as text: joint readings or flange poses, and the points measured in each pose."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -98,7 +98,7 @@ class Tables(Importer):
         if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
             dataset = seen_by_tags(dataset)
         readings = chain(*(columns.readings(number_poses=one_file) for columns in (poses, points)))
-        told = (_by_time(one, poses_file.file, points_file.file, clock) for one in readings) if timed else readings
+        told = _by_time(readings, points_file.file, clock) if timed else readings
         return Imported(dataset, tuple(told), (*choice.left_out, *left_out, *filter(None, [lost])))
 
 
@@ -114,12 +114,16 @@ def _is_timed(paths: Sequence[Path], options: ImportOptions) -> bool:
     return bool(said)
 
 
-def _by_time(reading: Reading, poses_file: str, points_file: str, clock: str) -> Reading:
-    """How a column came about where the arm's readings are between the two around a measurement."""
-    if (reading.table, reading.column) == ("points.csv", "time_s"):
-        return replace(reading, table="poses.csv", read_from=f"{reading.read_from}{clock}")
-    is_arms = reading.table == "poses.csv" and reading.file == poses_file
-    return replace(reading, read_from=f"{reading.read_from}, at the times of {points_file}") if is_arms else reading
+def _by_time(readings: Iterable[Reading], points_file: str, clock: str) -> Iterator[Reading]:
+    """How columns came about where the arm's readings are between the two around a measurement."""
+    for table in ("poses.csv", "points.csv"):
+        yield Reading(table, "pose", points_file, "(number of the pose)")
+    for one in readings:
+        if one.table == "points.csv":
+            is_time = one.column == "time_s"
+            yield replace(one, table="poses.csv", read_from=f"{one.read_from}{clock}") if is_time else one
+        elif one.column not in ("pose", "time_s"):
+            yield replace(one, read_from=f"{one.read_from}, at the times of {points_file}")
 
 
 def _read(
@@ -170,8 +174,8 @@ def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:
     if len(first) == len(names):
         return table
     of_row = np.array([first[name] for name in names])
-    for column in table.header:
-        cells = table.known[column] if column in table.known else np.array(table.columns[column], dtype=np.str_)
+    for column, values in table.columns.items():
+        cells = np.asarray(values)
         for row in np.flatnonzero(cells != cells[of_row])[:1]:
             what = f"pose {names[row]} has another value than in row {table.lines[of_row[row]]}."
             why = "Rows of one pose repeat its readings; if the arm moved between them, they are different poses."

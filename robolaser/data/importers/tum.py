@@ -54,7 +54,7 @@ class Tum(Importer):
             f"{table.file}: {count} rows, whose times repeat the row before" for table, count in tables if count
         )
         numbers = tuple(str(i) for i in range(1, len(flange) + 1))
-        poses, _ = poses_of(_with(flange, "pose", numbers), Path(), None)
+        poses, _ = poses_of(flange.beside({"pose": numbers}), Path(), None)
         dataset = Dataset(
             options.name,
             poses,
@@ -65,7 +65,7 @@ class Tum(Importer):
         )
         if len(paths) == 1:
             return Imported(dataset, tuple(_pose_readings(flange.file, flange.file, "")), repeated)
-        seen = _with(body, "point", (options.point or BODY,) * len(body))
+        seen = body.beside({"point": (options.point or BODY,) * len(body)})
         dataset, clock, warnings, left_out = joined_by_time(
             dataset, seen, options.further, arm=flange.file, what="pose"
         )
@@ -103,15 +103,10 @@ def read_tum(path: Path) -> tuple[CsvTable, int]:
             row=lines[i + 1],
             column=COLUMNS[0],
         )
-    names = ("time_s", *FLANGE_COLUMNS)
-    table = CsvTable(path.name, names, {}, lines, dict(zip(names, values.T, strict=True)))
+    table = CsvTable(path.name, dict(zip(("time_s", *FLANGE_COLUMNS), values.T, strict=True)), lines)
     check_quaternions(table, values[:, 4:])
     new = np.flatnonzero(np.diff(values[:, 0], prepend=-np.inf) > 0)
     return table.take(new), len(table) - len(new)
-
-
-def _with(table: CsvTable, column: str, cells: tuple[str, ...]) -> CsvTable:
-    return replace(table, header=[*table.header, column], columns={column: cells})
 
 
 def _cells(line: str) -> list[str]:

@@ -34,23 +34,23 @@ def beside(tables: Sequence[CsvTable]) -> CsvTable:
                 " says in which pose each was measured (--column pose=NAME).",
                 file=table.file,
             )
-    names = [name for table in tables for name in table.header]
+    names = [name for table in tables for name in table.columns]
     columns = {
         name if names.count(name) == 1 else f"{table.file.rpartition('.')[0]}.{name}": cells
         for table in tables
         for name, cells in table.columns.items()
     }
-    return CsvTable(", ".join(table.file for table in tables), list(columns), columns, first.lines, {})
+    return CsvTable(", ".join(table.file for table in tables), columns, first.lines)
 
 
 def with_axes(table: CsvTable) -> CsvTable:
     """A table of three columns without a header, read as x, y and z of a point that the file's name names."""
-    if list(table.header) != ["1", "2", "3"]:
+    if list(table.columns) != ["1", "2", "3"]:
         return table
     point = table.file.rpartition(".")[0]
     names = [f"{point}.{axis}" for axis in "xyz"]
     columns = dict(zip(names, table.columns.values(), strict=True))
-    return CsvTable(table.file, names, columns, table.lines, {})
+    return CsvTable(table.file, columns, table.lines)
 
 
 def points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tuple[str, str, str]]:
@@ -61,7 +61,7 @@ def points_side_by_side(table: CsvTable, taken: Collection[str]) -> dict[str, tu
         taken: Columns that are known to be something else.
     """
     found: dict[str, dict[str, str]] = {}
-    for name in table.header:
+    for name in table.columns:
         if name not in taken and (match := AXIS.match(name)):
             found.setdefault(match["point"], {})[match["axis"].lower()] = name
     return {point: (own["x"], own["y"], own["z"]) for point, own in found.items() if len(own) == len(XYZ)}
@@ -72,22 +72,22 @@ def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) 
     used = set(chain.from_iterable(points.values()))
     rows, n = len(table), len(points)
     columns = {
-        name: tuple(chain.from_iterable((cell,) * n for cell in cells))
-        for name, cells in table.columns.items()
+        name: tuple(chain.from_iterable((cell,) * n for cell in table.cells(name)))
+        for name in table.columns
         if name not in used
     }
     columns["point"] = tuple(points) * rows
     for i, column in enumerate(XYZ):
-        cells = (table.columns[own[i]] for own in points.values())
+        cells = (table.cells(own[i]) for own in points.values())
         columns[column] = tuple(chain.from_iterable(zip(*cells, strict=True)))
-    return CsvTable(table.file, list(columns), columns, np.repeat(np.array(table.lines), n).tolist(), {})
+    return CsvTable(table.file, columns, np.repeat(np.array(table.lines), n).tolist())
 
 
 def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, str]:
     """The rows whose points were measured, and a sentence on those that were not; empty where all were."""
     lost = np.zeros(len(table), dtype=bool)
     for column in columns:
-        lost |= np.fromiter((cell.lower() in LOST for cell in table.columns[column]), bool, len(table))
+        lost |= np.fromiter((cell.lower() in LOST for cell in table.cells(column)), bool, len(table))
     if not lost.any() or lost.all():
         return table, ""
     what = f"{table.file}: {lost.sum()} of {len(table)} points, which were not measured (empty cells)"
@@ -98,7 +98,7 @@ def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, str]
     """The rows of a table with one pose each without those that repeat the time of the row before, and a sentence."""
     if column not in table or "pose" in table:
         return table, ""
-    cells = table.columns[column]
+    cells = table.cells(column)
     again = np.array([False, *(after == before for before, after in pairwise(cells))])
     alike = [own for name, own in table.columns.items() if name != column]
     if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
@@ -116,7 +116,7 @@ def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
         return dict(zip(readings, joints, strict=True))
     for letters in ("a", "j", "q", "axis", "joint"):
         pattern = re.compile(rf"^{letters}[ _.]?(\d+)(?:[ _]*[\[(]?(?:deg|rad|°)[\])]?)?$", re.IGNORECASE)
-        found = {int(m[1]): name for name in table.header if (m := pattern.match(name))}
+        found = {int(m[1]): name for name in table.columns if (m := pattern.match(name))}
         start = 0 if 0 in found else 1
         if set(found) == set(range(start, start + len(joints))):
             return {reading: found[start + i] for i, reading in enumerate(readings)}

@@ -7,6 +7,7 @@ import pytest
 
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.tables import Tables
+from robolaser.data.writing import point_columns, pose_columns
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import pose, rot_x, to_quaternion
 from robolaser.robot.by_name import find_robot
@@ -49,6 +50,9 @@ def test_each_measurement_has_the_readings_at_its_time(tmp_path: Path) -> None:
     np.testing.assert_allclose(poses.q, angles(poses.time_s), atol=1e-4)
     np.testing.assert_allclose(points.xyz, (WORLD @ ROBOT.forward(poses.q) @ TOOL)[points.pose, :3, 3], atol=2e-4)
     assert found.dataset.warnings == ()
+    shown = {(f"{table}.csv", name) for table, columns in (("poses", pose_columns), ("points", point_columns))
+             for name, _ in columns(found.dataset)}  # fmt: skip
+    assert sorted((one.table, one.column) for one in found.readings) == sorted(shown)
 
 
 @pytest.mark.parametrize("late_s", [0.0, 0.37, -2.5, 5000.0])

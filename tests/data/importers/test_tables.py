@@ -97,6 +97,13 @@ def test_a_further_column_is_kept_where_it_is_asked_for(said: ImportOptions, dat
     np.testing.assert_array_equal(kept.poses.coordinates["humidity"], 40.5)
 
 
+def test_payload_and_temperature_are_kept(said: ImportOptions, dataset: Dataset, tmp_path: Path) -> None:
+    rows = [[*row, "kg" if i == 0 else 2.5, "°C" if i == 0 else 21.5] for i, row in enumerate(log_rows(dataset))]
+    columns = {**MAPPED, "payload_kg": "kg", "temperature_c": "°C"}
+    poses = read(written(tmp_path / "log.txt", rows), replace(said, columns=columns)).poses
+    np.testing.assert_array_equal([poses.payload_kg, poses.temperature_c], [[2.5] * 8, [21.5] * 8])
+
+
 @pytest.mark.parametrize("turned", ["quaternion", "euler", "rotation vector"])
 def test_flange_poses_are_read_with_any_statement_of_their_turn(turned: str, dataset: Dataset, tmp_path: Path) -> None:
     T = dataset.flange()

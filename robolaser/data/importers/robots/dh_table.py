@@ -74,8 +74,8 @@ def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str
 
 def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
     table = read_table(path)
-    cells = zip(*(table.columns[name] for name in table.header), strict=True)
-    rows: list[dict[str, object]] = [dict(zip(table.header, row, strict=True)) for row in cells]
+    cells = zip(*map(table.cells, table.columns), strict=True)
+    rows: list[dict[str, object]] = [dict(zip(table.columns, row, strict=True)) for row in cells]
     stated = {str(row.pop("convention")) for row in rows if "convention" in row}
     if len(stated) > 1:
         raise RobotError(f"{path.name}: the rows state several conventions: {', '.join(sorted(stated))}.")
