@@ -18,7 +18,7 @@ SOFT = {"joint_compliance:shoulder_lift_joint": 6e-5, "joint_compliance:elbow_jo
 def hung(true: tuple[float, float, float], effects: dict[str, float], seed: int) -> Dataset:
     """Moved under one gravity, and stated to stand upright."""
     arm = find_robot("ur5e").under(true)
-    made = simulate(arm, kind="point", poses=40, noise=Noise(point_m=3e-5), effects=effects, seed=seed).dataset
+    made = simulate(arm, kind="point", poses=30, noise=Noise(point_m=3e-5), effects=effects, seed=seed).dataset
     return replace(made, robot=made.arm[0].under(DOWN))
 
 
