@@ -33,6 +33,14 @@ def one_thread() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
+def no_power_cut() -> Iterator[None]:
+    """What tests write need not outlast one: a disk takes milliseconds for each row of each recording."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.fsync", lambda descriptor: None)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
 def wide() -> Iterator[None]:
     """Output is as wide as in a file: `readline`, which pytest loads, states the terminal's width to its workers."""
     with pytest.MonkeyPatch.context() as patch:
