@@ -14,8 +14,8 @@ settings.load_profile(os.environ.get("GENERATED", "fast"))
 
 
 LONGEST = (
-    "test_journeys.py", "test_hobby_page.py", "test_blind_run.py", "test_soak.py", "test_held_parameters.py",
-    "test_misread.py", "test_every_motion_effect.py", "test_blind_motion.py", "test_simulation.py",
+    "test_journeys.py", "test_blind_worlds.py", "test_hobby_page.py", "test_tutorials.py", "test_blind_motion.py",
+    "test_simulation.py", "test_soak.py", "test_held_parameters.py", "test_every_motion_effect.py", "test_blind_run.py",
 )  # fmt: skip
 """The slowest files: they begin first, so that no processor waits for them at the end."""
 
