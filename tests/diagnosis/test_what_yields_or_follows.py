@@ -30,7 +30,7 @@ THEIRS = [
     ("sizes", "kind"), OURS, ids=lambda value: next(iter(value)) if isinstance(value, dict) else value
 )
 def test_what_the_library_makes_it_names(sizes: dict[str, float], kind: str) -> None:
-    made = simulate(find_robot("panda"), kind=kind, poses=40, effects=sizes, seed=3)
+    made = simulate(find_robot("panda"), kind=kind, poses=30, effects=sizes, seed=3)
     (found,) = examine(made.dataset, seed=0).findings
     assert f"{found.candidate_effect.effect.name}:{found.candidate_effect.where}" == next(iter(sizes))
     assert found.probability > 0.9
