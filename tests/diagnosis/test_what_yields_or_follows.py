@@ -10,10 +10,6 @@ from robolaser.trials.building import Ranges, build
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS
 
 OURS = [
-    ({"base_compliance:base": 2e-5}, "stripe"),
-    ({"hand_eye_sag:hand_eye": 8e-4, "hand_eye_sag:hand_eye.moment_z": 3e-3}, "stripe"),
-    ({"link_compliance:panda_joint5": 8e-5, "link_compliance:panda_joint5.twist": 8e-5}, "stripe"),
-    ({"settling:panda_joint4": 1e-3}, "stripe"),
     ({"joint_coupling:panda_joint4": 2e-3, "joint_coupling:panda_joint4.other": 2.0}, "stripe"),
     ({"settling:panda_joint2": 1e-3}, "point"),
 ]
