@@ -1,4 +1,3 @@
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -6,7 +5,6 @@ import numpy as np
 import pytest
 from asked import simulate_as_asked
 
-from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
@@ -19,7 +17,6 @@ from robolaser.robot.by_name import find_robot, known_robots
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import Simulated, paper, simulate, sizes_of
 from robolaser.simulation.nominal import DRAWN
-from robolaser.simulation.sensors import camera
 
 KINDS = ("stripe", "camera", "point", "pose", "profile", "socket")
 BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "link_geometry:joint_3": 2e-3}
@@ -28,20 +25,6 @@ BENT = {"joint_offset:joint_2": 0.01, "link_geometry:joint_3.turn_x": 0.004, "li
 @pytest.fixture(scope="module")
 def robot() -> Robot:
     return find_robot("scorbot_er7")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def postures_are_sought_once() -> Iterator[None]:
-    """Where a camera looks at its board from does not depend on effects, and takes longer than all the rest."""
-    sought, found = camera.touching, {}
-
-    def touching(robot: Robot, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
-        asked = robot.name, tool.tobytes(), goal.tobytes(), q.tobytes()
-        return found[asked] if asked in found else found.setdefault(asked, sought(robot, tool, goal, q))
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(camera, "touching", touching)
-        yield
 
 
 def rms(simulated: Simulated, *, effects: bool = True) -> float:
