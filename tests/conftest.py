@@ -8,14 +8,18 @@ import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
+from robolaser.arrays import Array, Bools
+from robolaser.robot.kinematics import Robot
+from robolaser.simulation.sensors import camera
+
 settings.register_profile("fast", max_examples=25, derandomize=True, deadline=None, database=None)
 settings.register_profile("long", max_examples=20_000, deadline=None, database=None, print_blob=True)
 settings.load_profile(os.environ.get("GENERATED", "fast"))
 
 
 LONGEST = (
-    "test_journeys.py", "test_hobby_page.py", "test_blind_run.py", "test_soak.py", "test_held_parameters.py",
-    "test_misread.py", "test_every_motion_effect.py", "test_blind_motion.py", "test_simulation.py",
+    "test_journeys.py", "test_blind_worlds.py", "test_hobby_page.py", "test_tutorials.py", "test_blind_motion.py",
+    "test_simulation.py", "test_soak.py", "test_held_parameters.py", "test_every_motion_effect.py", "test_blind_run.py",
 )  # fmt: skip
 """The slowest files: they begin first, so that no processor waits for them at the end."""
 
@@ -29,6 +33,31 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def one_thread() -> Iterator[None]:
     """Linear algebra on one thread: small matrices are slower on two, and far slower on a busy machine."""
     with threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def no_power_cut() -> Iterator[None]:
+    """What tests write need not outlast one: a disk takes milliseconds for each row of each recording."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.fsync", lambda descriptor: None)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def postures_are_sought_once() -> Iterator[None]:
+    """Where a simulated camera looks at its board from: arm and seed say it, and it takes longer than all the rest."""
+    sought, found = camera.touching, dict[tuple[object, ...], tuple[Array, Bools]]()
+
+    def touching(robot: Robot, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
+        arm = robot.urdf, robot.flange, robot.joints, robot.placements.tobytes()
+        asked = *arm, *(hash(part.tobytes()) for part in (tool, goal, q))
+        if asked not in found:
+            found[asked] = sought(robot, tool, goal, q)
+        return found[asked]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(camera, "touching", touching)
         yield
 
 

@@ -43,12 +43,12 @@ def touching(
     Returns:
         Joint values (n, j), and whether each stands within the limits with the point at its goal, (n,).
     """
-    forward = forward or (lambda q: robot.forward(q[None])[0])
     fixed = np.zeros(q.shape[1], dtype=bool) if still is None else still
 
     def missing(values: Array) -> tuple[Array, Array]:
-        point = apply(forward(values), tool)
-        return goal - point, np.where(fixed, 0.0, robot.jacobian(values[None], point[None])[0, :, :3])
+        motion = robot.motion(values[None], by_placements=False)
+        point = apply(forward(values) if forward else motion.T_base_flange[0], tool)
+        return goal - point, np.where(fixed, 0.0, motion.jacobian(point[None])[0, :, :3])
 
     lower, upper = (np.where(fixed, q, limit) for limit in limits(robot))
     return solve(missing, q, (lower, upper), REACHED_M)

@@ -5,7 +5,7 @@ import pytest
 import robolaser
 from robolaser.benchmark.standings.ranking import standings
 
-ASKED = {"seeds": 6, "budget": 900}
+ASKED = {"seeds": 3, "budget": 900}
 
 
 def ranking(result):

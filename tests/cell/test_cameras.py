@@ -28,6 +28,8 @@ SIZE = (24, 16)
 FRAME_S = 0.005
 STREAMED_S = 0.05
 """A busy reader keeps up: what it has not read yet shows the past."""
+OPENING, OPENED_S = 150, 0.002
+"""Images that FFmpeg looks at before it says what a stream is, 5 s of them at 25 a second; these come faster."""
 PATIENCE_S = 60.0
 """A test that waits for so long fails: what must be noticed earlier has another reason than silence."""
 
@@ -249,7 +251,7 @@ def streamed(scene: Sequence[Any], ending: str = ".pgm") -> Iterator[tuple[str, 
                         number += 1
                         sent.append(noisy(number, *scene))
                         client.sendall(cv2.imencode(ending, sent[-1])[1].tobytes())
-                        time.sleep(STREAMED_S)
+                        time.sleep(OPENED_S if number < OPENING else STREAMED_S)
 
     sender = threading.Thread(target=send)
     sender.start()

@@ -34,7 +34,7 @@ POINTS_A_M = 72 / 0.0254
 @pytest.fixture(params=DRIVEN, scope="module")
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("new") / request.param
-    assert main(["new", "cell", request.param, "--camera", "--poses", "6", "--output", str(made), "--quiet"]) == 0
+    assert main(["new", "cell", request.param, "--camera", "--poses", "4", "--output", str(made), "--quiet"]) == 0
     return made
 
 

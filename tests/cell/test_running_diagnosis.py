@@ -10,7 +10,7 @@ from robolaser.cli import main
 from robolaser.commands.running_diagnosis import answer, in_a_line
 
 CELL = Path(__file__).parents[2] / "examples" / "cell"
-PLANNED = 6
+PLANNED = 4
 
 
 def test_the_diagnosis_of_all_poses_is_shown_as_they_come(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

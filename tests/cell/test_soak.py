@@ -15,7 +15,7 @@ import robolaser
 from robolaser.cell.route import Waypoint, both_ways
 from robolaser.errors import Interrupted, RobolaserError
 
-DAYS = 1000 if os.environ.get("GENERATED") == "long" else 320
+DAYS = 1000 if os.environ.get("GENERATED") == "long" else 200
 BATCH = 40
 POSES = 3
 LATEST_S = 12.0

@@ -1,6 +1,7 @@
 """Rows that lie at each other's poses are told from gross errors, and used where they belong."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,8 +17,10 @@ from robolaser.simulation import simulate
 NOISE = {"camera": Noise(pixel_px=0.15), "point": Noise(point_m=5e-5), "stripe": Noise(pixel_px=0.2)}
 
 
-def measured(kind: str, effects: dict[str, float] | None = None) -> Dataset:
-    return simulate(find_robot("ur5"), kind=kind, poses=40, noise=NOISE[kind], effects=effects or {}, seed=3).dataset
+@cache
+def measured(kind: str, **offset: float) -> Dataset:
+    effects = {f"joint_offset:{joint}": size for joint, size in offset.items()}
+    return simulate(find_robot("ur5"), kind=kind, poses=28, noise=NOISE[kind], effects=effects, seed=3).dataset
 
 
 def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:
@@ -26,8 +29,11 @@ def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:
     return replace(dataset, points=replace(dataset.points, pose=number[dataset.points.pose]))
 
 
-@pytest.mark.parametrize("kind", NOISE)
-@pytest.mark.parametrize("to", [{7: 12, 12: 7}, {3: 20, 20: 31, 31: 3}], ids=["two", "three"])
+@pytest.mark.parametrize(
+    ("kind", "to"),
+    [("camera", {7: 12, 12: 7}), ("point", {3: 20, 20: 25, 25: 3}), ("stripe", {3: 20, 20: 25, 25: 3})],
+    ids=["camera", "point", "stripe"],
+)
 def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, int]) -> None:
     why = robolaser.diagnose(moved(measured(kind), to), seed=0)
     (found,) = why.effects
@@ -37,7 +43,7 @@ def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, i
 
 
 def test_a_cause_beside_exchanged_images_is_still_named() -> None:
-    made = measured("camera", {"joint_offset:elbow_joint": 3e-3})
+    made = measured("camera", elbow_joint=3e-3)
     why = robolaser.diagnose(moved(made, {7: 12, 12: 7}), seed=0)
     assert {(one.effect, one.where) for one in why.effects} == {
         ("mispaired", "image"),

@@ -18,14 +18,14 @@ SOFT = {"joint_compliance:shoulder_lift_joint": 6e-5, "joint_compliance:elbow_jo
 def hung(true: tuple[float, float, float], effects: dict[str, float], seed: int) -> Dataset:
     """Moved under one gravity, and stated to stand upright."""
     arm = find_robot("ur5e").under(true)
-    made = simulate(arm, kind="point", poses=40, noise=Noise(point_m=3e-5), effects=effects, seed=seed).dataset
+    made = simulate(arm, kind="point", poses=30, noise=Noise(point_m=3e-5), effects=effects, seed=seed).dataset
     return replace(made, robot=made.arm[0].under(DOWN))
 
 
 @pytest.mark.parametrize(
     ("true", "seed"),
-    [((9.81, 0.0, 0.0), 1), ((0.0, 0.0, 9.81), 2), ((1.7, 0.0, -9.66), 3)],
-    ids=["wall", "ceiling", "tilted"],
+    [((0.0, 0.0, 9.81), 2), ((1.7, 0.0, -9.66), 3)],
+    ids=["ceiling", "tilted"],
 )
 def test_gravity_that_is_stated_wrongly_is_named_with_what_gives_way(true: tuple[float, ...], seed: int) -> None:
     why = robolaser.diagnose(hung(true, SOFT, seed), seed=0)

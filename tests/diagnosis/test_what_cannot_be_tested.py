@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,6 +35,7 @@ KINDS = ("camera", "point", "pose", "profile", "socket", "stripe")
 POINTS = {"camera": 12, "stripe": 5}
 
 
+@cache
 def recorded(kind="stripe", **wanted):
     wanted = {"poses": 14, "points": POINTS.get(kind, 3), "noise": NOISE, "seed": 4} | wanted
     dataset = simulate_as_asked(find_robot("scorbot_er7"), kind=kind, **wanted).dataset

@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,18 +19,21 @@ from robolaser.simulation import CellOptions, simulate
 
 OF_ARMS = [effect for effect in robolaser.EFFECTS if effect.stage in OF_THE_ARM]
 AT_REST = [effect for effect in OF_ARMS if effect.name != "latency"]
-ALONE = """
-import sys
-sys.modules["robolaser"] = None  # importing it fails
-import numpy as np
-import corrected
-given = dict(np.load("given.npz"))
+ASKED = """
 poses = {"T": corrected.forward(given.pop("q"), **given)}
 q = [0.3, -0.9, 1.1, 0.4, -0.7, 0.2][: len(corrected.JOINTS)]
 poses["back"] = corrected.forward(corrected.joints_for(corrected.forward(q), start=np.array(q) + 0.1))
 poses["there"] = corrected.forward(q)
 poses["commanded"] = corrected.forward(corrected.corrected_targets(q))
 poses["nominal"] = corrected.nominal(q)
+"""
+ALONE = f"""
+import sys
+sys.modules["robolaser"] = None  # importing it fails
+import numpy as np
+import corrected
+given = dict(np.load("given.npz"))
+{ASKED}
 np.savez("poses.npz", **poses)
 """
 
@@ -80,11 +84,22 @@ def alone(calibration, folder, given):
     return np.load(folder / "poses.npz")
 
 
-@pytest.mark.parametrize("warm", [False, True], ids=["by time", "by temperature"])
+def here(calibration, folder, given):
+    """The same without a process of its own."""
+    names = {"np": np, "corrected": SimpleNamespace(**loaded(calibration)), "given": given.copy()}
+    exec(ASKED, names)
+    return names["poses"]
+
+
 @pytest.mark.parametrize(
-    "effects", [*([one] for one in OF_ARMS), AT_REST], ids=lambda one: one[0].name if len(one) == 1 else "all"
+    ("effects", "warm", "where"),
+    [
+        *(pytest.param([one], False, here, id=one.name) for one in OF_ARMS),
+        pytest.param(AT_REST, False, alone, id="all by time"),
+        pytest.param(AT_REST, True, alone, id="all by temperature"),
+    ],
 )
-def test_corrected_py_has_every_effect_of_the_arm_as_the_model_has_it(effects, warm, tmp_path):
+def test_corrected_py_has_every_effect_of_the_arm_as_the_model_has_it(effects, warm, where, tmp_path):
     calibration = found(effects, made(warm))
     model, run = calibration.model, calibration.model.run
     wanted = model.flange(model.parameters.values(calibration.x[None]))[0]
@@ -93,7 +108,7 @@ def test_corrected_py_has_every_effect_of_the_arm_as_the_model_has_it(effects, w
              "time_s": run.time_s[last] - run.time_s.min()}  # fmt: skip
     if warm:
         given["temperature_c"] = run.poses.temperature_c[last]
-    poses = alone(calibration, tmp_path, given)
+    poses = where(calibration, tmp_path, given)
     np.testing.assert_allclose(poses["T"][0], wanted[last], rtol=0, atol=1e-9)
     assert np.abs(wanted - run.flange).max() > 1e-6
     np.testing.assert_allclose(poses["back"], poses["there"], rtol=0, atol=1e-9)

@@ -34,7 +34,7 @@ CELLS = {
 }
 
 
-@pytest.fixture(params=CELLS)
+@pytest.fixture(params=CELLS, scope="module")
 def dataset(request):
     return simulate_as_asked(find_robot("scorbot_er7"), noise=NOISE, seed=3, **CELLS[request.param]).dataset
 

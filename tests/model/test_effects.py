@@ -40,6 +40,7 @@ def rounding(model: Model, metres: float) -> float:
     return metres * (1e4 if model.blocks.sensor.format.unit == "px" else 1.0)
 
 
+@cache
 def homes(kind: type[Effect]) -> list[Model]:
     """A model for each kind of sensor in which the effect has a meaning, at a place in the middle of the arm."""
     cells = [(one, kind.locations(one)) for one in map(cell, KINDS)]

@@ -1,16 +1,12 @@
 """The paper's chain: its frames, its gauge, its poles, its limit cases."""
 
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.stated_noise import Noise
-from robolaser.data.writing import save
 from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
 from robolaser.model.forward_model import Model
@@ -114,17 +110,6 @@ def test_measured_flange_poses_do_as_well_as_joint_angles(made: Simulated) -> No
     bare = replace(dataset, robot=None, poses=replace(dataset.poses, q=None, qd=None, T_base_flange=T))
     x = truth_of(made, Model(dataset))
     np.testing.assert_allclose(Model(bare).residuals(x), Model(dataset).residuals(x), atol=1e-14)
-
-
-def test_measured_flange_poses_are_calibrated_without_pinocchio(made: Simulated, tmp_path: Path) -> None:
-    dataset = made.dataset
-    poses = replace(dataset.poses, q=None, qd=None, T_base_flange=dataset.flange())
-    save(replace(dataset, robot=None, poses=poses), tmp_path / "bare")
-    code = (
-        f"import sys, robolaser; robolaser.calibrate(robolaser.load({str(tmp_path / 'bare')!r}));"
-        " sys.exit('pinocchio' in sys.modules)"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:

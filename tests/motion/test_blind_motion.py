@@ -44,7 +44,7 @@ OTHERS = {SOUND: World(), ODD: World(wave={"pan": 0.05})}
 
 @cache
 def recorded(name: str) -> MotionLog:
-    return record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=8.0, seed=3)
+    return record(OTHERS.get(name) or WORLDS[name][0], series=4, seconds=5.0, seed=3)
 
 
 @cache
@@ -87,7 +87,7 @@ def test_the_numbers_are_those_of_the_world() -> None:
 
 
 def test_a_payload_that_is_stated_is_no_gap() -> None:
-    log = record(World(payload_kg=1.5, bandwidth=120.0), series=4, seconds=8.0, seed=3)
+    log = record(World(payload_kg=1.5, bandwidth=120.0), series=4, seconds=5.0, seed=3)
     told = replace(log, command=np.full_like(log.command, np.nan), payload_kg=dict.fromkeys(log.series, 1.5))
     assert diagnose_motion(told, seed=0).verdict == "no_gap"
     unsaid = replace(told, payload_kg={})
@@ -122,7 +122,7 @@ def test_a_link_of_negative_inertia_is_no_answer(factor: float, is_possible: boo
 def test_the_clocks_of_a_long_log_are_told_in_all_of_its_series(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also in those that are not searched for effects."""
     monkeypatch.setattr(parts, "_some_runs", lambda log: np.arange(0, len(log.series), 2))
-    log = record(World(clock_s=CLOCKS), series=8, seconds=5.0, seed=3)
+    log = record(World(clock_s=CLOCKS), series=8, seconds=3.0, seed=3)
     found = diagnose_motion(replace(log, tau=np.full_like(log.q, np.nan)), seed=0)
     (clock,) = [one for one in found.fit.findings if one.at.effect.name == "clock_shift"]
     told = np.array([clock.numbers[f"run_{number}"][0] for number in range(8)])

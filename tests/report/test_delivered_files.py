@@ -21,7 +21,7 @@ EFFECTS = {"joint_offset:elbow_joint": 2e-3, "joint_compliance:shoulder_lift_joi
 
 
 def made(seed: int) -> Simulated:
-    return simulate(find_robot("ur5"), kind="point", poses=50, noise=Noise(point_m=3e-5), effects=EFFECTS, seed=seed)
+    return simulate(find_robot("ur5"), kind="point", poses=36, noise=Noise(point_m=3e-5), effects=EFFECTS, seed=seed)
 
 
 @pytest.fixture(scope="module")

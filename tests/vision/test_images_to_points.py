@@ -209,7 +209,7 @@ def test_flange_turns_keep_a_square_boards_frame_through_a_large_roll(tmp_path):
         assert error.max() < 2e-4
 
 
-@pytest.mark.parametrize(("thickness", "fewer"), [(0.008, 3), (0.003, 5), (0.001, 5)])
+@pytest.mark.parametrize(("thickness", "fewer"), [(0.008, 3), (0.001, 5)])
 def test_the_stripe_on_the_table_beside_a_thick_board_is_no_point_of_it_and_that_is_said(thickness, fewer, tmp_path):
     """Six tenths of the stripe lie on a table, so that a line through most of its centres is the table's."""
     tilts = [(4, 8, 5), (12, -10, -4), (6, -16, 3)]

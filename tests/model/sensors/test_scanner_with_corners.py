@@ -153,7 +153,7 @@ def test_an_arm_that_is_off_is_told_from_a_laser_that_is_off(effects: dict[str, 
     made = simulate(
         find_robot("ur10"),
         kind="stripe+camera",
-        poses=24,
+        poses=16,
         options=CellOptions(placed=False),
         seed=2,
         noise=Noise(pixel_px=0.1),

@@ -30,7 +30,7 @@ def saved(request, tmp_path_factory):
         "--sensor",
         kind,
         "--poses",
-        "30",
+        "16",
         "--effect",
         "joint_offset:elbow_joint=0.003",
     ]
