@@ -158,9 +158,9 @@ def broken(number: int) -> Image:
 def test_a_camera_that_is_of_no_use_any_more_is_noticed_at_once(
     running: Callable[..., LiveCamera], then: Callable[[int], Image | None], said: str
 ) -> None:
-    now = [noisy]
-    camera = running(lambda number: now[0](number), clock=Hurried())
-    now[0], began = then, time.monotonic()
+    sound = [True]
+    camera = running(lambda number: noisy(number) if sound[0] else then(number), clock=Hurried())
+    sound[0], began = False, time.monotonic()
     with pytest.raises(CameraError, match=said):
         camera.shot(0.1)
     assert time.monotonic() - began < PATIENCE_S
