@@ -1,6 +1,5 @@
-"""An emulated arm, at the other end of a real pseudo terminal or in virtual time, and pictures for a camera."""
+"""An emulated arm in virtual time, and pictures for a camera."""
 
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,9 +11,8 @@ from virtual_cell import in_virtual_time
 
 import robolaser
 from robolaser.cli import main
-from robolaser.emulator.emulated_cell import EmulatedCell, controller_of
+from robolaser.emulator.emulated_cell import controller_of
 
-HURRY = 40.0
 SHOTS = 40
 
 
@@ -59,23 +57,3 @@ def emulated(rig: Rig, *faults: str) -> Iterator[str]:
     """The cell's arm, in virtual time."""
     with in_virtual_time(rig.folder, faults=faults):
         yield "bench"
-
-
-@contextmanager
-def on_a_terminal(rig: Rig) -> Iterator[str]:
-    """The cell's arm, on a pseudo terminal."""
-    running = EmulatedCell(rig.folder, time_scale=HURRY)
-    over = threading.Event()
-
-    def serve() -> None:
-        while not over.is_set():
-            running.turn()
-
-    server = threading.Thread(target=serve)
-    server.start()
-    try:
-        yield running.arm
-    finally:
-        over.set()
-        server.join()
-        running.close()

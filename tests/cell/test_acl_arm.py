@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from robolaser.cell.acl import PLACES, AclArm
-from robolaser.cell.arm import Arm
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused, ArmRestarted, LineFlooded
 from robolaser.cell.motion import Mover
 from robolaser.cell.serial_line import SerialLine
@@ -19,12 +18,6 @@ from robolaser.robot.by_name import find_robot
 @pytest.fixture
 def cell(tmp_path: Path) -> Cell:
     return bench.cell(tmp_path)
-
-
-def read_on(arm: Arm) -> None:
-    """Read again and again."""
-    for _ in range(1000):
-        arm.read()
 
 
 def test_the_arm_takes_the_time_that_it_is_given(cell: Cell) -> None:
@@ -73,20 +66,6 @@ def test_an_answer_that_comes_late_is_not_taken_for_the_next(cell: Cell) -> None
     for step in (0.1, -0.1, 0.2):
         at = mover.move_and_wait(at + step, "p", at)
         np.testing.assert_allclose(at, rig.motor(), atol=1e-9)
-
-
-def test_a_flood_ends_in_a_message(cell: Cell) -> None:
-    rig = bench.bench_for(cell, ["flood:20000@60-100000"])
-    arm = bench.arm_on(rig, cell)
-    with pytest.raises(LineFlooded, match="without end"):
-        read_on(arm)
-
-
-def test_a_controller_that_comes_on_anew_is_noticed(cell: Cell) -> None:
-    rig = bench.bench_for(cell, ["reboot@60"])
-    arm = bench.arm_on(rig, cell)
-    with pytest.raises(ArmRestarted):
-        read_on(arm)
 
 
 def test_an_arm_whose_motors_are_off_refuses(cell: Cell) -> None:
@@ -182,15 +161,6 @@ def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> Non
         rig.coming += noise
         arm.poll_faults()
         np.testing.assert_allclose(arm.read(), rig.motor(), atol=1e-9)
-
-
-def test_outputs_switch(cell: Cell) -> None:
-    rig = bench.bench_for(cell)
-    arm = bench.arm_on(rig, cell)
-    arm.laser_on(1)
-    assert rig.controller.outputs(0.0) == {1}
-    arm.laser_off(1)
-    assert not rig.controller.outputs(0.0)
 
 
 def test_a_controller_without_echo_is_asked_for_it(cell: Cell) -> None:

@@ -40,11 +40,6 @@ def test_importing_devices_opens_nothing() -> None:
     assert said.split() == ["1", "False"]
 
 
-def test_a_language_that_nobody_speaks_is_named(cell: Cell) -> None:
-    with pytest.raises(DataError, match=r"no such kind of arm 'acll'.*Did you mean 'acl'"):
-        open_arm(named(cell, "acll", "loop://"), WallClock())
-
-
 def install(folder: Path, module: str, source: str, entry_points: str) -> None:
     info = folder / f"{module}-1.0.dist-info"
     info.mkdir()

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terminal import Rig, emulated, on_a_terminal
+from emulator_process import EmulatorProcess
+from terminal import Rig, emulated
 
 import robolaser
 from robolaser.cell.serial_line import SerialLine
 from robolaser.cli import main
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
+HURRY = 40.0
 
 
 @pytest.fixture(params=["acl", "lss"])
@@ -30,8 +32,8 @@ def acl(tmp_path: Path) -> Rig:
 
 
 def test_a_recording_is_taken_over_a_real_pseudo_terminal(rig: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    with on_a_terminal(rig) as port:
-        assert rig.record("--poses", str(rig.poses), "--repeats", "2", "--move", port=port) == 0
+    with EmulatorProcess(rig.folder, time_scale=HURRY) as running:
+        assert rig.record("--poses", str(rig.poses), "--repeats", "2", "--move", port=running.arm) == 0
     assert rig.names() == ["a", "b", "c"]
     dataset = robolaser.load(rig.out)
     assert dataset.robot is not None
@@ -112,10 +114,10 @@ def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.Ca
 
 
 def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    with on_a_terminal(acl) as port:
+    with EmulatorProcess(acl.folder) as running:
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("baud = 9600", "baud = 19200"))
-        assert acl.record("--poses", str(acl.poses), "--move", port=port) == 1
+        assert acl.record("--poses", str(acl.poses), "--move", port=running.arm) == 1
     assert "baud" in capsys.readouterr().err
 
 
@@ -124,8 +126,8 @@ def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
     header, first, *rest = acl.poses.read_text().splitlines()
     name, _, *others = first.split(",")
     acl.poses.write_text("\n".join([header, ",".join([name, "1.0", *others]), *rest]))  # in a quarter of a minute
-    with on_a_terminal(acl) as port:
-        asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", port, "--move"]
+    with EmulatorProcess(acl.folder, time_scale=HURRY) as running:
+        asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", running.arm, "--move"]
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.01"))
         command = [sys.executable, "-c", script, *map(str, asked)]

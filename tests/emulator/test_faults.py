@@ -179,26 +179,3 @@ def test_late_frames_show_the_past() -> None:
 def test_an_unplugged_camera_is_gone() -> None:
     spoilt = FaultyCamera([read_fault("camera_gone@3")])
     assert [spoilt.gone(0.0, heard) for heard in (2, 3)] == [False, True]
-
-
-@pytest.mark.parametrize("kind", ["acl", "lss"])
-def test_noise_on_the_line_upsets_no_controller(tmp_path: Path, kind: str) -> None:
-    rng = np.random.default_rng(11)
-    one = FaultyController(controller_of(load_cell(cell_folder(tmp_path, kind))), [], rng)
-    words = [
-        b"MOVE P",
-        b"SETPV",
-        b"HERE P",
-        b"DEFP P",
-        b"#1D",
-        b"#2QD",
-        b"SET OUT[",
-        b"\x01",
-    ]
-    for now_s in range(400):
-        said = [words[i] for i in rng.integers(0, len(words), 3)]
-        one.receive(b" ".join([*said, rng.bytes(3)]) + b"\r", float(now_s))
-        one.poll(float(now_s))
-        assert np.all(np.isfinite(one.motor(float(now_s))))
-    answer = one.receive(b"\x01\rSHOW PAR 33\r#1QD\r", 1000.0)
-    assert (b"PAR 33=" if kind == "acl" else b"*1QD") in answer

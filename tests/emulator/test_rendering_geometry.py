@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
 import pytest
-from scenes import MIDDLE, above, eye, face_up, grey, heading, light, near, photograph, scene
+from scenes import MIDDLE, above, eye, face_up, grey, heading, near, photograph, scene
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
@@ -9,7 +9,6 @@ from robolaser.data.board import Board
 from robolaser.data.printed_board import board_print
 from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.solids import Block, Floor, Solid, Sphere
-from robolaser.vision.board import find_board
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
 BLOCK = Block(near(-0.02, -0.03, 0.0), (0.05, 0.04, 0.01), heading(17))
@@ -90,15 +89,6 @@ def test_corners_of_the_board_show_where_they_truly_are(tilt: tuple[float, float
     assert np.abs(off.mean(axis=0)).max() < 0.02
 
 
-def test_the_board_is_found_with_the_stripe_across_it() -> None:
-    image = photograph(scene(Floor(), BOARD, ambient_grey=110.0, noise_grey=2.0), T)
-    board = find_board(image, columns=9, rows=6)
-    true = eye().pixels((corners() - T[:3, 3]) @ T[:3, :3]).reshape(6, 9, 2)
-    assert board is not None
-    assert len(board.orientations) == 1
-    assert np.nanmedian(np.linalg.norm(board.orientations[0] - true, axis=-1)) < 0.1
-
-
 def test_the_outward_square_at_the_origin_is_dark() -> None:
     squares = np.array([[-0.005, -0.005, 0], [0.005, -0.005, 0], [0.005, 0.005, 0]])
     points = squares @ BOARD.T_base_board[:3, :3].T + BOARD.T_base_board[:3, 3]
@@ -106,7 +96,3 @@ def test_the_outward_square_at_the_origin_is_dark() -> None:
     dark, bright, inward = grey(scene(Floor(), BOARD, ambient_grey=140.0), T, lit=False)[v, u]
     assert dark < 0.3 * bright
     assert inward < 0.3 * bright
-
-
-def test_sheets_pass_through_their_source() -> None:
-    assert light().off(light().source) == 0.0

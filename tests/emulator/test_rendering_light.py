@@ -2,14 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import TRUTH, above, eye, grey, heading, light, near, photograph, scene
+from scenes import above, grey, heading, light, near, photograph, scene
 from true_stripe import TrueStripe, true_stripe
 
 from robolaser.arrays import Array
-from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.scene import Projector, Scene
 from robolaser.emulator.world.solids import Block, Floor, Sphere
-from robolaser.trials.synthetic.scanner import ScannerOptics
 
 STEP = Block(near(0.005, 0.0, 0.0), (0.05, 0.06, 0.02))
 FLOOR, STEPPED = (Floor(),), (Floor(), STEP)
@@ -126,17 +124,3 @@ def test_the_same_seed_gives_the_same_picture() -> None:
     ball = scene(*BALL, projector=Projector(), ambient_grey=60.0, noise_grey=2.0)
     one, other = (photograph(ball, T, seed=4) for _ in range(2))
     np.testing.assert_array_equal(one, other)
-
-
-def test_small_eyes_see_the_same_scene_coarsely() -> None:
-    stepped = scene(*STEPPED, ambient_grey=200.0)
-    half = {
-        "s_u": 2 * TRUTH["s_u"],
-        "s_v": 2 * TRUTH["s_v"],
-        "u_0": TRUTH["u_0"] / 2 - 0.25,
-        "v_0": TRUTH["v_0"] / 2 - 0.25,
-    }
-    optics = ScannerOptics({**TRUTH, **half}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")
-    small = CameraModel(optics, 320, 240, eye(ambient_grey=200.0).settings)
-    pooled = grey(stepped, T, lit=False).reshape(240, 2, 320, 2).mean(axis=(1, 3))
-    assert np.median(np.abs(pooled - grey(replace(stepped, eye=small), T, lit=False))) < 0.5

@@ -70,19 +70,6 @@ def test_bytes_come_at_the_speed_of_the_line(tmp_path: Path) -> None:
         assert time.monotonic() - began > 0.8 * len(answer) / 960
 
 
-def test_a_servo_arm_answers_too(tmp_path: Path) -> None:
-    with (
-        EmulatorProcess(cell_folder(tmp_path, "lss"), time_scale=50) as emulated,
-        serial.serial_for_url(emulated.arm, 115200, timeout=LATE_S) as port,
-    ):
-        port.write(b"#3D100T2000\r")
-        until, angle = time.monotonic() + LATE_S, b""
-        while angle != b"*3QD100\r":
-            assert time.monotonic() < until, angle
-            port.write(b"#3QD\r")
-            angle = port.read_until(b"\r")
-
-
 def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
     running = EmulatedCell(cell_folder(tmp_path), time_scale=50, over_socket=True)
     try:
