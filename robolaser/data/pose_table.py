@@ -113,7 +113,9 @@ def _images(table: CsvTable, folder: Path) -> tuple[str, ...]:
 
 def _stated(table: CsvTable, column: str) -> Array | None:
     """A column that may be absent or empty throughout, but not in part, (n,)."""
-    return table.numbers([column])[:, 0] if any(map(str, table.columns.get(column, ()))) else None
+    cells = table.columns.get(column, ())
+    is_stated = any(cells) if isinstance(cells, tuple) else len(cells) > 0
+    return table.numbers([column])[:, 0] if is_stated else None
 
 
 def _flange(table: CsvTable) -> Array:

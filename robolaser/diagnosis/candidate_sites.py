@@ -98,8 +98,9 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
     free = {name: derivatives.by_motion(Stage.JOINTS, name) for name in joints}
     poses, alike = fit.pose_of_number, np.ones((len(fit.model.dataset.poses), 1))
     for name in joints:
+        own = tuple(smoothed([angle_of(run, name), *torque_of(run, name)]))
         for coordinate, basis in (
-            *smoothed([angle_of(run, name), *torque_of(run, name)]),
+            *own,
             *((one.name, one.values / np.abs(one.values).max()) for one in motion_of(run, name)),
             *in_run,
             ("posture", _of_posture(q)),
@@ -110,7 +111,7 @@ def _of_joints(fit: Fit, derivatives: StageDerivatives, in_run: Sequence[Basis])
         if CandidateEffect(LinkGeometry, name) not in fit.effects:
             yield Site(name, f"placement of {name}", placement, alike, poses, unknown=False)
         across = placement[:, 3:5]  # a bearing that wobbles, or a beam that twists; optics err alike
-        for coordinate, basis in () if fit.has_optics else smoothed([angle_of(run, name), *torque_of(run, name)]):
+        for coordinate, basis in () if fit.has_optics else own:
             yield Site(name, coordinate, across, basis, poses)
         shift = placement[:, :3]
         for coordinate, basis in in_run if name != joints[0] else ():  # the first joint stands on the base
@@ -213,8 +214,8 @@ def _of_measuring_system(fit: Fit, derivatives: StageDerivatives) -> Iterator[Si
     longer = (given * points.xyz[rows]).sum(axis=1, keepdims=True)
     yield Site("measuring_system", "distance", longer, np.ones((len(points), 1)), rows, unknown=False)
     range_m = np.linalg.norm(points.xyz, axis=1, keepdims=True)
-    yield Site("measuring_system", "distance", given, smooth(range_m), rows)  # as air bends the line of sight
-    yield Site("measuring_system", "position in space", given, points.xyz / np.ptp(points.xyz), rows)  # unlike scales
+    yield Site("measuring_system", "distance", given, smooth(range_m), rows)  # air bends the line of sight
+    yield Site("measuring_system", "position in space", given, points.xyz / np.ptp(points.xyz), rows)  # strain
 
 
 def _over_plane(places: Array) -> Array:

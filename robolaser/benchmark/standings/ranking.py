@@ -16,9 +16,9 @@ from robolaser.benchmark.standings.answer import answer
 from robolaser.benchmark.standings.table import (
     FINAL,
     OnProblem,
+    OperatorEffect,
     Order,
     PairwiseComparison,
-    PartEffect,
     ResultOnProblem,
     Standing,
     Standings,
@@ -62,7 +62,7 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
             )
             for p, name in enumerate(arrays.problems)
         ),
-        effects=_part_effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
+        effects=_operator_effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
         scope=SCOPE,
     )
 
@@ -181,7 +181,9 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
     return found
 
 
-def _part_effects(algorithms: Sequence[str], places: Array, expected: Array, samples: Array) -> tuple[PartEffect, ...]:
+def _operator_effects(
+    algorithms: Sequence[str], places: Array, expected: Array, samples: Array
+) -> tuple[OperatorEffect, ...]:
     """The effect of each part that is exchanged in one of the algorithms and in another is not.
 
     Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.
@@ -207,7 +209,7 @@ def _part_effects(algorithms: Sequence[str], places: Array, expected: Array, sam
         )
         p = float(difference.stratified(strata[there])[0, 1])
         found.append(
-            PartEffect(stock, slot, operator, int(there.sum()), better.at(0, 1), ratio.at(0, 1), p, p_adjusted=p)
+            OperatorEffect(stock, slot, operator, int(there.sum()), better.at(0, 1), ratio.at(0, 1), p, p_adjusted=p)
         )
     adjusted = difference.holm(np.array([effect.p for effect in found]))
     return tuple(replace(effect, p_adjusted=float(p)) for effect, p in zip(found, adjusted, strict=True))

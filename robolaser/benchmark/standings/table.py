@@ -46,7 +46,7 @@ class PairwiseComparison:
 
 @final
 @dataclass(frozen=True)
-class PartEffect:
+class OperatorEffect:
     """What an exchanged part does, among runs that are alike in all else: same problem, same other parts."""
 
     stock: str
@@ -108,5 +108,5 @@ class Standings:
     seeds: int
     order: Order
     by_problem: tuple[OnProblem, ...]
-    effects: tuple[PartEffect, ...]  # of exchanged parts
+    effects: tuple[OperatorEffect, ...]  # of exchanged parts
     scope: str  # what such results speak of, and what not
