@@ -14,6 +14,8 @@ from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
+MOST_SHOWN = 0.99
+"""Probability, from which on a sentence says "more than"."""
 
 
 def sentence(
@@ -46,6 +48,7 @@ def sentence(
         text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
         text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
+        text = _imitated(findings, classes, gap) or text
     else:
         text = _unexplained(findings, classes, where, gap)
     if gap.turns_rad is not None:
@@ -66,7 +69,7 @@ def scatters(scatter: ExcessScatter) -> str:
     """Say by how much whole poses scatter beyond noise, and what to ask."""
     limit = "the stated repeatability" if scatter.is_stated else "is usual for arms"
     if scatter.where == FLANGE:
-        by = listed([_size(one.value, one.unit) for one in scatter.sizes.values()])
+        by = listed([_size(one.value, one.unit) for one in scatter.sizes.values() if one.value > one.limit])
         return (
             f"The flange scatters by {by} from pose to pose, more than {limit}: had the arm stopped, and is everything"
             " on the flange tight?"
@@ -164,7 +167,8 @@ def _unexplained(
     first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
     lies = f" The remaining error is at {place(first.site)} ({first.coordinate})." if first else ""
     if findings:
-        return _causes("A part of the gap is explained", findings, classes, gap) + lies
+        partly = _causes("A part of the gap is explained", findings, classes, gap) + lies
+        return _imitated(findings, classes, gap, lies) or partly
     floor = millimetres(gap.noise_floor_m)
     beside = f"within the noise ({floor}), yet not random" if gap.after_m < gap.noise_floor_m else _where_noise(gap)
     return (
@@ -173,17 +177,41 @@ def _unexplained(
     )
 
 
+def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str = "") -> str:
+    """The unknown first, where it is at work and no class of the effects found is likely; else empty.
+
+    Args:
+        findings: Effects of the final model.
+        classes: Classes of causes.
+        gap: How far the gap shrinks.
+        lies: Where the remaining error is; empty where the gap closes.
+    """
+    unknown = next((one for one in classes if one.name == UNKNOWN and one.probability >= EVEN), None)
+    if not unknown or not findings or any(one.probability >= EVEN for one in _of_model(classes)):
+        return ""
+    lead = (
+        "The gap is real, but its cause is" if lies else f"The gap closes, but its cause, at {place(unknown.site)}, is"
+    )
+    sure = f"{100 * unknown.probability:.0f} %" if unknown.probability < MOST_SHOWN else f"> {100 * MOST_SHOWN:.0f} %"
+    likely = max(_of_model(classes), key=lambda one: one.probability, default=None)
+    most = f"; the most probable of them is {noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
+    return (
+        f"{lead} most probably ({sure}) not an effect of the library.{lies}"
+        f" The effects found only imitate it{most}. {_shrinks(gap, 'them')}."
+    )
+
+
 def _remainder(classes: Sequence[CauseClass]) -> str:
     """What is unknown although the gap is explained; may be empty."""
     unknown = next((one for one in classes if one.name == UNKNOWN), None)
-    if unknown and all(one.probability < EVEN for one in classes if one is not unknown):
-        return (
-            f" More probably ({100 * unknown.probability:.0f} %) the cause at {place(unknown.site)} is not an effect of"
-            " the library, and these effects only imitate it."
-        )
     if unknown and unknown.probability >= CERTAIN:
         return f" The small remaining error is at {place(unknown.site)}, in a form that no effect of the library has."
     return ""
+
+
+def _of_model(classes: Sequence[CauseClass]) -> list[CauseClass]:
+    """Classes of effects in the model."""
+    return [one for one in classes if one.gap_without_m is not None]
 
 
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:
@@ -192,7 +220,7 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
     doubtful = [found for found in findings if found.probability < CERTAIN]
     if not doubtful:
         return f"{lead}: {_clauses(certain)}. {_shrinks(gap)}."
-    in_model = [one for one in classes if one.gap_without_m is not None]
+    in_model = _of_model(classes)
     sure = [one for one in in_model if one.probability >= CERTAIN]
     if not sure:
         likely = max(in_model, key=lambda one: one.probability, default=None)
@@ -241,13 +269,13 @@ def _clauses(findings: Sequence[Finding]) -> str:
     return clauses[0] if len(clauses) == 1 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
 
 
-def _shrinks(gap: Gap) -> str:
+def _shrinks(gap: Gap, what: str = "that") -> str:
     floor = (
         f"less than the assumed noise ({millimetres(gap.noise_floor_m)})"
         if gap.after_ci95_m[1] < gap.noise_floor_m
         else _where_noise(gap)
     )
     return (
-        f"With that in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
+        f"With {what} in the model the error on new poses falls from {millimetres(gap.calibrated_m)}"
         f" to {millimetres(gap.after_m)}, {floor}"
     )

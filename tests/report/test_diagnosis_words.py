@@ -8,9 +8,10 @@ from calibrated import arm, stripe
 from diagnosed import GEOMETRIC, MADE, candidate_effect, of, unexplained
 
 from robolaser.diagnosis.cause_words import members, named
+from robolaser.diagnosis.pose_scatter import ExcessScatter, Spread
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Estimate
-from robolaser.diagnosis.summary_text import imitated_sentence, sentence
+from robolaser.diagnosis.summary_text import imitated_sentence, scatters, sentence
 from robolaser.estimation.noise_estimate import LARGEST_SCATTER
 from robolaser.report.console import printed
 from robolaser.report.diagnosis.advice import caveats, doubt, to_do
@@ -98,11 +99,26 @@ def with_unknown(probability, site, *, alone):
             "These poses do not show whether joint offset of perturb or another",
         ),
         (lambda: with_unknown(0.99, "base", alone=False), "The small remaining error is at base"),
-        (lambda: with_unknown(0.8, "joint_4", alone=True), "the cause at joint_4 is not an effect"),
+        (
+            lambda: with_unknown(0.8, "joint_4", alone=True),
+            "its cause, at joint_4, is most probably (80 %) not an effect",
+        ),
     ],
 )
 def test_a_verdict_says_first_what_is_certain_and_then_what_is_not(make, said):
     assert said in make().sentence
+
+
+def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_found_is_likely():
+    one = doubted(geometric(), of_class=0.07)
+    unknown = CauseClass("unknown", 0.9995, None, one.gap.after_m, site="measuring_system")
+    left = replace(unexplained().where[0], site="measuring_system", coordinate="distance")
+    said = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=(left,))).sentence
+    assert said.startswith(
+        "The gap is real, but its cause is most probably (> 99 %) not an effect of the library. The remaining error is"
+        " at measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
+        " geometry (7 %). With them in the model the error on new poses falls from"
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,6 +130,12 @@ def test_scatter_that_counts_as_noise_is_said_to_be_within_its_limit(is_stated, 
     scatter = Repeatability({"joint": source}, 4e-4, is_stated)
     said = sentence("no_gap", (), (), (), one.gap, scatter)
     assert f"This is within {limit} and counts as noise." in said
+
+
+def test_of_a_flange_that_scatters_only_what_exceeds_its_limit_is_said():
+    sizes = {"shift": Spread(7e-4, 1e-4, "m", limit=3e-4), "turn": Spread(1e-6, 1e-6, "rad", limit=5e-4)}
+    found = ExcessScatter("flange", 1.0, sizes, False, 50.0, 0.0, 7e-4, geometric().model.dataset.noise)
+    assert scatters(found).startswith("The flange scatters by 0.7 mm from pose to pose, more than is usual for arms:")
 
 
 def test_a_rest_of_a_form_that_the_library_has_is_not_said_to_have_none():
