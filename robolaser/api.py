@@ -121,7 +121,7 @@ def diagnose(
 
     Raises:
         DataError: The data set has too few data, or other data are of another arm or kind of sensor.
-        UsageError: There is no effect of that name.
+        UsageError: There is no effect of that name, or other data are given to a moving arm's.
 
     Examples:
         >>> why = robolaser.diagnose(dataset, effects=["laser_roll", "target_scale"], seed=1)
@@ -129,6 +129,8 @@ def diagnose(
         'no_gap'
     """
     if _is_motion(data):
+        if validate:
+            raise UsageError("`validate` predicts measured poses: leave it out for the log of a moving arm.")
         log = _motion_log(data)
         names = None if effects is None else _names(_listed(effects))
         return MotionResult(diagnose_motion(log, names, seed=seed, progress=progress))

@@ -50,8 +50,9 @@ def calibrate(
     from robolaser.motion.reading import is_motion, load_motion
 
     if is_motion(dataset):
+        of_poses = {"--weights": weights != "plain", "--loss": loss != "square", "--no-polish": not polish}
         searches = {"--algorithm": algorithm, "--generations": generations, "--resume": resume}
-        unused = [option for option, given in searches.items() if given]
+        unused = [option for option, given in (searches | of_poses).items() if given]
         if unused:
             raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
         from robolaser.motion.calibration import calibrate_motion

@@ -6,6 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed
+from robolaser.errors import UsageError
 
 
 def diagnose(
@@ -40,6 +41,8 @@ def diagnose(
     from robolaser.motion.reading import is_motion, load_motion
 
     if is_motion(dataset):
+        if validate:
+            raise UsageError(f"{dataset} is the log of a moving arm; --validate predicts measured poses. Leave it out.")
         from robolaser.motion.diagnosis import diagnose_motion
         from robolaser.results.motion import MOTION_FILES, MotionResult
 

@@ -115,3 +115,13 @@ def test_calibrate_says_why_an_effect_cannot_be_fitted(
 ) -> None:
     assert main(["calibrate", str(folder / "log"), "--with", asked, "--output", str(tmp_path / "out")]) != 0
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("typed", ["diagnose --validate {log}", "calibrate --weights noise", "calibrate --no-polish"])
+def test_an_option_that_only_measured_poses_have_is_refused_not_ignored(
+    folder: Path, typed: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    command, *options = typed.format(log=folder / "log").split()
+    assert main([command, str(folder / "log"), *options, "--output", str(tmp_path / "out")]) != 0
+    assert options[0] in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -29,7 +29,7 @@ class HandEyeDrift(Effect):
     name = "hand_eye_drift"
     title = "the bracket creeps during the run"
     clause = "the sensor's bracket creeps during the run"
-    caveat = "holds for a run like this one"
+    caveat = "holds for a run like this one; a camera whose lens drifts looks nearly the same"
     remedy = "Tighten the sensor's bracket, or calibrate at shorter intervals."
     reference = "Findley, Lai, Onaran 1976, Creep and Relaxation of Nonlinear Viscoelastic Materials"
     stage = Stage.MOUNT
