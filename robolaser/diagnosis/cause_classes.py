@@ -182,6 +182,18 @@ def imitated_cause(classes: Sequence[CauseClass], evidence: Sequence[EffectEvide
     return [CauseClass(UNKNOWN, 1.0 - likeliest, None, gap_m, site=site)]
 
 
+def unknown_instead(classes: Sequence[CauseClass]) -> CauseClass | None:
+    """The unknown, where it is likely and no class of the effects in the model is: those only imitate it."""
+    if any(one.probability >= EVEN for one in of_model(classes)):
+        return None
+    return next((one for one in classes if one.name == UNKNOWN and one.probability >= EVEN), None)
+
+
+def of_model(classes: Sequence[CauseClass]) -> list[CauseClass]:
+    """Classes of effects in the model."""
+    return [one for one in classes if one.gap_without_m is not None]
+
+
 def _importance(one: CauseClass) -> tuple[bool, float, float]:
     """Probable classes first, those without which the gap is largest at their head."""
     doubtful = one.probability < EVEN

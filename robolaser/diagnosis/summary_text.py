@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robolaser.diagnosis.cause_classes import UNKNOWN, class_of
+from robolaser.diagnosis.cause_classes import UNKNOWN, class_of, of_model, unknown_instead
 from robolaser.diagnosis.cause_words import listed, members, named, noun, place
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN, EVEN
+from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -178,7 +178,7 @@ def _unexplained(
 
 
 def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str = "") -> str:
-    """The unknown first, where it is at work and no class of the effects found is likely; else empty.
+    """The unknown first, where effects found only imitate it; else empty.
 
     Args:
         findings: Effects of the final model.
@@ -186,14 +186,14 @@ def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: G
         gap: How far the gap shrinks.
         lies: Where the remaining error is; empty where the gap closes.
     """
-    unknown = next((one for one in classes if one.name == UNKNOWN and one.probability >= EVEN), None)
-    if not unknown or not findings or any(one.probability >= EVEN for one in _of_model(classes)):
+    unknown = unknown_instead(classes)
+    if not unknown or not findings:
         return ""
     lead = (
         "The gap is real, but its cause is" if lies else f"The gap closes, but its cause, at {place(unknown.site)}, is"
     )
     sure = f"{100 * unknown.probability:.0f} %" if unknown.probability < MOST_SHOWN else f"> {100 * MOST_SHOWN:.0f} %"
-    likely = max(_of_model(classes), key=lambda one: one.probability, default=None)
+    likely = max(of_model(classes), key=lambda one: one.probability, default=None)
     most = f"; the most probable of them is {noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
     return (
         f"{lead} most probably ({sure}) not an effect of the library.{lies}"
@@ -209,18 +209,13 @@ def _remainder(classes: Sequence[CauseClass]) -> str:
     return ""
 
 
-def _of_model(classes: Sequence[CauseClass]) -> list[CauseClass]:
-    """Classes of effects in the model."""
-    return [one for one in classes if one.gap_without_m is not None]
-
-
 def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap) -> str:
     """Single effects where all are certain; else the classes that are, and what is certain of their members."""
     certain = [found for found in findings if found.probability >= CERTAIN]
     doubtful = [found for found in findings if found.probability < CERTAIN]
     if not doubtful:
         return f"{lead}: {_clauses(certain)}. {_shrinks(gap)}."
-    in_model = _of_model(classes)
+    in_model = of_model(classes)
     sure = [one for one in in_model if one.probability >= CERTAIN]
     if not sure:
         likely = max(in_model, key=lambda one: one.probability, default=None)

@@ -113,8 +113,10 @@ def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_foun
     one = doubted(geometric(), of_class=0.07)
     unknown = CauseClass("unknown", 0.9995, None, one.gap.after_m, site="measuring_system")
     left = replace(unexplained().where[0], site="measuring_system", coordinate="distance")
-    said = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=(left,))).sentence
-    assert said.startswith(
+    told = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=(left,)))
+    assert to_do(told)[0].startswith("Check the measuring system")
+    assert "They only imitate the cause" in "".join(to_do(told))
+    assert told.sentence.startswith(
         "The gap is real, but its cause is most probably (> 99 %) not an effect of the library. The remaining error is"
         " at measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
         " geometry (7 %). With them in the model the error on new poses falls from"

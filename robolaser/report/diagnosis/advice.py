@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from robolaser.diagnosis.candidate_sites import FORCE
-from robolaser.diagnosis.cause_classes import class_of
+from robolaser.diagnosis.cause_classes import class_of, unknown_instead
 from robolaser.diagnosis.cause_words import joint_names, listed, named, noun
 from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.gross_errors import outlying_poses, shortened
@@ -99,7 +99,9 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         for one in certain
         if not (one.effect.in_urdf and class_of(one) in in_one_urdf)
     ]
-    said += _of_classes(diagnosis, doubtful)
+    only_imitate = unknown_instead(diagnosis.classes) is not None
+    if not only_imitate:
+        said += _of_classes(diagnosis, doubtful)
     if diagnosis.wrong_input:
         said.insert(0, "Correct the data set first, as stated above; then diagnose it again.")
     if diagnosis.pose_scatter:
@@ -114,7 +116,8 @@ def to_do(diagnosis: Diagnosis) -> list[str]:
         odd = f"pose{'s' * (len(poses) > 1)} {shortened(poses)}" if poses else "the gross errors listed below"
         said.append(f"Look at the {what} of {odd}; they are excluded here.")
     if diagnosis.model.effects:
-        said.append("The corrected model is `calibration.json`: it contains all effects found.")
+        beware = " They only imitate the cause: use it at poses like those measured." if only_imitate else ""
+        said.append(f"The corrected model is `calibration.json`: it contains all effects found.{beware}")
     said += _bounds(diagnosis)
     is_sound = diagnosis.verdict == "no_gap" and not diagnosis.wrong_input
     if is_sound and diagnosis.repeatability.is_most_of(diagnosis.gap.noise_floor_m):
