@@ -13,7 +13,7 @@ from robolaser.calibration.result import rms
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest
-from robolaser.diagnosis.thresholds import DETECTION_SIGMA, DISTINCT_SINE, LARGEST_PLAUSIBLE
+from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE, SAME_DIRECTION
 from robolaser.model.effects.effect import CandidateEffect
 
 
@@ -46,7 +46,7 @@ def detection_limits(tests: Sequence[ScoreTest], alone: Sequence[ScoreTest] = ()
                 rival=rival if is_seen else None,
                 at_tool_m=_at_tool(test, float(size)) if is_seen else None,
                 is_imitated=not is_seen
-                and _share_left(test) < DISTINCT_SINE**2 * seen_alone.get(test.candidate_effect, 0.0),
+                and _share_left(test) < SAME_DIRECTION * seen_alone.get(test.candidate_effect, 0.0),
             )
         )
     return tuple(sorted(limits, key=lambda limit: (limit.candidate_effect.effect.name, limit.candidate_effect.where)))

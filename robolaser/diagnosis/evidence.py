@@ -12,10 +12,10 @@ from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
-    ALIAS_SHARE,
     LEAST_PROBABILITY,
     REFITTED_ALTERNATIVES,
     SHARE_OF_BEST_SCORE,
+    SMALL_SHARE,
 )
 from robolaser.diagnosis.verdict import credibility, is_alias, is_form, is_indistinguishable, posterior_weights
 from robolaser.diagnosis.zeros_or_placement import set_rivals
@@ -128,7 +128,7 @@ def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:
         for one in sorted(explained, key=lambda one: explained[one])
         if is_form(explained[one], _explained_beside(refits, final, one, explained))
         or (
-            explained[one] < ALIAS_SHARE * largest
+            explained[one] < SMALL_SHARE * largest
             and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
         )
     ]

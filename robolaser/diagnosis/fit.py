@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL
+from robolaser.diagnosis.thresholds import LARGEST_USUAL, SCATTER_CHANGE
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
@@ -23,8 +23,8 @@ from robolaser.parameters import Parameters
 SEEN, LEAST_SHARE = 1e-3, 0.1
 """Variance by whole poses' scatter, over the largest, from which on a direction tells of it; and the least share of
 those directions that the sensor's parameters leave. Effects count by their penalties."""
-SAME_SCATTER, LEAST_FACTOR, MOST_ROUNDS = 1.1, 1e-2, 4
-"""Factor within which two scatters are the same; the least one on an assumed scatter; rounds of weights and scatter."""
+LEAST_FACTOR, MOST_ROUNDS = 1e-2, 4
+"""The least factor on an assumed scatter; rounds of weights and scatter."""
 MOST_STEPS = 40
 """Of a fit: a good model takes twenty at most; a hopeless one may creep along a curved valley, for a sixth of a tracked
 arm's diagnosis."""
@@ -148,7 +148,7 @@ class Fit:
         fit = self
         for _ in range(MOST_ROUNDS):
             factor = fit.scatter_factor
-            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(SAME_SCATTER):
+            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(SCATTER_CHANGE):
                 break
             noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))
             fit = Fit.of(fit.problem.with_noise(noise), fit.x)
@@ -195,10 +195,10 @@ class Fit:
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
         """Whether the data push a parameter of an effect beyond what is plausible.
 
-        Not by the nominal value, nor by the ends of a shape, which has no unit, or of a series' further terms.
+        Not by the nominal value, nor by the ends of a shape, which has no unit.
         """
         kind, at = candidate_effect.effect, self.problem.parameters.names.index
-        amplitudes = [one.name for one in kind.amplitudes()[:FULLY_PENALIZED]]
+        amplitudes = [one.name for one in kind.amplitudes()]
         sizes = amplitudes + [one.name for one in kind.nonlinear_parameters() if one.unit]
         own = [(item.nominal, at(item.name)) for item in candidate_effect.parameters.items
                if item.name.rpartition(".")[2] in sizes]  # fmt: skip

@@ -9,7 +9,7 @@ from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import smooth_remainder
 from robolaser.diagnosis.refits import Refits, penalty
-from robolaser.diagnosis.thresholds import BY_DATA, MOTIONS_PER_PARAMETER, OPEN_SHARE, PLAUSIBLE_SIGMA
+from robolaser.diagnosis.thresholds import EVEN, MOTIONS_PER_PARAMETER, OPEN_SHARE, PLAUSIBLE_SIGMA
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -74,7 +74,7 @@ def explained(fit: Fit, *, smooth: bool) -> Array:
     """
     own = fit.at.Q[: len(fit.at.white)]
     shares, turned = np.linalg.eigh(own.T @ own)
-    parts = [own @ turned[:, shares > BY_DATA]]
+    parts = [own @ turned[:, shares > EVEN]]
     if smooth:
         parts.append(smooth_remainder(fit))
     return fit.noise.correlate(np.hstack(parts).T).T

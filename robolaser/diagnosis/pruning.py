@@ -15,7 +15,7 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import EVEN, LEAST_LISTED, MIN_CREDIBILITY
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, LEAST_LISTED
 from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -163,7 +163,7 @@ def _incredible(
         return []
     explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
     believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
-    return sorted((one for one in believable if believable[one] < MIN_CREDIBILITY), key=lambda one: believable[one])
+    return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:

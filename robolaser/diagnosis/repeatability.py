@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.thresholds import WORTH_SAYING
+from robolaser.diagnosis.thresholds import EVEN
 from robolaser.model.noise.covariance import NoiseModel, Origin
 
 
@@ -47,7 +47,7 @@ class Repeatability:
     def is_most_of(self, floor_m: float) -> bool:
         """Whether it is worth saying: nobody stated it, and it is most of what noise alone makes of a row."""
         is_estimated = any(source.origin != "stated" for source in self.sources.values())
-        return is_estimated and self.at_sensor_m > WORTH_SAYING * floor_m
+        return is_estimated and self.at_sensor_m > EVEN * floor_m
 
 
 def noise_sources(noise: NoiseModel) -> dict[str, NoiseSource]:

@@ -10,7 +10,6 @@ from robolaser.diagnosis.thresholds import (
     MAX_BESIDE_GEOMETRY,
     MAX_EFFECTS,
     MAX_EXCHANGED,
-    MAX_SEPARATE_EFFECTS,
     MIN_IMPROVEMENT,
     PLACEMENTS_OF_AN_ARM,
     REFITS_PER_ADDITION,
@@ -34,10 +33,10 @@ def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda
     """
     if begin is not None and placements_of_arm(begin.effects):
         return _stepwise(refits, begin, MAX_EFFECTS, progress)
-    most = MAX_EFFECTS if refits.start.has_optics else MAX_SEPARATE_EFFECTS
+    most = MAX_EFFECTS if refits.start.has_optics else PLACEMENTS_OF_AN_ARM
     few = _stepwise(refits, begin or refits.start, most, progress)
     geometry = [test for test in refits.score_tests(refits.start) if test.candidate_effect.effect is LinkGeometry]
-    enough = len(few.effects) < MAX_SEPARATE_EFFECTS and unmodelled_chi2(few) <= 0.0
+    enough = len(few.effects) < PLACEMENTS_OF_AN_ARM and unmodelled_chi2(few) <= 0.0
     if enough or len(geometry) < PLACEMENTS_OF_AN_ARM:
         return few
     progress("fitting the geometry of the whole arm")

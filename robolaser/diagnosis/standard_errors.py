@@ -14,7 +14,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.score_tests import ScoreTest
-from robolaser.diagnosis.thresholds import NO_OTHER_EFFECTS, SAME_COLUMN, SIGMA_OF_95_PERCENT
+from robolaser.diagnosis.thresholds import EVEN, SAME_DIRECTION, SIGMA_OF_95_PERCENT
 
 SIZES: Final = np.concatenate([[0.0], np.geomspace(0.01, 1.0, 9)])
 """Sizes that all effects not found may have, in units of those usual in industry."""
@@ -43,7 +43,7 @@ def standard_errors(fit: Fit, tests: Sequence[ScoreTest] = (), evidence: Sequenc
     variances = np.maximum(by_noise, by_poses + np.square(influence[:, K:]).sum(axis=1))
     if tests:
         white, left = np.hstack([test.white for test in tests]), np.hstack([test.columns for test in tests])
-        other = (left**2).sum(axis=0) > SAME_COLUMN * (white**2).sum(axis=0)
+        other = (left**2).sum(axis=0) > SAME_DIRECTION * (white**2).sum(axis=0)
         pull = influence[:, :K] @ white[:, other]
         variances = variances + considered_variances(pull, left[:, other], at.r)
     variances = variances + between_models(fit, evidence)
@@ -110,7 +110,7 @@ def considered_variances(pull: Array, columns: Array, residuals: Array) -> Array
     t = SIZES[:, None] ** 2
     shrunk = t / (1.0 + t * eigenvalues)
     log_ratios = 0.5 * (along**2 * shrunk - np.log1p(t * eigenvalues)).sum(axis=1)
-    prior = np.where(SIZES > 0.0, (1.0 - NO_OTHER_EFFECTS) / (len(SIZES) - 1), NO_OTHER_EFFECTS)
+    prior = np.where(SIZES > 0.0, (1.0 - EVEN) / (len(SIZES) - 1), EVEN)
     weights = prior * np.exp(log_ratios - log_ratios.max())
     added = [pull**2 @ s + (pull @ (s * along)) ** 2 for s in shrunk]
     return np.asarray(weights @ np.array(added) / weights.sum())

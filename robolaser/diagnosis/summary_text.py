@@ -10,7 +10,7 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE, FLANGE, JOINTS, ExcessScatter
 from robolaser.diagnosis.repeatability import Repeatability
 from robolaser.diagnosis.result import CauseClass, DetectionLimit, Finding, Gap, Validation
-from robolaser.diagnosis.thresholds import CARRIED_SHARE, CERTAIN
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
@@ -135,7 +135,7 @@ def transfer_sentence(validation: Validation, *, has_effects: bool) -> str:
     if validation.is_better:
         room = validation.calibrated_m**2 - validation.noise_floor_m**2
         closed = validation.calibrated_m**2 - validation.after_m**2
-        carries = "It transfers" if closed >= CARRIED_SHARE * room else "Little of it transfers"
+        carries = "It transfers" if closed >= EVEN * room else "Little of it transfers"
         return f"{carries} to {name}: there the error falls from {before} to {after}, {floor}."
     compared = f"the error there is {before} without the effects and {after} with them, {floor}"
     if validation.after_m < validation.calibrated_m:

@@ -18,29 +18,14 @@ worlds is not right, with twice as much none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
 judgement: with half of it two of six blind worlds have a wrong name for certain, with twice as much none."""
-FULLY_PENALIZED: Final = 6
-"""Number of parameters up to which each costs that much: those of a rigid motion."""
-CHI2_PER_FURTHER_PARAMETER: Final = 1.5
-"""Chi-squared for each parameter beyond those: that all of many gain more than their share by chance is ever less
-likely. A judgement."""
-INDEPENDENT_SHAPES: Final = {
-    "backlash": 0.65,
-    "base_compliance": 0.8,
-    "laser_drift": 0.35,
-    "link_compliance": 0.8,
-    "target_scale": 0.7,
-    "thermal_drift": 0.6,
-}
-"""Share of an effect's shapes (time constants, starting states) that are independent, of all that are tried; 1 where it
-is not listed, as for the frequencies of a gear. The best of so many costs twice the logarithm of their number. A
-simulation of noise alone, the largest of all joints: `benchmarks/thresholds/shapes.py`."""
 
 # The search over sets of effects.
 
 REFITS_PER_ADDITION: Final = 4
 """Effects, best score first, that are refitted before one of them is added."""
-DISTINCT_SINE: Final = 1e-2
-"""Sine of the angle between the columns of two effects, below which they count as one direction."""
+SAME_DIRECTION: Final = 1e-4
+"""Share of an effect's squared column, below which it is what the model, or another effect, has already. A judgement:
+anything from 1e-8 to 1e-2 gives the same standard errors to a few per cent."""
 REFITS_PER_EXCHANGE: Final = 2
 """Effects that are refitted in the place of each one that is taken out."""
 SHARE_OF_BEST_SCORE: Final = 0.75
@@ -54,11 +39,10 @@ MAX_EXCHANGED: Final = 4
 """Effects in a model, up to which exchanges are tried: with more, the library makes do without the cause."""
 MAX_EFFECTS: Final = 8
 """Effects in a model."""
-MAX_SEPARATE_EFFECTS: Final = 3
-"""Effects, from which on the geometry of the whole arm is tried: errors of several joints hide each other."""
 PLACEMENTS_OF_AN_ARM: Final = 3
-"""Link placements, from which on they stand for the geometry of a whole arm. A judgement: a maker's tolerances are off
-at every joint, a damaged arm at one or two."""
+"""Link placements, from which on they stand for the geometry of a whole arm, and effects, from which on that geometry
+is tried: errors of several joints hide each other. A judgement: a maker's tolerances are off at every joint, a damaged
+arm at one or two."""
 MAX_BESIDE_GEOMETRY: Final = 4
 """Effects beside the geometry of a whole arm."""
 SCATTER_CHANGE: Final = 1.1
@@ -89,10 +73,6 @@ OUTLIER_ROUNDS: Final = 2
 MOTIONS_PER_PARAMETER: Final = 2
 """Independent motions of poses for each parameter, below which the whole library is not tried when the scatter of whole
 poses is first estimated: it would explain anything. A judgement."""
-BY_DATA: Final = 0.5
-"""Share of what is known of a direction of the parameters, above which it is from the data rather than from known
-distances and priors: more than half."""
-
 
 # An unmodelled cause: a smooth function of unknown form at some site.
 
@@ -127,8 +107,6 @@ MAX_DISTORTION_PX: Final = 0.1
 CHI2_HOPELESS: Final = 200.0
 """Chi-squared above the cheapest model, from which on no further effect is taken out beside an unknown function of the
 posture. A judgement: half of it is odds of 1 to 1e21, and a function's first use costs up to 50."""
-MIN_CREDIBILITY: Final = 0.1
-"""Credibility of an effect, below which it is not worth a person's time. A judgement, set by blind trials."""
 
 # How sure an effect is, and what else it may be.
 
@@ -137,11 +115,9 @@ REFITTED_ALTERNATIVES: Final = 10
 CHI2_INDISTINGUISHABLE: Final = 20.0
 """Chi-squared, by which an alternative may fit worse and still count as indistinguishable.
 A judgement from blind trials: at 14, chance exchanged two effects in 2.3 of a hundred cells."""
-UNEXPLAINED_DISCOUNT: Final = 20.0
-"""How fast an effect loses credibility with what is left unexplained: a twentieth of what it explains halves it. A
-judgement, set by blind trials."""
-ALIAS_SHARE: Final = 0.05
-"""Share of what the largest effect explains, below which an effect may be an alias of that effect's true form."""
+SMALL_SHARE: Final = 0.05
+"""Share of what an effect explains: left unexplained it halves the effect's credibility; a further effect that explains
+less may be an alias of the largest one's true form. A judgement, set by blind trials."""
 ALIAS_LOCATIONS: Final = 3
 """Other locations at which effects would do as well, from which on such an effect is an alias. A judgement."""
 
@@ -153,19 +129,11 @@ LEAST_USUAL: Final = 0.01
 """Least size of errors that the data may tell, in units of those usual in industry. The data choose among sizes."""
 LARGEST_USUAL: Final = 3.0
 """Size of the errors of an arm that was never calibrated, in those units. A judgement."""
-WORTH_SAYING: Final = 0.5
-"""Scatter of whole poses over all noise, from which on it is said. A judgement, of words alone: where poses do not
-scatter, chance makes a third of the noise look as if they did."""
 
 # Standard errors.
 
 SIGMA_OF_95_PERCENT: Final = NormalDist().inv_cdf(0.975)
 """Standard deviations on either side that hold 95 % of a normal distribution."""
-NO_OTHER_EFFECTS: Final = 0.5
-"""Prior probability that an arm has no effects but those found; the data soon outweigh it. A judgement."""
-SAME_COLUMN: Final = 1e-2
-"""Share of an effect's squared column, below which it is what the model has under another name. A judgement: anything
-from 1e-8 to 1e-2 gives the same standard errors to a few per cent."""
 
 # Classes of causes.
 
@@ -174,11 +142,10 @@ CREDIBLE_MASS: Final = 0.95
 FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
-"""Probability, below which a class is no more than possible; and of an unmodelled cause in an effect's place, above
-which the effect is not named. And the share of what is left that a single effect must explain to be no scatter."""
-CARRIED_SHARE: Final = 0.5
-"""Share of another campaign's squared gap above its noise that what was found must close to carry over; below it,
-little of it does. A judgement, of words alone."""
+"""Probability, below which a class is no more than possible; of an unmodelled cause in an effect's place, above which
+the effect is not named; before any data, that an arm has no effects but those found. And the half of anything: of what
+is left, which one effect must explain to be no scatter; of what is known of a direction, which must be from the data;
+of the noise, from which on scatter is worth saying; of another campaign's gap, which must close to carry over."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""
@@ -206,7 +173,5 @@ OPEN_OVER_FLOOR: Final = 2.0
 worlds whose effects are all known stay below 1.5; a real scanner with a remainder of unknown cause is at 5."""
 FORM_SHARE: Final = 0.02
 """Share of what the effects explain, up to which a remainder counts as their form being a little different."""
-CHI2_EXCESS_SIGMA: Final = 6.0
-"""Standard deviations by which chi-squared may exceed its expectation: the noise is known to a few per cent."""
 DETECTION_SIGMA: Final = 1.28
 """Standard deviations above its penalty at which an effect is found. A quantile: nine times in ten."""

@@ -9,32 +9,26 @@ from robolaser.arrays import Array
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
-    ALIAS_SHARE,
-    CHI2_EXCESS_SIGMA,
     CHI2_INDISTINGUISHABLE,
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
-    CHI2_PER_FURTHER_PARAMETER,
     CHI2_PER_PARAMETER,
     FORM_SHARE,
-    FULLY_PENALIZED,
     GAP_OVER_FLOOR,
     OPEN_OVER_FLOOR,
     OPEN_SHARE,
-    UNEXPLAINED_DISCOUNT,
+    SMALL_SHARE,
 )
 
 
-def complexity_penalty(parameters: int, shapes: float) -> float:
+def complexity_penalty(parameters: int, shapes: int) -> float:
     """Chi-squared that an effect must explain to enter the model.
 
     Args:
         parameters: Number of its linear and nonlinear parameters.
-        shapes: Number of independent shapes, by its nonlinear parameters, of which the best was taken.
+        shapes: Number of shapes, by its nonlinear parameters, of which the best was taken.
     """
-    further = max(0, parameters - FULLY_PENALIZED)
-    each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
-    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(max(1.0, shapes)))
+    return CHI2_PER_EFFECT + CHI2_PER_PARAMETER * parameters + 2.0 * float(np.log(max(1, shapes)))
 
 
 def posterior_weights(costs: Array) -> Array:
@@ -63,7 +57,7 @@ def credibility(unmodelled: float, unexplained: float, explained: float) -> floa
         unexplained: Chi-squared that no effect of the model explains.
         explained: Chi-squared that only this effect explains.
     """
-    return (1.0 - unmodelled) / (1.0 + UNEXPLAINED_DISCOUNT * unexplained / max(explained, 1e-9))
+    return (1.0 - unmodelled) / (1.0 + unexplained / (SMALL_SHARE * max(explained, 1e-9)))
 
 
 def is_indistinguishable(chi2: float, chi2_of_alternative: float) -> bool:
@@ -77,7 +71,7 @@ def is_alias(explained: float, largest: float, other_locations: int) -> bool:
     Such an effect explains next to nothing beside the largest one, and effects at several other locations would do as
     well.
     """
-    return explained < ALIAS_SHARE * largest and other_locations >= ALIAS_LOCATIONS
+    return explained < SMALL_SHARE * largest and other_locations >= ALIAS_LOCATIONS
 
 
 def is_form(explained: float, larger: float) -> bool:
@@ -93,7 +87,6 @@ class Evidence:
     Attributes:
         chi2_before: Of the model without effects.
         chi2_after: Of the model with those that were found.
-        freedoms: Residuals less parameters of the latter.
         localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
         floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
         expected_m: The same of a row that was not fitted, beside parameters that are as well known as they can be [m].
@@ -107,7 +100,6 @@ class Evidence:
 
     chi2_before: float
     chi2_after: float
-    freedoms: int
     localized: float
     floor_m: float
     expected_m: float
@@ -147,11 +139,9 @@ def judge(evidence: Evidence) -> str:
     Chi-squared alone is not enough: where whole poses are free to scatter, their scatter explains any gap.
     """
     explained = evidence.chi2_before - evidence.chi2_after
-    excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
-    left = max(evidence.localized, excess)
     closed = evidence.has_effects and evidence.is_closed
     if evidence.estimated_m >= SETUP_RMS_M or not (evidence.is_at_floor or closed):
         return "unexplained"
-    if left <= 0:
+    if evidence.localized <= 0:
         return "explained" if evidence.has_effects else "no_gap"
-    return "explained" if closed and left <= FORM_SHARE * explained else "unexplained"
+    return "explained" if closed and evidence.localized <= FORM_SHARE * explained else "unexplained"
