@@ -14,8 +14,6 @@ from robolaser.diagnosis.thresholds import CERTAIN, EVEN
 
 NAMED = 3
 """Effects, classes or sets that a sentence names; the rest are counted."""
-MOST_SHOWN = 0.99
-"""Probability, from which on a sentence says "more than"."""
 
 
 def sentence(
@@ -192,11 +190,11 @@ def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: G
     lead = (
         "The gap is real, but its cause is" if lies else f"The gap closes, but its cause, at {place(unknown.site)}, is"
     )
-    sure = f"{100 * unknown.probability:.0f} %" if unknown.probability < MOST_SHOWN else f"> {100 * MOST_SHOWN:.0f} %"
+    how = "almost certainly" if unknown.probability >= CERTAIN else "probably"
     likely = max(of_model(classes), key=lambda one: one.probability, default=None)
     most = f"; the most probable of them is {noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
     return (
-        f"{lead} most probably ({sure}) not an effect of the library.{lies}"
+        f"{lead} {how} not an effect of the library.{lies}"
         f" The effects found only imitate it{most}. {_shrinks(gap, 'them')}."
     )
 

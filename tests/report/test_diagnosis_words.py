@@ -101,7 +101,7 @@ def with_unknown(probability, site, *, alone):
         (lambda: with_unknown(0.99, "base", alone=False), "The small remaining error is at base"),
         (
             lambda: with_unknown(0.8, "joint_4", alone=True),
-            "its cause, at joint_4, is most probably (80 %) not an effect",
+            "its cause, at joint_4, is probably not an effect",
         ),
     ],
 )
@@ -117,7 +117,7 @@ def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_foun
     assert to_do(told)[0].startswith("Check the measuring system")
     assert "They only imitate the cause" in "".join(to_do(told))
     assert told.sentence.startswith(
-        "The gap is real, but its cause is most probably (> 99 %) not an effect of the library. The remaining error is"
+        "The gap is real, but its cause is almost certainly not an effect of the library. The remaining error is"
         " at measuring system (distance). The effects found only imitate it; the most probable of them is the arm's"
         " geometry (7 %). With them in the model the error on new poses falls from"
     )
