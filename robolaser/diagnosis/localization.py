@@ -13,7 +13,7 @@ from robolaser.diagnosis.candidate_sites import Site, sites
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.random_functions import RandomFunctions
 from robolaser.diagnosis.score_tests import NEGLIGIBLE
-from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE, MAX_SITES
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MAX_SITES
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))
 """Standard deviations tried for a function, relative to one that just shows among the noise."""
@@ -136,7 +136,7 @@ def localize(fit: Fit) -> list[Localization]:
 def unmodelled_chi2(fit: Fit) -> float:
     """Chi-squared that functions of unknown form at any site explain of what is left, beyond what chance gives."""
     unknown = [site for site in sites(fit) if site.unknown]
-    return sum(one.ratio - LIKELIHOOD_RATIO_OF_SITE for one in _select_sites(fit, unknown)[0])
+    return sum(one.ratio - CHI2_PER_EFFECT for one in _select_sites(fit, unknown)[0])
 
 
 def has_smooth_remainder(fit: Fit, where: str) -> bool:
@@ -178,7 +178,7 @@ def _select_sites(fit: Fit, candidates: Iterable[Site]) -> tuple[list[_SelectedS
             both = np.stack([normals[i] for i in alike]), np.stack([gradients[i] for i in alike])
             ratios[alike], size[alike] = _likelihood_ratios(*both, most[alike], least[alike])
         best = int(np.argmax(ratios))
-        if ratios[best] < LIKELIHOOD_RATIO_OF_SITE:
+        if ratios[best] < CHI2_PER_EFFECT:
             break
         selected.append(_SelectedSite(tried[best], float(ratios[best]), float(size[best])))
         if len(selected) < MAX_SITES:

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.localization import Localization, has_smooth_remainder, p_value
 from robolaser.diagnosis.sparse_shapes import sparse_shape_chi2
-from robolaser.diagnosis.thresholds import LIKELIHOOD_RATIO_OF_SITE
+from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT
 from robolaser.diagnosis.verdict import posterior_weights
 from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.model.blocks.errors import moved_with_pose
@@ -126,7 +126,7 @@ def pose_scatter(fit: Fit, found: NoiseEstimate) -> ExcessScatter | None:
     ratio = 2.0 * found.likelihood.cost(base)[0] - float(twice[best])
     part, noise = parts[best], noises[best]
     limits = {name: found.limits.get(name, found.limits.get("joint", np.inf)) for name in part.names}
-    if ratio < LIKELIHOOD_RATIO_OF_SITE or all(noise.sigmas[name] <= limits[name] for name in part.names):
+    if ratio < CHI2_PER_EFFECT or all(noise.sigmas[name] <= limits[name] for name in part.names):
         return None
     if part.where in moving_joints(fit.model.dataset.robot) and _has_shape(fit, noise, part.where):
         return None
@@ -191,7 +191,7 @@ def _has_shape(fit: Fit, noise: NoiseModel, joint: str) -> bool:
     With its own angle or torque, or with time, also in a step; smoothly with another joint's angle or the posture.
     """
     granted = Fit.of(fit.problem.with_noise(noise), fit.x)
-    return sparse_shape_chi2(granted, joint) >= LIKELIHOOD_RATIO_OF_SITE or has_smooth_remainder(granted, joint)
+    return sparse_shape_chi2(granted, joint) >= CHI2_PER_EFFECT or has_smooth_remainder(granted, joint)
 
 
 def _without_excess(noise: NoiseModel, limits: Mapping[str, float], part: _Part) -> NoiseModel:

@@ -12,9 +12,11 @@ from typing import Final
 # What an effect must explain before it enters the model.
 
 CHI2_PER_EFFECT: Final = 16.0
-"""Chi-squared that any effect must explain, and a function of unknown form at a joint as well. A quantile: among a
-hundred candidates of one parameter, chance reaches it once in 158 data sets. With half of it one more of six blind
-worlds is not right, with twice as much none."""
+"""Chi-squared that any effect must explain, and a function of unknown form at a joint as well; and twice the logarithm
+of the likelihood ratio from which on a gap is at a site. Quantiles: among a hundred candidates of one parameter,
+chance reaches it once in 158 data sets, and among a hundred coordinates once in 316 (the half chi-squared
+distribution, Self and Liang 1987). With half of it one more of six blind worlds is not right, with twice as much
+none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
 judgement: with half of it two of six blind worlds have a wrong name for certain, with twice as much none."""
@@ -76,10 +78,6 @@ poses is first estimated: it would explain anything. A judgement."""
 
 # An unmodelled cause: a smooth function of unknown form at some site.
 
-LIKELIHOOD_RATIO_OF_SITE: Final = 18.0
-"""Twice the logarithm of the likelihood ratio, from which on a gap is said to lie at a site. A quantile of the half
-chi-squared distribution (Self and Liang 1987): with a hundred coordinates asked, chance reaches it once in 900 data
-sets."""
 CHI2_OF_UNMODELLED_CAUSE: Final = 12.0
 """Chi-squared that it costs to say that the cause is not in the library. A prior: odds of 1 to 400. With 6 or 24
 no answer changes on six blind worlds; 4 no longer finds some weak true causes, and -12 loses 5 of 18."""
