@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import LARGEST_USUAL, SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, SCATTER_CHANGE
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
@@ -195,10 +195,10 @@ class Fit:
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
         """Whether the data push a parameter of an effect beyond what is plausible.
 
-        Not by the nominal value, nor by the ends of a shape, which has no unit.
+        Not by the nominal value, nor by the ends of a shape, which has no unit, or of a series' further terms.
         """
         kind, at = candidate_effect.effect, self.problem.parameters.names.index
-        amplitudes = [one.name for one in kind.amplitudes()]
+        amplitudes = [one.name for one in kind.amplitudes()[:FULLY_PENALIZED]]
         sizes = amplitudes + [one.name for one in kind.nonlinear_parameters() if one.unit]
         own = [(item.nominal, at(item.name)) for item in candidate_effect.parameters.items
                if item.name.rpartition(".")[2] in sizes]  # fmt: skip

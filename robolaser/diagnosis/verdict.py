@@ -9,11 +9,14 @@ from robolaser.arrays import Array
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
+    CHI2_EXCESS_SIGMA,
     CHI2_INDISTINGUISHABLE,
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
+    CHI2_PER_FURTHER_PARAMETER,
     CHI2_PER_PARAMETER,
     FORM_SHARE,
+    FULLY_PENALIZED,
     GAP_OVER_FLOOR,
     OPEN_OVER_FLOOR,
     OPEN_SHARE,
@@ -28,7 +31,9 @@ def complexity_penalty(parameters: int, shapes: int) -> float:
         parameters: Number of its linear and nonlinear parameters.
         shapes: Number of shapes, by its nonlinear parameters, of which the best was taken.
     """
-    return CHI2_PER_EFFECT + CHI2_PER_PARAMETER * parameters + 2.0 * float(np.log(max(1, shapes)))
+    further = max(0, parameters - FULLY_PENALIZED)
+    each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
+    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(max(1, shapes)))
 
 
 def posterior_weights(costs: Array) -> Array:
@@ -87,6 +92,7 @@ class Evidence:
     Attributes:
         chi2_before: Of the model without effects.
         chi2_after: Of the model with those that were found.
+        freedoms: Residuals less parameters of the latter.
         localized: Sum of the likelihood ratios of all sites at which a part of the gap is left.
         floor_m: Root-mean-square error of a row by noise: the noise floor of the gap [m].
         expected_m: The same of a row that was not fitted, beside parameters that are as well known as they can be [m].
@@ -100,6 +106,7 @@ class Evidence:
 
     chi2_before: float
     chi2_after: float
+    freedoms: int
     localized: float
     floor_m: float
     expected_m: float
@@ -139,9 +146,11 @@ def judge(evidence: Evidence) -> str:
     Chi-squared alone is not enough: where whole poses are free to scatter, their scatter explains any gap.
     """
     explained = evidence.chi2_before - evidence.chi2_after
+    excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
+    left = max(evidence.localized, excess)
     closed = evidence.has_effects and evidence.is_closed
     if evidence.estimated_m >= SETUP_RMS_M or not (evidence.is_at_floor or closed):
         return "unexplained"
-    if evidence.localized <= 0:
+    if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"
-    return "explained" if closed and evidence.localized <= FORM_SHARE * explained else "unexplained"
+    return "explained" if closed and left <= FORM_SHARE * explained else "unexplained"

@@ -24,6 +24,7 @@ from robolaser.estimation.outliers import OUTLIER_SIGMA
 CLEAN = Evidence(
     chi2_before=1000.0,
     chi2_after=1000.0,
+    freedoms=1000,
     localized=0.0,
     floor_m=1e-4,
     expected_m=1e-4,
@@ -49,8 +50,11 @@ def test_of_a_hundred_candidates_chance_reaches_the_fixed_part_once_in_158_data_
     assert 1 / (100 * chi2.sf(thresholds.CHI2_PER_EFFECT, 1)) == pytest.approx(158, abs=1)
 
 
-def test_each_parameter_costs_the_same():
-    assert complexity_penalty(9, 1) == 16.0 + 9 * 4.5
+def test_each_parameter_costs_the_same_up_to_those_of_a_rigid_motion_and_less_beyond():
+    assert complexity_penalty(6, 1) == 16.0 + 6 * 4.5
+    assert complexity_penalty(9, 1) == 16.0 + 6 * 4.5 + 3 * thresholds.CHI2_PER_FURTHER_PARAMETER
+    assert thresholds.CHI2_PER_FURTHER_PARAMETER < thresholds.CHI2_PER_PARAMETER
+    assert thresholds.FULLY_PENALIZED == 6
 
 
 def test_the_best_of_more_shapes_costs_twice_the_logarithm_of_their_number():
@@ -126,6 +130,13 @@ def test_effects_that_leave_noise_explain_the_gap():
 
 def test_a_site_that_speaks_leaves_a_gap_unexplained():
     assert judge(replace(CLEAN, localized=16.0)) == "unexplained"
+
+
+def test_more_than_six_standard_deviations_of_chi_squared_leave_a_gap_unexplained():
+    assert thresholds.CHI2_EXCESS_SIGMA == 6.0
+    limit = 1000.0 + 6.0 * np.sqrt(2000.0)
+    assert judge(replace(CLEAN, chi2_after=limit - 1.0)) == "no_gap"
+    assert judge(replace(CLEAN, chi2_after=limit + 1.0)) == "unexplained"
 
 
 def test_a_remainder_within_two_per_cent_of_what_effects_explain_is_their_form():
