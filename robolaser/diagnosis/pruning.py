@@ -29,7 +29,8 @@ def prune(
     those that an unmodelled cause explains better; then aliases of larger effects; then those that are not credible. Of
     several, the worse half goes at a time. Last go those that do not lower the held-out error when they are added.
     Once others are removed, an alternative may be more probable than an effect: then it replaces it. The effects
-    that explain least are weighed first: they are the likeliest to be exchanged, after which all are weighed again.
+    that explain least are weighed first: they are the likeliest to be exchanged, after which all are weighed again. And
+    an effect that was removed may be needed again, where another one stays at its site.
 
     Args:
         refits: Fits sets of effects.
@@ -41,7 +42,7 @@ def prune(
         Fits of the effects that are left, added one by one to the model without any; the evidence for each of them; and
         where the residuals of the last fit still lie.
     """
-    final = _helpful(refits, final, held_out, progress)
+    selected, final = final, _helpful(refits, final, held_out, progress)
     exchanges = {frozenset(final.effects)}  # an exchange may undo another one's, with what was removed in between
     while True:
         if (plausible := _plausible(refits, final)) is not final:
@@ -77,9 +78,14 @@ def prune(
         else:
             found = [evidence[one] for one in final.effects]
             nested = nested_fits(refits, refits.of(final), held_out, found)
-            if not (doubtful := _not_lowering(nested, held_out)):
+            if doubtful := _not_lowering(nested, held_out):
+                final = _without_half(refits, nested[-1], doubtful)
+                continue
+            needed = needed_again(refits, selected, refits.of(final), held_out)
+            if needed is None or frozenset(needed.effects) in exchanges:
                 return nested, found, left
-            final = _without_half(refits, nested[-1], doubtful)
+            final = needed
+            exchanges.add(frozenset(final.effects))
 
 
 def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:
@@ -113,6 +119,25 @@ def _not_lowering(nested: Sequence[Fit], held_out: HeldOut) -> list[CandidateEff
         (added,) = set(after.effects) - set(before.effects)
         rises[added] = held_out.gap(after) - held_out.gap(before)
     return sorted((one for one in rises if rises[one] >= 0.0), key=lambda one: -rises[one])
+
+
+def needed_again(refits: Refits, selected: Fit, final: Fit, held_out: HeldOut) -> Fit | None:
+    """The fit with one of the effects that were taken out, beside one at the same site; None if none is needed.
+
+    Where the sensor has optics, an unmodelled cause takes effects out one after the other: one whose site is certain
+    may have gone because of others that are out by now.
+    """
+    sites = {one.where for one in final.effects if final.has_optics}
+    out = {one for one in selected.effects if one.where in sites} - set(final.effects)
+    for test in refits.score_tests(final) if out else ():
+        one = test.candidate_effect
+        if one not in out:
+            continue
+        fit = refits.of(final, [test])
+        costs_less = refits.cost(fit) < refits.cost(final) and not fit.exceeds_bounds(one)
+        if costs_less and held_out.gap(fit) < held_out.gap(final) and _unmodelled(refits, fit, one) <= EVEN:
+            return fit
+    return None
 
 
 def _without_half(refits: Refits, final: Fit, doubtful: Sequence[CandidateEffect]) -> Fit:

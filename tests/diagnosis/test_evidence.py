@@ -23,6 +23,7 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut
 from robolaser.diagnosis.localization import localize, p_value
 from robolaser.diagnosis.preparation import Preparation
+from robolaser.diagnosis.pruning import needed_again
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.result_json import diagnosis_json
@@ -408,3 +409,20 @@ def test_a_problem_keeps_its_parameters_within_their_bounds(clean: tuple[Average
     problem = fitted.problem
     assert (fitted.x >= problem.parameters.lower).all()
     assert (fitted.x <= problem.parameters.upper).all()
+
+
+def test_an_effect_that_was_taken_out_comes_back_where_another_one_stays_at_its_site() -> None:
+    _, start = begun(cell({"joint_offset:joint_2": 0.01, "backlash:joint_2": 0.004, "laser_roll": 0.02}))
+    refits = Refits(start, library(EFFECTS, start.model.dataset))
+    selected = select(refits)
+    assert sorted(one.where for one in selected.effects) == ["joint_2", "joint_2", "laser"]
+    held_out = HeldOut(start, 1)
+    for taken_out in selected.effects:
+        less = refits.refit(selected, removed=taken_out)
+        back = needed_again(refits, selected, less, held_out)
+        if taken_out.where == "laser":
+            assert back is None
+        else:
+            assert back is not None
+            assert set(back.effects) == set(selected.effects)
+        assert needed_again(refits, less, less, held_out) is None  # it was never chosen
