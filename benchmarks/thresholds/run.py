@@ -45,8 +45,8 @@ FACTORS = (0.5, 2.0)
 FROM_ONE = ("GAP_OVER_FLOOR", "ROW_NOISE_CHANGE", "SCATTER_CHANGE", "IMPLAUSIBLE_NOISE")
 """Ratios of which the distance from one is varied. Shares and probabilities of a half and more are varied by their
 distance from one, whole numbers are rounded."""
-NOT_VARIED = ("SIGMA_OF_95_PERCENT",)
-"""What follows from a distribution."""
+NOT_VARIED = ("SIGMA_OF_95_PERCENT", "INDEPENDENT_SHAPES")
+"""What follows from a distribution or from `shapes.py`."""
 NUMERICAL = (
     "candidate_sites.DENTS", "fit.CORRELATED", "fit.LEAST_FACTOR", "fit.LEAST_SHARE", "fit.MOST_ROUNDS", "fit.SEEN",
     "fit.SINGULAR", "gaussian_process_basis.KEPT", "gaussian_process_basis.LANDMARKS", "gaussian_process_basis.MOST",

@@ -23,6 +23,7 @@ from robolaser.diagnosis.thresholds import (
     CHI2_OF_UNMODELLED_CAUSE,
     CHI2_PER_EFFECT,
     EVEN,
+    INDEPENDENT_SHAPES,
     LEAST_PROBABILITY,
     MIN_IMPROVEMENT,
 )
@@ -225,7 +226,7 @@ def penalty(test: ScoreTest) -> float:
     """The complexity penalty of an effect; its nonlinear parameters count where several values of them were tried."""
     kind = test.candidate_effect.effect
     parameters = len(kind.units()) if test.tried > 1 else len(kind.amplitudes())
-    return complexity_penalty(parameters, test.tried)
+    return complexity_penalty(parameters, INDEPENDENT_SHAPES.get(kind.name, 1.0) * test.tried)
 
 
 def predicted(near: Fit, added: Sequence[ScoreTest]) -> dict[str, float]:

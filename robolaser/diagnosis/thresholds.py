@@ -28,6 +28,18 @@ CHI2_PER_FURTHER_PARAMETER: Final = 1.5
 likely. A judgement: at the full price a warped target and a sagging bracket, of 22 and 7 numbers, are no longer found
 on three of 258 data sets."""
 
+INDEPENDENT_SHAPES: Final = {
+    "backlash": 0.65,
+    "base_compliance": 0.8,
+    "laser_drift": 0.35,
+    "link_compliance": 0.8,
+    "target_scale": 0.7,
+    "thermal_drift": 0.6,
+}
+"""Share of an effect's shapes (time constants, starting states) that are independent, of all that are tried; 1 where it
+is not listed, as for the frequencies of a gear. The best of so many costs twice the logarithm of their number. A
+simulation of noise alone, the largest of all joints: `benchmarks/thresholds/shapes.py`."""
+
 # The search over sets of effects.
 
 REFITS_PER_ADDITION: Final = 4

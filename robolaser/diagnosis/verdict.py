@@ -24,16 +24,16 @@ from robolaser.diagnosis.thresholds import (
 )
 
 
-def complexity_penalty(parameters: int, shapes: int) -> float:
+def complexity_penalty(parameters: int, shapes: float) -> float:
     """Chi-squared that an effect must explain to enter the model.
 
     Args:
         parameters: Number of its linear and nonlinear parameters.
-        shapes: Number of shapes, by its nonlinear parameters, of which the best was taken.
+        shapes: Number of independent shapes, by its nonlinear parameters, of which the best was taken.
     """
     further = max(0, parameters - FULLY_PENALIZED)
     each = CHI2_PER_PARAMETER * (parameters - further) + CHI2_PER_FURTHER_PARAMETER * further
-    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(max(1, shapes)))
+    return CHI2_PER_EFFECT + each + 2.0 * float(np.log(max(1.0, shapes)))
 
 
 def posterior_weights(costs: Array) -> Array:

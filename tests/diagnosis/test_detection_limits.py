@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scanned import begun, cell
+from board_cell import begun, cell
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.detection_limits import detection_limits

@@ -5,7 +5,7 @@ from typing import ClassVar, final
 
 import numpy as np
 import pytest
-from scanned import begun, cell
+from board_cell import begun, cell
 from scipy.stats import chi2, kstest
 
 import robolaser

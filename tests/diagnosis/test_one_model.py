@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 import pytest
-from scanned import begun
-from scanned import cell as scanned
+from board_cell import begun
+from board_cell import cell as scanned
 
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
