@@ -160,9 +160,9 @@ FURTHER_SUBSTITUTES: Final = 1
 """Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
 """Probability, below which a class is no more than possible; of an unmodelled cause in an effect's place, above which
-the effect is not named; before any data, that an arm has no effects but those found. And the half of anything: of what
-is left, which one effect must explain to be no scatter; of what is known of a direction, which must be from the data;
-of the noise, from which on scatter is worth saying; of another campaign's gap, which must close to carry over."""
+the effect is not named; before any data, that an arm has no effects but those found. And half of a whole: of what is
+left, which one effect must explain to be no scatter; of what is known of a direction, which must be from the data; of
+the noise, from which on scatter is worth saying; of another campaign's gap, which must close to carry over."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""
