@@ -43,7 +43,9 @@ def prune(
         where the residuals of the last fit still lie.
     """
     selected, final = final, _helpful(refits, final, held_out, progress)
-    exchanges = {frozenset(final.effects)}  # an exchange may undo another one's, with what was removed in between
+    had = {
+        frozenset(final.effects)
+    }  # an exchange, or a return, may undo another one's, with what was removed in between
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
@@ -71,9 +73,9 @@ def prune(
             progress(f"weighing {one} against other effects")
             evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained, held_out)
             better = exchanged(final, evidence[one], held_out)
-            if better is not None and frozenset(better.effects) not in exchanges:
+            if better is not None and frozenset(better.effects) not in had:
                 final = better
-                exchanges.add(frozenset(final.effects))
+                had.add(frozenset(final.effects))
                 break
         else:
             found = [evidence[one] for one in final.effects]
@@ -82,10 +84,10 @@ def prune(
                 final = _without_half(refits, nested[-1], doubtful)
                 continue
             needed = needed_again(refits, selected, refits.of(final), held_out)
-            if needed is None or frozenset(needed.effects) in exchanges:
+            if needed is None or frozenset(needed.effects) in had:
                 return nested, found, left
             final = needed
-            exchanges.add(frozenset(final.effects))
+            had.add(frozenset(final.effects))
 
 
 def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequence[EffectEvidence] = ()) -> list[Fit]:

@@ -45,7 +45,10 @@ class Repeatability:
     is_stated: bool = False
 
     def is_most_of(self, floor_m: float) -> bool:
-        """Whether it is worth saying: nobody stated it, and it is most of what noise alone makes of a row."""
+        """Whether it is worth saying: nobody stated it, and it is most of what noise alone makes of a row.
+
+        Where poses do not scatter, chance makes a third of the noise look as if they did.
+        """
         is_estimated = any(source.origin != "stated" for source in self.sources.values())
         return is_estimated and self.at_sensor_m > EVEN * floor_m
 

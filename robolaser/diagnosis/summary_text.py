@@ -45,8 +45,8 @@ def sentence(
     elif verdict == "no_gap":
         text = f"There is no gap: on new poses {_compared_with_noise(gap)}"
     elif verdict == "explained":
-        text = _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
-        text = _imitated(findings, classes, gap) or text
+        imitated = _imitated("The gap closes, but its cause", findings, classes, gap)
+        text = imitated or _causes("The gap is explained", findings, classes, gap) + _remainder(classes)
     else:
         text = _unexplained(findings, classes, where, gap)
     if gap.turns_rad is not None:
@@ -165,8 +165,8 @@ def _unexplained(
     first = next((lies for lies in where if lies.coordinate != BY_CHANCE), None)
     lies = f" The remaining error is at {place(first.site)} ({first.coordinate})." if first else ""
     if findings:
-        partly = _causes("A part of the gap is explained", findings, classes, gap) + lies
-        return _imitated(findings, classes, gap, lies) or partly
+        imitated = _imitated("The gap is real, but its cause", findings, classes, gap, lies)
+        return imitated or _causes("A part of the gap is explained", findings, classes, gap) + lies
     floor = millimetres(gap.noise_floor_m)
     beside = f"within the noise ({floor}), yet not random" if gap.after_m < gap.noise_floor_m else _where_noise(gap)
     return (
@@ -175,28 +175,33 @@ def _unexplained(
     )
 
 
-def _imitated(findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str = "") -> str:
+def _imitated(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass], gap: Gap, lies: str = "") -> str:
     """The unknown first, where effects found only imitate it; else empty.
 
     Args:
+        lead: How the sentence begins, up to the cause.
         findings: Effects of the final model.
         classes: Classes of causes.
         gap: How far the gap shrinks.
-        lies: Where the remaining error is; empty where the gap closes.
+        lies: Where the remaining error is; may be empty.
     """
     unknown = unknown_instead(classes)
     if not unknown or not findings:
         return ""
-    lead = (
-        "The gap is real, but its cause is" if lies else f"The gap closes, but its cause, at {place(unknown.site)}, is"
-    )
+    at = "" if lies else f", at {place(unknown.site)},"
     how = "almost certainly" if unknown.probability >= CERTAIN else "probably"
-    likely = max(of_model(classes), key=lambda one: one.probability, default=None)
-    most = f"; the most probable of them is {noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
+    likeliest = _likeliest(of_model(classes))
+    most = f"; the most probable of them is {likeliest}" if likeliest else ""
     return (
-        f"{lead} {how} not an effect of the library.{lies}"
+        f"{lead}{at} is {how} not an effect of the library.{lies}"
         f" The effects found only imitate it{most}. {_shrinks(gap, 'them')}."
     )
+
+
+def _likeliest(classes: Sequence[CauseClass]) -> str:
+    """The most probable of some classes, with its probability; empty where there is none."""
+    likely = max(classes, key=lambda one: one.probability, default=None)
+    return f"{noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
 
 
 def _remainder(classes: Sequence[CauseClass]) -> str:
@@ -216,8 +221,8 @@ def _causes(lead: str, findings: Sequence[Finding], classes: Sequence[CauseClass
     in_model = of_model(classes)
     sure = [one for one in in_model if one.probability >= CERTAIN]
     if not sure:
-        likely = max(in_model, key=lambda one: one.probability, default=None)
-        most = f"; most probable is {noun(likely.name)} ({100 * likely.probability:.0f} %)" if likely else ""
+        likeliest = _likeliest(in_model)
+        most = f"; most probable is {likeliest}" if likeliest else ""
         return f"{lead}, but no cause is certain{most}. {_shrinks(gap)}."
     said = [f"{lead} by {listed([_class(one, findings) for one in sure[:NAMED]])}.", f"{_shrinks(gap)}."]
     if len(in_model) > 1:

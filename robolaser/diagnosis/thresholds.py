@@ -20,14 +20,12 @@ none."""
 CHI2_PER_PARAMETER: Final = 4.5
 """The same for each of its parameters. Chance gains 1 for each on average, and the largest of many chances more. A
 judgement: with half of it two of six blind worlds have a wrong name for certain, with twice as much none."""
-
 FULLY_PENALIZED: Final = 6
 """Number of parameters up to which each costs that much: those of a rigid motion."""
 CHI2_PER_FURTHER_PARAMETER: Final = 1.5
 """Chi-squared for each parameter beyond those: that all of many gain more than their share by chance is ever less
 likely. A judgement: at the full price a warped target and a sagging bracket, of 22 and 7 numbers, are no longer found
 on three of 258 data sets."""
-
 INDEPENDENT_SHAPES: Final = {
     "backlash": 0.65,
     "base_compliance": 0.8,

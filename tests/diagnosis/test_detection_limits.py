@@ -17,11 +17,6 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.model.effects import candidate_effects
 
 
-@pytest.fixture(scope="module")
-def clean() -> tuple[AveragedData, Fit]:
-    return begun(cell())
-
-
 def test_an_effect_shows_above_its_limit_and_not_below(clean: tuple[AveragedData, Fit]) -> None:
     _, fitted = clean
     (score,) = score_tests(fitted, candidate_effects(["joint_offset:joint_3"], fitted.model.dataset))

@@ -40,11 +40,6 @@ from robolaser.trials.building import Ranges
 from robolaser.trials.making import make
 
 
-@pytest.fixture(scope="module")
-def clean() -> tuple[AveragedData, Fit]:
-    return begun(cell())
-
-
 def test_repeats_are_averaged_into_one_row_a_point(clean: tuple[AveragedData, Fit]) -> None:
     observed, _ = clean
     assert len(observed.dataset.points) == 40 * 8

@@ -123,6 +123,13 @@ def test_a_remaining_gap_begins_with_the_unknown_where_no_class_of_what_was_foun
     )
 
 
+def test_a_remaining_gap_is_not_said_to_close_where_its_place_is_not_found():
+    one = doubted(geometric(), of_class=0.07)
+    unknown = CauseClass("unknown", 0.8, None, one.gap.after_m, site="base")
+    said = resaid(replace(one, verdict="unexplained", classes=(unknown, *one.classes), where=())).sentence
+    assert said.startswith("The gap is real, but its cause, at base, is probably not an effect of the library. The eff")
+
+
 @pytest.mark.parametrize(
     ("is_stated", "limit"), [(False, "the usual repeatability of arms"), (True, "the stated repeatability")]
 )
