@@ -43,9 +43,7 @@ def prune(
         where the residuals of the last fit still lie.
     """
     selected, final = final, _helpful(refits, final, held_out, progress)
-    had = {
-        frozenset(final.effects)
-    }  # an exchange, or a return, may undo another one's, with what was removed in between
+    had = {frozenset(final.effects)}  # sets so far: an exchange or a return may undo an earlier one
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
