@@ -60,7 +60,8 @@ def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
     state = mujoco.MjData(model)
     columns = [int(model.joint(name).qposadr[0]) for name in robot.joints]
     model.dof_armature[columns] = 1e6
-    steps, rest = (round(duration / model.opt.timestep) for duration in (WAY_S, REST_S))
+    step_s, qpos, qvel = model.opt.timestep, state.qpos, state.qvel  # views, which take longer to get than to fill
+    steps, rest = (round(duration / step_s) for duration in (WAY_S, REST_S))
     shares = (1.0 - np.cos(np.pi * np.arange(1, steps + 1) / steps))[:, None] / 2.0
     shares = shares if model.ntendon else shares[:0]
     flange, found = model.body(robot.flange).id, np.tile(np.eye(4), (int(held.sum()), 1, 1))
@@ -69,14 +70,14 @@ def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
         mujoco.mj_resetData(model, state)
         (known,) = np.nonzero(np.abs(np.diff(path, axis=0)).min(axis=1) > BEYOND_PLAY)
         way, goal = path[known.max(initial=0) :], path[-1]
-        state.qpos[columns] = way[0]
+        qpos[columns] = way[0]
         for now in np.concatenate([before + shares * (then - before) for before, then in pairwise(way)]):
-            state.qvel[columns] = (now - state.qpos[columns]) / model.opt.timestep
+            qvel[columns] = (now - qpos[columns]) / step_s
             mujoco.mj_step(model, state)
         for _ in range(rest if model.nv > len(columns) else 0):
-            state.qpos[columns], state.qvel[columns] = goal, 0.0
+            qpos[columns], qvel[columns] = goal, 0.0
             mujoco.mj_step(model, state)
-        state.qpos[columns] = goal
+        qpos[columns] = goal
         mujoco.mj_forward(model, state)
         T[:3, :3], T[:3, 3] = state.xmat[flange].reshape(3, 3), state.xpos[flange]
     return found
