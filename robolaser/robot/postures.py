@@ -31,8 +31,10 @@ def most_crowded(places: Array, radius: float, centres: int = 500) -> Bools:
     """Mark places (n, k) within a radius of that one of the first, so many, which has most of them around it, (n,)."""
     if not len(places):
         return np.zeros(0, dtype=np.bool_)
-    near = np.linalg.norm(places[:, None] - places[None, :centres], axis=-1) < radius
-    return np.asarray(near[:, near.sum(axis=0).argmax()])
+    from scipy.spatial import KDTree  # noqa: PLC0415 - takes a while to import
+
+    around = KDTree(places).query_ball_point(places[:centres], radius, return_length=True)
+    return np.asarray(np.linalg.norm(places - places[np.argmax(around)], axis=-1) < radius)
 
 
 def farthest_first(features: Array) -> Ints:
