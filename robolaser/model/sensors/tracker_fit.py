@@ -32,13 +32,9 @@ def base_and_tools(measured: Array, T_base_flange: Array, tool: Ints) -> tuple[A
     mixed = N[:, linear[:, None], entries]
     gives = -np.linalg.pinv(N[:, linear[:, None], linear], rcond=RANK**2, hermitian=True) @ mixed
     Q = N[:, entries[:, None], entries] + np.swapaxes(mixed, 1, 2) @ gives
-    starts = _starts(Q)
-    A, left = starts[:, 0], np.full(len(Q), np.inf)
-    for start in np.moveaxis(starts, 1, 0):
-        refined, cost = _refined(Q, start)
-        better = cost < left
-        A = np.where(better[:, None, None], refined, A)
-        left = np.where(better, cost, left)
+    refined, left = _refined(Q.repeat(1 + TRIED, axis=0), _starts(Q).reshape(-1, 3, 3))
+    best = left.reshape(len(Q), -1).argmin(axis=1)
+    A = refined.reshape(len(Q), -1, 3, 3)[np.arange(len(Q)), best]
     rest = (gives @ _entries(A)[..., None])[..., 0]
     R = np.swapaxes(A, 1, 2)
     shift = middle[:, 0] + (R @ rest[:, :3, None])[..., 0]
