@@ -1,7 +1,7 @@
 """Where a camera's fit starts: intrinsics from its boards, then hand-eye and target by A X = Z B."""
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache, partial
 from typing import final
 
 import numpy as np
@@ -25,7 +25,7 @@ FEWEST_PLACED = 3  # poses whose boards place the camera
 
 @final
 class CameraStart:
-    """Closed forms for one data set; what depends on the images alone is worked out once.
+    """Closed forms for one data set; what depends on the images alone is worked out once, however poses are read.
 
     Args:
         dataset: With pixels and target points.
@@ -34,9 +34,10 @@ class CameraStart:
     """
 
     def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
-        self._image_px, self._rides, self._placed = image_px, rides, dataset.placed
-        self._views, self._poses = _views_of(dataset)
-        self._seen = cache(self._placed_boards)
+        self._rides, self._placed = rides, dataset.placed
+        views, self._poses = _views_of(dataset)
+        shown = tuple((view.points.tobytes(), view.pixels.tobytes()) for view in views)
+        self._seen = cache(partial(_placed_boards, shown, image_px))
 
     def initialize(self, values: Values, T_base_flange: Array) -> Values:
         """All parameters of the camera that are not among the values, (c,) each.
@@ -86,15 +87,22 @@ class CameraStart:
             return None
         return np.asarray(motion({name: np.array([known[name]]) for name in names}, prefix)[0])
 
-    def _placed_boards(self, held: tuple[tuple[str, float], ...]) -> tuple[Mapping[str, float], Array]:
-        """The intrinsics, and T_camera_board of each view, (v, 4, 4)."""
-        intrinsics = find_intrinsics(self._views, self._image_px, dict(held))
-        if len(self._views) < FEWEST_PLACED:
-            raise EstimationError(
-                f"{len(self._views)} of the poses show enough of the target to locate it: a hand-eye takes"
-                f" {FEWEST_PLACED} or more, with turns about two axes. Take more images."
-            )
-        return intrinsics, np.stack([board_pose(view, intrinsics) for view in self._views])
+
+@lru_cache(maxsize=4)
+def _placed_boards(
+    shown: tuple[tuple[bytes, bytes], ...], image_px: tuple[int, int], held: tuple[tuple[str, float], ...]
+) -> tuple[Mapping[str, float], Array]:
+    """The intrinsics, and T_camera_board of each view, (v, 4, 4); the same images are often read in several ways."""
+    views = [
+        BoardView(*(np.frombuffer(part).reshape(-1, n) for part, n in zip(view, (3, 2), strict=True))) for view in shown
+    ]
+    intrinsics = find_intrinsics(views, image_px, dict(held))
+    if len(views) < FEWEST_PLACED:
+        raise EstimationError(
+            f"{len(views)} of the poses show enough of the target to locate it: a hand-eye takes"
+            f" {FEWEST_PLACED} or more, with turns about two axes. Take more images."
+        )
+    return intrinsics, np.stack([board_pose(view, intrinsics) for view in views])
 
 
 def _views_of(dataset: Dataset) -> tuple[Sequence[BoardView], Ints]:
