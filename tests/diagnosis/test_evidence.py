@@ -10,11 +10,8 @@ from scipy.stats import chi2, kstest
 
 import robolaser
 from robolaser.arrays import Array
-from robolaser.calibration.calibrate import calibrate
-from robolaser.calibration.plan import Plan
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.evidence import EffectEvidence
@@ -124,17 +121,6 @@ def test_held_out_errors_are_larger_than_those_of_the_fit(clean: tuple[AveragedD
     assert HeldOut(fitted, 0).gap(fitted) > rms(fitted.at.plain)
 
 
-@pytest.mark.parametrize("kind", ["camera", "stripe", "point", "pose", "profile", "socket"])
-def test_calibrate_and_diagnose_say_the_same_error_on_new_poses(kind: str) -> None:
-    noise = Noise(pixel_px=0.1, target_m=3e-5, point_m=2e-5, angle_rad=1e-4, joint_rad=1e-5)
-    points = {"camera": 12, "stripe": 8, "point": 3, "pose": 1, "profile": 2, "socket": 5}[kind]
-    dataset = simulate(find_robot("ur5"), kind=kind, poses=40, points=points, noise=noise, seed=5).dataset
-    calibrated = calibrate(dataset, Plan(weights="noise", seed=1))
-    gap = examine(dataset, [], seed=1).gap.calibrated_m
-    assert calibrated.held_out is not None
-    assert gap == pytest.approx(rms(calibrated.held_out), rel=0.01)
-
-
 @pytest.mark.parametrize(
     ("effect", "site", "coordinate"),
     [
@@ -195,6 +181,9 @@ def test_poses_before_a_bump_are_no_gross_errors_of_a_tracker() -> None:
     assert marked.mean() < 0.01
 
 
+FEW = [kind for kind in EFFECTS if kind.name in ("joint_offset", "encoder_scale", "link_geometry", "laser_roll")]
+
+
 def test_planted_gross_errors_are_marked_and_no_others() -> None:
     dataset = cell({"joint_offset:joint_2": 2e-3})
     rng = np.random.default_rng(5)
@@ -202,14 +191,15 @@ def test_planted_gross_errors_are_marked_and_no_others() -> None:
     assert dataset.points.pixel is not None
     pixel = dataset.points.pixel.copy()
     pixel[spoilt] += rng.choice([-1, 1], (30, 2)) * rng.uniform(3, 40, (30, 2))
-    diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), seed=0)
+    diagnosis = examine(replace(dataset, points=replace(dataset.points, pixel=pixel)), FEW, seed=0)
     assert set(diagnosis.outliers) == set(spoilt)
     assert [found.candidate_effect.effect.name for found in diagnosis.findings] == ["joint_offset"]
 
 
 def test_next_poses_keep_the_limits_and_see_the_target() -> None:
-    dataset = cell({"encoder_scale:joint_4": 4e-3}, poses=24)
-    diagnosis = examine(dataset, seed=0)
+    dataset = cell({"joint_offset:joint_3": 2e-4}, poses=14)
+    diagnosis = examine(dataset, FEW, seed=0)
+    assert diagnosis.next_poses
     robot = dataset.robot
     assert robot is not None
     for pose in diagnosis.next_poses:
