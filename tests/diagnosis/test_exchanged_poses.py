@@ -15,12 +15,15 @@ from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
 NOISE = {"camera": Noise(pixel_px=0.15), "point": Noise(point_m=5e-5), "stripe": Noise(pixel_px=0.2)}
+POINTS = {"camera": 15, "point": 3, "stripe": 6}
 
 
 @cache
 def measured(kind: str, **offset: float) -> Dataset:
     effects = {f"joint_offset:{joint}": size for joint, size in offset.items()}
-    return simulate(find_robot("ur5"), kind=kind, poses=28, noise=NOISE[kind], effects=effects, seed=3).dataset
+    return simulate(
+        find_robot("ur5"), kind=kind, poses=28, points=POINTS[kind], noise=NOISE[kind], effects=effects, seed=3
+    ).dataset
 
 
 def moved(dataset: Dataset, to: dict[int, int]) -> Dataset:

@@ -160,13 +160,12 @@ def test_a_cable_is_a_force_at_the_flange_and_not_several_effects_with_certainty
     assert (diagnosis.where[0].site, diagnosis.where[0].coordinate) == ("joint_4", FORCE)
 
 
-@pytest.mark.parametrize(("size", "seed"), [(-0.004, 2), (0.002, 3)])
-def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter(size: float, seed: int) -> None:
+def test_a_joint_that_another_one_pulls_along_depends_on_it_and_does_not_scatter() -> None:
     """A form that no effect has, for which exchanges of effects once had no end."""
-    cell = simulate("scorbot_er7", kind="point", poses=40, noise=Noise(point_m=2e-5), seed=seed).dataset
+    cell = simulate("scorbot_er7", kind="point", poses=40, noise=Noise(point_m=2e-5), seed=3).dataset
     assert cell.poses.q is not None
     read = cell.poses.q.copy()
-    read[:, 2] -= size * read[:, 1] ** 2
+    read[:, 2] -= 0.002 * read[:, 1] ** 2
     found = examine(replace(cell, poses=replace(cell.poses, q=read)), seed=1)
     assert found.verdict == "unexplained"
     assert found.pose_scatter is None

@@ -17,9 +17,15 @@ ZEROS = {
 
 
 def diagnosed(effects: dict[str, float], seed: int) -> DiagnosisResult:
-    noise, options = Noise(pixel_px=0.3, joint_rad=5e-4), CellOptions(mount="base", placed=False)
     made = simulate(
-        find_robot("so101"), kind="camera", poses=40, noise=noise, effects=effects, options=options, seed=seed
+        find_robot("so101"),
+        kind="camera",
+        poses=40,
+        points=20,
+        noise=Noise(pixel_px=0.3, joint_rad=5e-4),
+        effects=effects,
+        options=CellOptions(mount="base", placed=False),
+        seed=seed,
     )
     return robolaser.diagnose(made.dataset, seed=0)
 
