@@ -5,7 +5,7 @@ import pytest
 import robolaser
 from robolaser.benchmark.standings.ranking import standings
 
-ASKED = {"seeds": 3, "budget": 900}
+ASKED = {"seeds": 2, "budget": 600}
 
 
 def ranking(result):

@@ -21,8 +21,8 @@ from robolaser.scan.quality import Measured, measure
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HIDDEN = ("joint_3", 2.4e-3)
-PLANNED = 10
-EVERY = 5  # pose of the example's sweep, which goes there and back
+PLANNED = 8
+EVERY = 8  # pose of the example's sweep, which goes there and back
 STEP_M, RADIUS_M = 0.010, 0.018
 LIKE_NOISE = 1.2
 

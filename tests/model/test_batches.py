@@ -26,7 +26,7 @@ SMALL = 50
 CELLS = {
     "stripe": {"poses": 20, "points": 12},
     "stripe, unplaced, repeated": {"poses": 16, "points": 6, "placed": False, "repeats": 2},
-    "tracker": {"kind": "point", "poses": 60},
+    "tracker": {"kind": "point", "poses": 40},
     "bodies": {"kind": "pose", "poses": 60},
     "profiles": {"kind": "profile", "poses": 12},
     "camera": {"kind": "camera", "poses": 20, "points": 12},
