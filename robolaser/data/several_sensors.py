@@ -130,8 +130,8 @@ def _metres_per_unit(described: Dataset, points: Points) -> float:
     if described.format.unit != "px":
         return 1.0
     ratios = []
-    for pose in np.unique(points.pose):
-        rows = points.pose == pose
+    order = np.argsort(points.pose, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(points.pose[order])) + 1) if len(order) else ():
         spread_m, spread_px = (
             float(np.linalg.norm(values[rows].std(axis=0))) for values in (points["xyz"], points["pixel"])
         )
