@@ -88,14 +88,19 @@ class ScannerOptics:
         k = self.truth["k"] * self.truth["f"] ** 2
         return np.array([-k, 3 * k**2, 0.0, 0.0, -12 * k**3])
 
+    @property
+    def pinhole(self) -> Array:
+        """OpenCV's camera matrix, (3, 3) [px]."""
+        f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
+        return np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
+
     def pixels(self, point: Array, lens: Lens) -> Array:
         """Where the camera shows points of its own frame, (m, 3) [m] -> (m, 2) [px]."""
         x, y, z = point.T
         seen = np.stack([-y, x, z] if self.stripe_axis == "u" else [x, y, z], axis=-1)
-        f, s_u, s_v, u_0, v_0 = (self.truth[name] for name in ("f", "s_u", "s_v", "u_0", "v_0"))
-        K = np.array([[f / s_u, 0.0, u_0], [0.0, f / s_v, v_0], [0.0, 0.0, 1.0]])
+        K = self.pinhole
         shown, _ = cv2.projectPoints(seen, np.zeros(3), np.zeros(3), K, lens.terms)
-        centre = np.array([u_0, v_0])
+        centre = K[:2, 2]
         off = np.asarray(shown, dtype=np.float64).reshape(-1, 2) - centre
         return np.asarray(centre + off * (1.0 + lens.zoom(z))[:, None])
 
