@@ -94,15 +94,14 @@ class Scene:
         point = one.hit(ray)
         xy = (point - one.t) @ one.R[:, :2]
         last = SQUARE * np.array([self.columns, self.rows]) + self.border
-        on_plate = (xy[..., 1] < self.plate) & np.all((xy > -SQUARE - self.border) & (xy < last), axis=-1)
+        on_plate = (xy[..., 1] < self.plate) & _both((xy > -SQUARE - self.border) & (xy < last))
         if not on_plate.all():
             point = np.where(on_plate[..., None], point, one.hit(ray, self.floor))
         cell = np.floor(xy / SQUARE + 1).astype(int)
-        inside = np.all((cell >= 0) & (cell <= [self.columns, self.rows]), axis=-1)
-        edge = xy / SQUARE - np.rint(xy / SQUARE)
-        soft = np.prod(np.clip(edge * SQUARE / EDGE, -1, 1), axis=-1) * (
-            1 - 2 * (np.rint(xy / SQUARE).sum(axis=-1) % 2)
-        )
+        inside = _both((cell >= 0) & (cell <= [self.columns, self.rows]))
+        nearest = np.rint(xy / SQUARE)
+        steep = np.clip((xy / SQUARE - nearest) * SQUARE / EDGE, -1, 1)
+        soft = steep[..., 0] * steep[..., 1] * (1 - 2 * ((nearest[..., 0] + nearest[..., 1]) % 2))
         dark = inside * (0.5 + (0.5 if self.dark_first else -0.5) * soft)
         paper = np.where(on_plate, 1 - 0.85 * dark, 0.5)
         off = point @ SHEET_NORMAL.astype(np.float32) - SHEET_OFFSET
@@ -112,6 +111,11 @@ class Scene:
         pixel = grey.reshape(HEIGHT, 2, WIDTH, 3).mean(axis=(1, 3))
         pixel += self.noise * np.random.default_rng(seed).standard_normal(pixel.shape)
         return np.clip(np.rint(pixel), 0, 255).astype(np.uint8)
+
+
+def _both(each: np.ndarray) -> np.ndarray:
+    """Whether something is so along both axes, (..., 2): `np.all` takes ten times as long."""
+    return each[..., 0] & each[..., 1]
 
 
 @cache
