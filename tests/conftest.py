@@ -18,10 +18,20 @@ settings.load_profile(os.environ.get("GENERATED", "fast"))
 
 
 LONGEST = (
-    "test_journeys.py", "test_blind_worlds.py", "test_hobby_page.py", "test_tutorials.py", "test_blind_motion.py",
-    "test_simulation.py", "test_soak.py", "test_held_parameters.py", "test_every_motion_effect.py", "test_blind_run.py",
+    "test_journeys.py", "test_hobby_page.py", "test_tutorials.py", "test_held_parameters.py", "test_misread.py",
+    "test_simulation.py", "test_blind_worlds.py", "test_local_unknown.py", "test_blind_motion.py",
+    "test_motion_plan.py", "test_blind_run.py", "test_publishing.py", "test_soak.py", "test_what_cannot_be_tested.py",
+    "test_every_operator.py", "test_exchanged_poses.py", "test_unsound_instruments.py", "test_images_to_points.py",
+    "test_watched_cell.py", "test_every_motion_effect.py", "test_what_yields_or_follows.py",
+    "test_compare_command.py", "test_every_sensor.py", "test_executors.py", "test_dead_computer.py",
+    "test_in_the_browser.py", "test_expensive_problems.py",
 )  # fmt: skip
 """The slowest files: they begin first, so that no processor waits for them at the end."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Files keep their order: those with the most tests, which xdist would begin with, are not those that take long."""
+    config.option.loadscopereorder = False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
