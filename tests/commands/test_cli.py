@@ -250,7 +250,7 @@ def test_a_data_set_without_images_cannot_be_extracted_from(
 
 def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "500"]
+    whole = ["calibrate", str(dataset), "--algorithm", "rcga", "--generations", "200"]
     script = (
         "import sys, threading, time, signal, os\n"
         "import robolaser.calibration.pymoo_search as search\n"
