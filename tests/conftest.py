@@ -9,6 +9,7 @@ from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
 from robolaser.arrays import Array, Bools
+from robolaser.robot import inverse_kinematics
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation.sensors import camera
 
@@ -56,8 +57,8 @@ def no_power_cut() -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def postures_are_sought_once() -> Iterator[None]:
-    """Where a simulated camera looks at its board from: arm and seed say it, and it takes longer than all the rest."""
-    sought, found = camera.touching, dict[tuple[object, ...], tuple[Array, Bools]]()
+    """Where a simulated sensor stands: arm and seed say it, and it takes longer than all the rest."""
+    sought, found = inverse_kinematics.touching, dict[tuple[object, ...], tuple[Array, Bools]]()
 
     def touching(robot: Robot, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
         arm = robot.urdf, robot.flange, robot.joints, robot.placements.tobytes()
@@ -68,6 +69,7 @@ def postures_are_sought_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(camera, "touching", touching)
+        patch.setattr(inverse_kinematics, "touching", touching)
         yield
 
 
