@@ -1,6 +1,7 @@
 """Camera and hand-eye for ROS: camera_info, commands that publish frames, and easy_handeye2's file."""
 
 import json
+import shlex
 
 import numpy as np
 
@@ -28,7 +29,8 @@ def _command(link: str, name: str, T: Array) -> str:
     x, y, z, qx, qy, qz, qw = _numbers(T)
     return (
         f"ros2 run tf2_ros static_transform_publisher --x {x} --y {y} --z {z}"
-        f" --qx {qx} --qy {qy} --qz {qz} --qw {qw} --frame-id {link} --child-frame-id {name}"
+        f" --qx {qx} --qy {qy} --qz {qz} --qw {qw}"
+        f" --frame-id {shlex.quote(link)} --child-frame-id {shlex.quote(name)}"
     )
 
 
@@ -42,10 +44,10 @@ def easy_handeye2(calibration: Calibration) -> str | None:
     x, y, z, qx, qy, qz, qw = _numbers(placed[carrier][OPTICAL])
     lines = [
         "parameters:",
-        f"  name: {json.dumps(calibration.model.dataset.name)}",
+        f"  name: {_yaml(calibration.model.dataset.name)}",
         f"  calibration_type: {'eye_in_hand' if carrier == flange else 'eye_on_base'}",
-        f"  robot_base_frame: {base}",
-        f"  robot_effector_frame: {flange}",
+        f"  robot_base_frame: {_yaml(base)}",
+        f"  robot_effector_frame: {_yaml(flange)}",
         f"  tracking_base_frame: {OPTICAL}",
         "  tracking_marker_frame: target",
         "  freehand_robot_movement: true",
@@ -85,7 +87,7 @@ def camera_yaml(calibration: Calibration) -> str | None:
         remark,
         f"image_width: {width}",
         f"image_height: {height}",
-        f"camera_name: {json.dumps(_one_line(dataset.name), ensure_ascii=False)}",
+        f"camera_name: {_yaml(dataset.name)}",
         *_matrix("camera_matrix", K),
         "distortion_model: plumb_bob",
         *_matrix("distortion_coefficients", distortion[None]),
@@ -129,5 +131,7 @@ def _matrix(name: str, matrix: Array) -> list[str]:
     return [f"{name}:", f"  rows: {rows}", f"  cols: {columns}", f"  data: [{data}]"]
 
 
-def _one_line(text: str) -> str:
-    return "".join(letter if letter.isprintable() else " " for letter in text)
+def _yaml(text: str) -> str:
+    """A name as YAML reads it back as text, whatever it is: on one line, between quotation marks."""
+    line = "".join(letter if letter.isprintable() else " " for letter in text)
+    return json.dumps(line, ensure_ascii=False)

@@ -1,5 +1,8 @@
 """What other programs read of a calibration must say what the model says."""
 
+import shlex
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pinocchio
@@ -12,6 +15,7 @@ from robolaser.export.ros import camera_yaml, easy_handeye2, plumb_bob, static_t
 from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.camera import metric, project, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
+from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -198,6 +202,23 @@ def test_a_published_transform_and_easy_handeye2s_file_are_the_hand_eye(camera):
     assert list(file["transform"]["translation"].values()) == pytest.approx(numbers[:3])
     assert list(file["transform"]["rotation"].values()) == pytest.approx(numbers[3:])
     assert static_transform(stripe()) is None
+
+
+def test_names_of_frames_are_text_to_a_shell_and_to_yaml_whatever_they_are(camera):
+    data = camera.model.dataset
+    names = {"world": "$(id) #1", "tool0": "yes: 'tool'"}
+    text = data.robot.urdf
+    for name, odd in names.items():
+        text = text.replace(f'"{name}"', f'"{odd}"')
+    robot = Robot.from_urdf(text, flange=names["tool0"], joints=data.robot.joints)
+    odd = replace(camera, model=Model(replace(data, robot=robot, name="cell \U0001f916")))
+    words = shlex.split(static_transform(odd))
+    link = words[words.index("--frame-id") + 1]
+    assert link == (robot.flange if data.options.mount == "flange" else names["world"])
+    file = yaml.safe_load(easy_handeye2(odd))["parameters"]
+    assert file["robot_effector_frame"] == names["tool0"]
+    assert file["robot_base_frame"] == names["world"]
+    assert file["name"] == yaml.safe_load(camera_yaml(odd))["camera_name"] == "cell \U0001f916"
 
 
 def test_without_an_arm_there_is_no_corrected_robot_and_without_effects_it_is_the_nominal_one():
