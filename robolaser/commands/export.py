@@ -3,12 +3,15 @@
 from collections.abc import Mapping
 from math import degrees
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, say
-from robolaser.errors import DataError, OutputError
+from robolaser.errors import DataError
+
+if TYPE_CHECKING:
+    from robolaser.motion.log import MotionLog
 
 
 def export(
@@ -37,14 +40,12 @@ def export(
         force: Overwrite an earlier file.
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
-    from robolaser.data.atomic_write import write_text
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.export.into import motion_into, placements_into, zeros_into
+    from robolaser.motion.reading import load_motion
     from robolaser.results.contents import read_result
 
-    if output.exists() and (output.samefile(into) or not force):
-        raise OutputError(
-            f"{output} is there already. Name another file{'' if output.samefile(into) else ', or --force'}."
-        )
+    log = None if replay is None else load_motion(replay)
     _, contents = read_result(result)
     text = read_text(into, ROBOT_BYTES)
     if into.suffix == ".json":
@@ -59,8 +60,9 @@ def export(
                 " are so large that no file was written."
             )
         written = placements_into(text, read_text(corrected, ROBOT_BYTES), contents["effects"], into.name)
-    write_text(output, written.text)
-    compared = None if replay is None else _replayed(into, output, replay, _promised(contents))
+    with results_in(output.parent, command="export", files=[output.name], inputs=[result, into], force=force):
+        write_results(output.parent, {output.name: written.text})
+    compared = None if log is None else _replayed(into, output, log, _promised(contents))
     found: dict[str, object] = {
         "replay": compared,
         "file": str(output),
@@ -92,14 +94,12 @@ def _promised(contents: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _replayed(
-    before: Path, after: Path, log: Path, promised: Mapping[str, float]
+    before: Path, after: Path, log: "MotionLog", promised: Mapping[str, float]
 ) -> dict[str, dict[str, float | None]]:
     """Errors of each joint by the user's own file, by the copy, and as promised [rad]."""
-    from robolaser.motion.reading import load_motion
     from robolaser.motion.replay import replay
 
-    told = load_motion(log)
-    was, now = replay(before, told), replay(after, told)
+    was, now = replay(before, log), replay(after, log)
     return {
         joint: {"before_rad": was[joint], "after_rad": now[joint], "promised_rad": promised.get(joint)} for joint in was
     }

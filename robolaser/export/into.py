@@ -172,8 +172,11 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
     """
     wanted, there = _origins(read_xml(corrected), "robot_corrected.urdf"), _origins(read_xml(text, source), source)
     shared = {name: T for name, T in wanted.items() if name in there and name not in _fixed(read_xml(text, source))}
-    if not shared:
-        raise RobotError(f"{source} has none of the joints of the result: {', '.join(wanted)}.")
+    pairs = [(one["effect"], one["where"]) for one in effects]
+    found = [pair for pair in pairs if pair[0] in OF_PLACEMENTS]
+    written = tuple(pair for pair in found if shared and pair[1] in (*shared, "base"))
+    if not written:
+        raise RobotError(f"{source} has none of the joints of the result: {', '.join(where for _, where in found)}.")
     for name, T in shared.items():
         shift = float(np.linalg.norm(T[:3, 3] - there[name][:3, 3]))
         turn = float(np.arccos(np.clip((np.trace(T[:3, :3].T @ there[name][:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
@@ -182,8 +185,6 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
                 f"{source}: {name} stands {1e3 * shift:.3g} mm and {np.degrees(turn):.3g}° from where the calibrated"
                 " arm has it. Is it another robot, or does it count its joints from other zeros?"
             )
-    pairs = [(one["effect"], one["where"]) for one in effects]
-    written = tuple(pair for pair in pairs if pair[0] in OF_PLACEMENTS and (pair[1] in shared or pair[1] == "base"))
     return Written(with_placements(text, shared), written, tuple(pair for pair in pairs if pair not in written))
 
 

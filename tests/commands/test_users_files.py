@@ -51,6 +51,20 @@ def test_the_users_own_files_in_the_folder_of_the_result_stay(dataset, tmp_path,
     assert digests(there) == {name: hashlib.sha256(b"mine").hexdigest()}
 
 
+def test_a_copy_of_a_users_robot_replaces_neither_it_nor_the_result_nor_any_other_file(dataset, tmp_path, capsys):
+    result = tmp_path / "result"
+    assert main(["calibrate", str(dataset), "--with", "joint_offset:joint_3", "--output", str(result), "--quiet"]) == 0
+    mine = tmp_path / "mine.urdf"
+    shutil.copy(dataset / "robot.urdf", mine)
+    before = [digests(folder) for folder in (tmp_path, dataset, result)]
+    for taken in (mine, result / "robot.urdf", result / "new.urdf", dataset / "poses.csv"):
+        assert main(["export", str(result), "--into", str(mine), "--output", str(taken), "--force"]) == 1
+        assert "Choose another --output" in capsys.readouterr().err
+    assert [digests(folder) for folder in (tmp_path, dataset, result)] == before
+    own = ["export", str(result), "--into", str(mine), "--output", str(tmp_path / "copies" / "new.urdf"), "--quiet"]
+    assert [main(own), main(own), main([*own, "--force"])] == [0, 1, 0]
+
+
 def test_simulate_does_not_replace_the_urdf_it_was_given(made, tmp_path, capsys):
     urdf = tmp_path / "robot.urdf"
     shutil.copy(made / "robot.urdf", urdf)

@@ -11,7 +11,7 @@ import pytest
 import robolaser
 from robolaser.cli import main
 from robolaser.errors import RobotError
-from robolaser.export.into import motion_into
+from robolaser.export.into import motion_into, placements_into
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate
@@ -112,3 +112,14 @@ def test_placements_of_joints_go_into_the_users_urdf(tmp_path: Path, capsys: pyt
     assert np.allclose(new.forward(q), arm.forward(turned), atol=2e-4)
     assert main(asked) == 1  # the copy is there already
     assert "--force" in capsys.readouterr().err
+
+
+def test_a_robot_that_shares_only_other_joints_gets_no_copy(tmp_path: Path) -> None:
+    arm = find_robot("ur5")
+    data = simulate(arm, kind="point", poses=30, effects={"joint_offset:elbow_joint": 0.01}, seed=1).dataset
+    found = robolaser.calibrate(data, effects=["joint_offset:elbow_joint"])
+    corrected = found.files()["robot_corrected.urdf"]
+    assert corrected is not None
+    other = arm.urdf.replace('"elbow_joint"', '"another_joint"')
+    with pytest.raises(RobotError, match=r"none of the joints of the result: elbow_joint\."):
+        placements_into(other, corrected, found.to_dict()["effects"], "other.urdf")
