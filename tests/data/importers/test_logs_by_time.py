@@ -55,7 +55,7 @@ def test_each_measurement_has_the_readings_at_its_time(tmp_path: Path) -> None:
     assert sorted((one.table, one.column) for one in found.readings) == sorted(shown)
 
 
-@pytest.mark.parametrize("late_s", [0.0, 0.37, -2.5, 5000.0])
+@pytest.mark.parametrize("late_s", [0.0, 0.37, -2.5, 5000.0, -1.7e9])
 def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s: float, tmp_path: Path) -> None:
     paths = logs(tmp_path, late_s=late_s)
     found = Tables().read(paths, options(clocks="differ"))
