@@ -70,11 +70,14 @@ def controller_table(calibration: Calibration) -> str | None:
 
 
 def has_links(robot: Robot) -> bool:
-    """Whether each joint of the chain follows a reading of its own: then a row of numbers describes it."""
+    """Whether each joint of the chain follows a reading of its own: then a row of numbers describes it.
+
+    Fingers, which carry no flange, may follow what they like.
+    """
     arm = robot.by_pinocchio
-    own = np.zeros_like(arm.ratios)
+    own, carries = np.zeros_like(arm.ratios), arm.way > 0
     own[arm.columns, np.arange(len(arm.columns))] = 1.0
-    return bool(np.array_equal(arm.ratios, own) and not arm.offsets.any())
+    return bool(np.array_equal(arm.ratios[carries], own[carries]) and not arm.offsets[carries].any())
 
 
 def flange_by_table(text: str, robot: Robot, q: Array) -> Array:

@@ -55,9 +55,10 @@ class PinocchioModel:
         """The last joint that carries the flange."""
         self.end = np.array(frame.placement.homogeneous)
         """From it to the flange, (4, 4)."""
-        self._way = np.zeros(len(self.moving))
-        self._way[np.array(model.supports[frame.parentJoint])[1:] - 1] = 1.0
-        moved = (int(column) for joint in np.flatnonzero(self._way) for column in np.flatnonzero(ratios[joint]))
+        self.way = np.zeros(len(self.moving))
+        self.way[np.array(model.supports[frame.parentJoint])[1:] - 1] = 1.0
+        """One for each joint that carries the flange, (m,)."""
+        moved = (int(column) for joint in np.flatnonzero(self.way) for column in np.flatnonzero(ratios[joint]))
         self.chain = tuple(dict.fromkeys(moved))
         """Those of the joints that are read that move the flange, from base to flange."""
         self._endless = np.array(model.nqs)[1:] == 2
@@ -128,7 +129,7 @@ class PinocchioModel:
         J = np.empty((c, n, 6, len(self.moving)))
         regressors = np.empty((c, n, 6, len(self.moving), 6)) if by_placements else None
         frames = self._computed(q, placements, J, regressors)
-        return frames, (J * self._way) @ self.ratios, None if regressors is None else regressors[:, :, :, self.columns]
+        return frames, (J * self.way) @ self.ratios, None if regressors is None else regressors[:, :, :, self.columns]
 
     def _computed(self, q: Array, placements: Array | None, J: Array | None, regressors: Array | None) -> Array:
         """T_base_joint of all joints at each posture of each candidate; fills in what else is asked for."""

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,3 +116,20 @@ def test_an_arm_of_another_maker_has_no_calibration_yaml() -> None:
     found = bent(simulate("scorbot_er7", kind="point", poses=6, seed=2).dataset, {"joint_offset:joint_3.offset": 2e-3})
     assert ur_calibration(found) is None
     assert controller_table(found)
+
+
+FINGERS = """
+  <link name="left"/><link name="right"/>
+  <joint name="grip" type="prismatic"><parent link="tool0"/><child link="left"/><axis xyz="0 1 0"/>
+    <limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>
+  <joint name="grip_right" type="prismatic"><parent link="tool0"/><child link="right"/><axis xyz="0 -1 0"/>
+    <limit lower="0" upper="0.04" effort="1" velocity="1"/><mimic joint="grip" offset="0.002"/></joint>
+</robot>"""
+
+
+def test_a_gripper_whose_fingers_follow_each_other_takes_no_table_from_the_arm(found) -> None:
+    data = found.model.dataset
+    text = data.robot.urdf.replace("</robot>", FINGERS)
+    robot = Robot.from_urdf(text, flange="tool0", joints=data.robot.joints)
+    sizes = {"joint_offset:elbow_joint.offset": 0.002, "link_geometry:wrist_1_joint.x": 0.0005}
+    assert controller_table(bent(replace(data, robot=robot), sizes)) == controller_table(found)

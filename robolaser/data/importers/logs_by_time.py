@@ -173,7 +173,8 @@ def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> _Cl
         inside = (at + offset >= to_s[0]) & (at + offset + span <= to_s[-1])
         return np.where(inside, _rotation_angles(to_s, T_to, at + offset, span) - own, 0.0)
 
-    found = start + minimize_scalar(  # of the rest: SciPy's tolerance grows with its variable, and a clock may be an epoch
+    # SciPy's tolerance grows with its variable, and clocks may be an epoch apart: what is searched is small
+    found = start + minimize_scalar(
         lambda rest: np.square(apart(start + rest)).sum(), bounds=(-step, step), method="bounded",
         options={"xatol": 1e-6},
     ).x  # fmt: skip
