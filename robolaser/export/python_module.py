@@ -171,6 +171,7 @@ def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
         "PLACEMENTS": model.placements,
         "AXES": model.axes,
         "SLIDES": model.slides,
+        "RANGE": np.stack(robot.range),
         "MASSES": np.column_stack([model.masses, model.centres]),
         "TIP": model.tip,
         "END": model.end,

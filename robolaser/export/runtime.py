@@ -20,6 +20,7 @@ PARENTS: list[int] = []
 PLACEMENTS: Array = np.zeros((0, 4, 4))
 AXES: Array = np.zeros((0, 3))
 SLIDES: Array = np.zeros(0, dtype=bool)
+RANGE: Array = np.zeros((2, 0))
 MASSES: Array = np.zeros((0, 4))
 TIP = 0
 END: Array = np.eye(4)
@@ -33,7 +34,8 @@ FRAMES: dict[str, Array] = {}
 CELL: dict[str, Array] = {}
 EFFECTS: list[tuple[Any, str, tuple[str, ...]]] = []
 
-STEP, ENOUGH, ROUNDS = 1e-6, 1e-12, 100
+STEP, ENOUGH, ROUNDS, STARTS = 1e-6, 1e-12, 100, 20
+REACHED = 1e-12  # squared distance [m² + rad²] up to which the flange is there
 
 
 @final
@@ -204,15 +206,39 @@ def joints_for(T_base_flange: Any, start: Any = None, **conditions: Any) -> Arra
 
     Args:
         T_base_flange: (n, 4, 4) or (4, 4).
-        start: Joint values near by, (n, j) or (j,); zeros where they are not given.
+        start: Joint values near by, (n, j) or (j,). Where they are not given: zeros, and for what is not reached from
+            there others within the joints' limits, the same in each call. What is found may be beyond these.
         conditions: As `forward` takes them.
 
     Returns:
         (n, j) or (j,).
     """
     wanted = np.asarray(T_base_flange, dtype=float)
-    goals = wanted.reshape(-1, 4, 4)
+    goals, rng = wanted.reshape(-1, 4, 4), np.random.default_rng(0)
     q = np.broadcast_to(np.zeros(len(JOINTS)) if start is None else start, (len(goals), len(JOINTS))).astype(float)
+    q, left = descended(goals, q, conditions)
+    for _ in range(STARTS if start is None else 0):
+        missed = np.flatnonzero(left >= REACHED)
+        if not len(missed):
+            break
+        given = {name: of_some(name, value, missed, len(goals)) for name, value in conditions.items()}
+        other, far = descended(goals[missed], rng.uniform(*RANGE, (len(missed), len(JOINTS))), given)
+        nearer = far < left[missed]
+        q[missed[nearer]], left[missed[nearer]] = other[nearer], far[nearer]
+    return q.reshape(*wanted.shape[:-2], len(JOINTS))
+
+
+def of_some(name: str, value: Any, some: Any, count: int) -> Any:
+    """What `forward` is given for some of so many poses; one number is that of all."""
+    if np.ndim(value) == 0:
+        return value
+    if name == "before":
+        return np.reshape(value, (-1, count, len(JOINTS)))[:, some]
+    return np.reshape(value, (count, -1))[some]
+
+
+def descended(goals: Array, q: Array, conditions: dict[str, Any]) -> tuple[Array, Array]:
+    """Joint values that a descent from some leads to, (n, j), and the flange's squared distances from poses, (n,)."""
 
     def away(values: Array) -> Array:
         T = forward(values, **conditions)
@@ -235,7 +261,7 @@ def joints_for(T_base_flange: Any, start: Any = None, **conditions: Any) -> Arra
         damping = np.clip(np.where(better, damping / 10, damping * 10), 1e-12, 1e6)
         if np.abs(step).max(initial=0.0) < ENOUGH:
             break
-    return q.reshape(*wanted.shape[:-2], len(JOINTS))
+    return q, np.sum(error**2, axis=1)
 
 
 def corrected_targets(q: Any, **conditions: Any) -> Array:

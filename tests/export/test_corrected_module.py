@@ -149,6 +149,14 @@ def test_corrected_py_has_the_sensor():
     np.testing.assert_allclose(module["sensor"](q)["tool_0"][:3, 3], (module["forward"](q) @ [*tool, 1.0])[:3])
 
 
+def test_every_pose_that_the_arm_reaches_is_found_without_a_start():
+    (drifts,) = (effect for effect in OF_ARMS if effect.name == "thermal_drift")
+    module = loaded(found((drifts,), made()))
+    q, time_s = np.random.default_rng(1).uniform(-2.0, 2.0, (60, 6)), np.linspace(0.0, 7.0, 60)
+    T = module["forward"](q, time_s=time_s)
+    np.testing.assert_allclose(module["forward"](module["joints_for"](T, time_s=time_s), time_s=time_s), T, atol=1e-6)
+
+
 def test_without_a_robot_there_is_no_corrected_arm():
     assert corrected_module(stripe()) is None
 
