@@ -20,6 +20,7 @@ ERRORS: Final = {
     "gap_mm.after": "error with the effects", "gap_mm.noise_floor": "noise alone",
 }  # fmt: skip
 UNSAID: Final = ("objective_m2",)
+OTHER_DATA: Final = "The results are of different data: a change may be one of the cell, or of what was measured."
 PROBABILITY: Final = "probability of "
 PAIR: Final = ("first", "second")
 VALUE: Final = 5
@@ -53,7 +54,7 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command
         "compared",
         f"{names[0]} beside {names[1]}",
         _lead(numbers),
-        _sense(rows, names),
+        _sense(found, rows, names),
         [],
         [
             Section("Errors", [table(errors)]),
@@ -78,8 +79,8 @@ def _lead(numbers: Sequence[Row]) -> str:
     return f"{listed([*some, *more])} changed by more than {CLEAR:.0f} standard errors."
 
 
-def _sense(rows: Sequence[Row], names: tuple[str, str]) -> str:
-    said = []
+def _sense(found: Mapping[str, Any], rows: Sequence[Row], names: tuple[str, str]) -> str:
+    said = [] if found["same_data"] else [OTHER_DATA]
     for row in (row for row in rows if "change" in row):
         if row["name"] == "flange of the corrected arm":
             apart = millimetres(1e-3 * row["change"])

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 import numpy as np
 
+from robolaser.bounded_reading import read_json
 from robolaser.data.atomic_write import write_text
 from robolaser.errors import UsageError
 from robolaser.report.console import printed
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 FORMAT: Final = "robolaser-diff/1"
 POSTURES: Final = 200
 """At which two arms are compared."""
+OF_THE_DATA: Final = ("dataset", "poses", "run")
+"""What a diagnosis, or a calibration, says of the data that it is of."""
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
 
 
@@ -57,9 +60,15 @@ def difference(first: str | Path, second: str | Path) -> Difference:
         DataError: One cannot be read, or is no calibration and no diagnosis.
         UsageError: One is a calibration, the other a diagnosis.
     """
-    before, after = (read_result(Path(each))[1] for each in (first, second))
+    before, after = (_of_run(Path(each)) | read_result(Path(each))[1] for each in (first, second))
     arms = [robot_in(each if each.is_dir() else each.parent) for each in (Path(first), Path(second))]
     return between(before, after, arms, (str(first), str(second)))
+
+
+def _of_run(path: Path) -> dict[str, Any]:
+    """What calibration.json says of the data that a diagnosis beside it is of."""
+    beside = path / "calibration.json"
+    return {"run": read_json(beside).get("run")} if beside.is_file() else {}
 
 
 def between(
@@ -77,9 +86,9 @@ def between(
         names: What a message calls them.
 
     Returns:
-        `format`; `kind` of the results; `results`, their data sets; and `rows`, each with the `name` of what is said,
-        `first` and `second` (null where one says nothing), their `unit` where they have one, and for numbers their
-        `change` and the change in standard errors of both, `errors`.
+        `format`; `kind` of the results; `results`, their data sets; `same_data`, whether these are the same; and
+        `rows`, each with the `name` of what is said, `first` and `second` (null where one says nothing), their `unit`
+        where they have one, and for numbers their `change` and the change in standard errors of both, `errors`.
 
     Raises:
         UsageError: One is a calibration, the other a diagnosis.
@@ -91,7 +100,8 @@ def between(
     rows = [*words, *_errors(before, after), *_at_flange(arms)]
     rows += [*_numbers(before, after), *_probabilities(before, after)]
     sets = [before.get("dataset"), after.get("dataset")]
-    return Difference({"format": FORMAT, "kind": kind, "results": sets, "rows": rows})
+    same = all(before.get(key) == after.get(key) for key in OF_THE_DATA)
+    return Difference({"format": FORMAT, "kind": kind, "results": sets, "same_data": same, "rows": rows})
 
 
 def _row(name: str, first: Any, second: Any, unit: str = "", errors: float | None = None) -> dict[str, Any]:

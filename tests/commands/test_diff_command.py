@@ -83,3 +83,15 @@ def test_what_cannot_be_compared_is_said(
     told = capsys.readouterr().err
     assert said in told
     assert "Traceback" not in told
+
+
+def test_results_of_different_data_are_said_to_be(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for first, second, name in (
+        ("plain", "rolled", "plain-later"),
+        ("why", "why", "why-later"),
+    ):  # as many poses, one name
+        data = simulate(find_robot("scorbot_er7"), poses=25, points=6, seed=2).dataset  # as many poses, and the name
+        (robolaser.calibrate(data) if first == "plain" else robolaser.diagnose(data, seed=0)).save(folder / name)
+        for other, is_said in ((second, False), (name, True)):
+            assert main(["diff", str(folder / first), str(folder / other)]) == 0
+            assert ("The results are of different data" in " ".join(capsys.readouterr().out.split())) == is_said
