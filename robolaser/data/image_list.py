@@ -39,7 +39,8 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
     """The images of a recording on disk, of each pose that has any.
 
     Raises:
-        DataError: A pose has other images, but not the first, or a path points out of the recording's folder.
+        DataError: A pose has other images, but not the first, or that of another pose; or a path points out of the
+            recording's folder.
     """
     folder, poses = recording.folder, recording.poses
     if folder is None or poses.image is None:
@@ -50,11 +51,20 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
     def file(column: str, path: str) -> Path:
         return inside(folder, path, f"poses.csv, column {column}")
 
-    shots = []
+    shots: list[PoseImages] = []
+    shown: dict[Path, str] = {}
     for row, pose in enumerate(poses.names):
         lit = {column: paths[row] for column, paths in columns.items() if paths[row]}
         if LIT in lit:
             files = tuple(file(column, path) for column, path in lit.items())
+            if shown.setdefault(files[0], pose) != pose:
+                raise DataError(
+                    f"poses.csv, pose {pose}: {files[0].name} is the image of pose {shown[files[0]]} already. Name the"
+                    " image that was taken at this pose, or delete one of the two.",
+                    file="poses.csv",
+                    row=row + 2,
+                    column=LIT,
+                )
             shots.append(PoseImages(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
             column = next(iter(lit), UNLIT)

@@ -32,6 +32,11 @@ def test_a_pose_with_other_images_names_the_first_too(column, tmp_path):
         images_of_poses(recording(tmp_path, ("a", ""), **{column: ("", "b")}))
 
 
+def test_an_image_is_of_one_pose(tmp_path):
+    with pytest.raises(DataError, match="pose p2: a is the image of pose p0 already"):
+        images_of_poses(recording(tmp_path, ("a", "b", "a")))
+
+
 @pytest.mark.parametrize("column", ["image", "image_2", "image_off"])
 @pytest.mark.parametrize("path", ["../b", "/b", "c/../../b"])
 def test_no_column_leads_out_of_the_folder(column, path, tmp_path):
