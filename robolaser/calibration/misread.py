@@ -56,13 +56,17 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     as_read = _error(few)
     errors = np.array([_error(reading.dataset) for reading in readings])
     order = np.argsort(errors)
-    best, second = errors[order[0]], errors[order[1:2]].min(initial=np.inf)
+    found, best = readings[int(order[0])], errors[order[0]]
+    is_alike = np.array([one is found or (found.alike != "" and one.alike == found.alike) for one in readings])
+    second = errors[~is_alike].min(initial=np.inf)
     if not np.isfinite(best) or best * FALLS > as_read or best * BEST > second:
         return None
     instead = f" instead of {_millimetres(as_read)}" if np.isfinite(as_read) else ""
-    found = readings[int(order[0])]
+    fault, *others = dict.fromkeys(readings[i].fault for i in np.flatnonzero(is_alike).tolist())
+    either = "".join(f", or {other[0].lower()}{other[1:]}" for other in others)
+    where = "one of the two" if others else found.where
     return Misread(
-        f"{found.fault}: with that corrected, the error is {_millimetres(best)}{instead}. Correct {found.where}.",
+        f"{fault}{either}: with that corrected, the error is {_millimetres(best)}{instead}. Correct {where}.",
         found.shift,
     )
 

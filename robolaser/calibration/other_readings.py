@@ -24,8 +24,13 @@ LENGTHS: Final = {
     "in centimetres": 0.01,
     "in millimetres": 1e-3,
     "divided by 1000 twice": 1e3,
+    "in inches, read as millimetres": 25.4,
+    "in millimetres, read as inches": 1.0 / 25.4,
+    "in centimetres, read as millimetres": 10.0,
+    "in millimetres, read as centimetres": 0.1,
 }
-"""What lengths may be instead of metres, and the metres of one."""
+"""What lengths may be instead of metres, and the metres of one; or instead of what they were converted from."""
+MIRRORED: Final = "mirrored"
 MOST_NAMES: Final = 6
 """Names of points of which all orders are tried."""
 MOST_LISTED: Final = 4  # poses that a sentence names
@@ -47,12 +52,15 @@ class Hypothesis:
         fault: What is then wrong with the files: the beginning of a sentence.
         where: What is to be corrected.
         shift: By how many poses the rows of points.csv are off.
+        alike: What it has in common with others that no data can tell from it: points in inches, and flange poses in
+            an inch of metres. Empty: nothing.
     """
 
     dataset: Dataset
     fault: str
     where: str = "poses.csv, or the file that it was made from"
     shift: int = 0
+    alike: str = ""
 
 
 def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
@@ -118,21 +126,21 @@ def _of_lengths(dataset: Dataset) -> Iterator[Hypothesis]:
     if points.xyz is not None and points.pixel is None:
         for unit, factor in LENGTHS.items():
             scaled = replace(points, xyz=points.xyz * factor)
-            yield Hypothesis(replace(dataset, points=scaled), f"The points seem to be {unit}", file)
+            fault = f"The points seem to be {unit}"
+            yield Hypothesis(replace(dataset, points=scaled), fault, file, alike=f"{factor:.6g}")
         mirrored = replace(points, xyz=points.xyz * (1.0, -1.0, 1.0))
-        yield Hypothesis(
-            replace(dataset, points=mirrored), "The points seem to be in a left-handed frame, one axis mirrored", file
-        )
+        fault = "The points seem to be in a left-handed frame, one axis mirrored"
+        yield Hypothesis(replace(dataset, points=mirrored), fault, file, alike=MIRRORED)
     if T is None:
         return
     turned, placed = T[:, :3, :3], T[:, :3, 3]
     for unit, factor in LENGTHS.items():
         fault = f"The positions of the flange seem to be {unit}"
-        yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault)
+        yield Hypothesis(_with_flange(dataset, turned, placed * factor), fault, alike=f"{1.0 / factor:.6g}")
     for axis in range(3) if dataset.placed else (1,):  # about a target that has no place, mirrored axes are alike
         side = np.where(np.arange(3) == axis, -1.0, 1.0)
         fault = "The flange poses seem to be in a left-handed frame, one axis mirrored"
-        yield Hypothesis(_with_flange(dataset, turned * side[:, None] * side, placed * side), fault)
+        yield Hypothesis(_with_flange(dataset, turned * side[:, None] * side, placed * side), fault, alike=MIRRORED)
     transposed = _with_flange(dataset, np.swapaxes(turned, 1, 2), placed)
     yield Hypothesis(transposed, "The rotations of the flange poses seem to be transposed")
 

@@ -165,6 +165,8 @@ TRACKED = {
     "in inches": (lambda xyz: xyz / 0.0254, "in inches"),
     "in feet": (lambda xyz: xyz / 0.3048, "in feet"),
     "in millimetres": (lambda xyz: xyz * 1e3, "in millimetres"),
+    "in inches, read as millimetres": (lambda xyz: xyz / 25.4, "in inches, read as millimetres"),
+    "in millimetres, read as inches": (lambda xyz: xyz * 25.4, "in millimetres, read as inches"),
     "left-handed": (mirrored, "in a left-handed frame"),
 }
 
@@ -177,6 +179,20 @@ def test_points_in_another_unit_or_frame_are_named(slip: str) -> None:
     found = misread(Model(replace(sound, points=replace(sound.points, xyz=change(sound.points.xyz)))), rms_m=0.5)
     assert found is not None
     assert f"The points seem to be {said}" in found.sentence
+
+
+@pytest.mark.parametrize("slip", ["in inches, read as millimetres", "in millimetres", "left-handed"])
+def test_where_flange_poses_explain_it_as_well_as_points_both_are_named(slip: str) -> None:
+    sound = simulate(find_robot("ur5"), kind="point", poses=25, noise=Noise(point_m=3e-5), seed=1).dataset
+    change, said = TRACKED[slip]
+    assert sound.points.xyz is not None
+    poses = Poses(sound.poses.names, T_base_flange=sound.flange())
+    wrong = replace(sound, robot=None, poses=poses, points=replace(sound.points, xyz=change(sound.points.xyz)))
+    found = misread(Model(wrong), rms_m=0.5)
+    assert found is not None
+    assert f"The points seem to be {said}" in found.sentence
+    assert "flange" in found.sentence
+    assert "Correct one of the two." in found.sentence
 
 
 @pytest.mark.parametrize("stated", ["ur5e", "ur3", "ur10"])
