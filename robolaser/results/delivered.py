@@ -16,12 +16,14 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.estimation.robust_reweighting import fit
+from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld
 from robolaser.export.python_module import OF_THE_ARM
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.results.file_readers import by_description, by_module, by_mujoco, by_table, by_urdf
+from robolaser.results.file_readers import by_description, by_module, by_mujoco, by_table, by_urdf, order_in_sessions
 
 Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array]
@@ -83,7 +85,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     whole = _Replay(calibration)
     fewer = {chosen for _, chosen in files.values() if chosen not in (own, ())}
     alone = {chosen: _Replay(_without_others(calibration, chosen)) for chosen in fewer}
-    found = []
+    found, best_with = [], dict[tuple[CandidateEffect, ...], _Replay]()
     for name, (read, contained) in files.items():
         write = EXPORTED[name]
         if write(calibration) is None:
@@ -91,7 +93,8 @@ def delivered(calibration: Calibration) -> list[Delivered]:
         tried = [whole, *([alone[contained]] if contained in alone else [])]
         errors = [None if read is None else one.error(write, read) for one in tried]
         known = [error for error in errors if error is not None]
-        best = tried[errors.index(min(known))] if known else whole
+        best = tried[errors.index(min(known))] if known else best_with.get(contained, whole)
+        best_with[contained] = best
         lacks = tuple(one for one in own if one not in contained)
         text = write(best.calibration) or ""
         found.append(Delivered(name, text, min(known, default=None), contained, lacks))
@@ -156,6 +159,10 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
     if unseen is None:
         return
     count = 0
+    is_known = np.ones(len(data.poses), dtype=bool)
+    if any(isinstance(part, Play) for part in CorrectedArm(calibration).parts):
+        _, at, first = order_in_sessions(data)
+        is_known = at > first  # where the arm came from before, and its play with it, stands in no file
     for number, x in enumerate(unseen.x):
         if count >= UNSEEN_POSES:
             return
@@ -163,7 +170,7 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
         others, looked_at = np.flatnonzero(~held), held.copy()
         looked_at[others[evenly(len(others), PLACING_POSES)]] = True
         part = data.of_poses(looked_at)
-        rows = held[np.flatnonzero(looked_at)[part.points.pose]]
+        rows = (held & is_known)[np.flatnonzero(looked_at)[part.points.pose]]
         count += int(held.sum())
         yield _Fold(replace(calibration, x=x), looked_at, part, rows, [])
 

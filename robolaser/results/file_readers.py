@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools
+from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.ur_calibration import flange_by_ur_calibration
@@ -27,9 +27,10 @@ def by_module(text: str, data: Dataset, held: Bools) -> Array:
     exec(compile(text, "corrected.py", "exec"), module)
     poses, (_, q) = data.poses, data.arm
     given = {"before": _before(data)[:, held]}
-    for name, values in (("time_s", poses.time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
+    time_s = None if poses.time_s is None else poses.time_s - _begun(data)
+    for name, values in (("time_s", time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
         if values is not None:
-            given[name] = (values - (values.min() if name == "time_s" else 0.0))[held]
+            given[name] = values[held]
     return np.asarray(module["forward"](q[held], **given))
 
 
@@ -83,10 +84,25 @@ def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
     return found
 
 
+def _begun(data: Dataset) -> Array:
+    """When the session of each pose began, (n,) [s]; 0 where the poses have no times."""
+    session, time_s = data.session_of_pose, data.poses.time_s
+    first = np.full(session.max(initial=0) + 1, np.inf)
+    np.minimum.at(first, session, 0.0 if time_s is None else time_s)
+    return np.asarray(first[session])
+
+
+def order_in_sessions(data: Dataset) -> tuple[Ints, Ints, Ints]:
+    """Poses as they followed one another, one session after the other, the place of each there, and its session's."""
+    session, time_s = data.session_of_pose, data.poses.time_s
+    order = np.lexsort((np.zeros(len(session)) if time_s is None else time_s, session))
+    at = np.empty_like(order)
+    at[order] = np.arange(len(order))
+    return order, at, np.searchsorted(session[order], session)
+
+
 def _before(data: Dataset) -> Array:
-    """Joint values of the poses before each, the oldest first, (BEFORE, n, j); before the first is the first."""
-    poses, (_, q) = data.poses, data.arm
-    order = np.arange(len(q)) if poses.time_s is None else np.argsort(poses.time_s, kind="stable")
-    at = np.empty(len(q), dtype=np.int64)
-    at[order] = np.arange(len(q))
-    return np.stack([q[order[np.maximum(at - back, 0)]] for back in range(BEFORE, 0, -1)])
+    """Joint values of the poses before each, the oldest first, (BEFORE, n, j); before a session's first, its first."""
+    q = data.arm[1]
+    order, at, first = order_in_sessions(data)
+    return np.stack([q[order[np.maximum(at - back, first)]] for back in range(BEFORE, 0, -1)])
