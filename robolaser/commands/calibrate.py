@@ -80,8 +80,14 @@ def calibrate(
         raise OutputError(
             f"{output} holds a search that was stopped. Continue it with --resume, or start over with --force."
         )
-    if generations and algorithm in (None, SCREENING, POLISH_ONLY):
-        terminal.warn(f"--generations has no effect: {algorithm or 'the default search'} has no generations.")
+    has_none = algorithm in (None, SCREENING, POLISH_ONLY)
+    idle = {
+        f"--generations has no effect: {algorithm or 'the default search'} has no generations.": generations
+        and has_none,
+        f"--resume has no effect: {output} holds no search that was stopped.": resume
+        and not (output / CHECKPOINT).exists(),
+    }
+    terminal.warn(*(sentence for sentence, given in idle.items() if given))
     data = load(dataset)
     plan = Plan(
         algorithm=algorithm,

@@ -89,8 +89,10 @@ def import_files(
     from robolaser.diagnosis.gross_mistakes import gross_mistakes
     from robolaser.geometry.units import FACTORS, TIME
 
-    if flange is not None and robot is None:
-        raise UsageError(f"--flange {flange}: of which robot? Name it with --robot.")
+    of_a_robot = {"--flange": flange, "--dh": dh, "--xacro-arg": " ".join(xacro)}
+    for option, value in of_a_robot.items():
+        if value and robot is None:
+            raise UsageError(f"{option} {value}: of which robot? Name it with --robot.")
     stated_units, units_of_file = _units(units)
     of_robot = units_of_file.pop(
         Path(robot or "").name, tuple(unit for unit in stated_units if unit not in FACTORS[TIME])

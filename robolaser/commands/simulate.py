@@ -68,6 +68,7 @@ def simulate(
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.data.stated_noise import Noise
     from robolaser.data.writing import FOLDER, files_of, texts_of
+    from robolaser.model.sensors.in_cell import Mounting
     from robolaser.motion.reading import MOTION_FOLDER, motion_texts
     from robolaser.motion.simulation import simulate_motion
     from robolaser.simulation import CellOptions, sizes_of
@@ -105,6 +106,8 @@ def simulate(
                 options = CellOptions(repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=name)
                 make = partial(simulated, arm, kind=sensor, poses=poses, points=points, noise=noise, options=options)
             dataset = make(effects=sizes, seed=seed).dataset
+            if mount != "flange" and not isinstance(dataset.options, Mounting):
+                raise UsageError(f"--mount {mount} is only for a camera or a profile sensor: leave it out.")
             counts = {"poses": len(dataset.poses), "points": len(dataset.points)}
             claim(files_of(dataset))
             write_results(output, texts_of(dataset))

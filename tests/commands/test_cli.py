@@ -285,8 +285,28 @@ def test_ctrl_c_leaves_a_state_that_resume_goes_on_from(dataset: Path, tmp_path:
 def test_generations_of_a_search_that_has_none_are_pointed_out(
     dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["calibrate", str(dataset), "--generations", "9", "--output", str(tmp_path / "out")]) == 0
-    assert "--generations has no effect" in capsys.readouterr().err
+    assert main(["calibrate", str(dataset), "--generations", "9", "--resume", "--output", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().err
+    assert "--generations has no effect" in told
+    assert "--resume has no effect" in told
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["simulate", "--robot", "ur5e", "--sensor", "point", "--poses", "5", "--mount", "base"],
+            "--mount base is only",
+        ),
+        (["import", "log.csv", "--dh", "modified"], "--dh modified: of which robot"),
+        (["import", "log.csv", "--xacro-arg", "a=b"], "--xacro-arg a=b: of which robot"),
+    ],
+)
+def test_options_that_these_data_have_no_use_for_are_not_passed_over(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*words, "--output", str(tmp_path / "out")]) == 2
+    assert said in capsys.readouterr().err
 
 
 def test_importing_the_package_loads_no_physics() -> None:

@@ -38,7 +38,8 @@ def _separator(path: Path, header: str, options: ImportOptions) -> str:
     there = [sign for sign in SEPARATORS if sign in header and sign != options.decimal]
     separator = options.separator
     if separator is None and len(there) != 1:
-        found = f"has {' and '.join(map(shown, there))}" if there else "has neither a comma nor a semicolon nor a tab"
+        none = " nor ".join(shown(sign) for sign in SEPARATORS if sign != options.decimal)
+        found = f"has {' and '.join(map(shown, there))}" if there else f"has neither {none}"
         raise UsageError(f"{path.name}: what separates the cells? Its first row {found}. State it with --separator.")
     sign = there[0] if separator is None else NAMES.get(separator, separator)
     if len(sign) != 1 or sign in '"\r\n':

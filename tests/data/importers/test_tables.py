@@ -143,7 +143,7 @@ OPEN = {
         r"q_joint_9: no such column\. Did you mean",
     ),
     "sign": ({"decimal": ";"}, "--separator and --decimal are both ';'"),
-    "separator": ({"separator": None, "decimal": ";"}, "what separates the cells"),
+    "separator": ({"separator": None, "decimal": ";"}, "row has neither a comma nor a tab"),
     "point twice": ({"point": "ball"}, "--point ball: the column 'Prisma' names the points"),
     "no angles": ({"euler": "ZYX"}, "--euler ZYX: of which columns"),
     "no sensor": ({"sensor": "pint"}, r"--sensor pint: no such sensor\. Did you mean 'point'"),
