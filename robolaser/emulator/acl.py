@@ -13,7 +13,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds, rest_s
+from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds
 
 SEARCH_S, RETURN_S = 14.0, 6.0
 """What homing takes at least of one axis: it passes its switch, and comes back to it."""
@@ -251,7 +251,7 @@ class AclController(Controller):
         way = float(np.abs(goal - [axis.goal for axis in self._axes]).max())
         share = 1.0 if seconds else self._speed / 100
         seconds = max(seconds, least_seconds(way, FASTEST_RAD_S * share))
-        begins_s = max(now_s, rest_s(self._axes))
+        begins_s = max(now_s, self._axes[0].free_s)  # all go through their queues together, and after homing
         for axis, angle in zip(self._axes, goal, strict=True):
             axis.queue(float(angle), begins_s, seconds)
 

@@ -105,8 +105,3 @@ class Axis:
 def angles(axes: Sequence[Axis], now_s: float) -> Array:
     """Where all are, (j,) [rad]."""
     return np.array([axis.at(now_s) for axis in axes])
-
-
-def rest_s(axes: Sequence[Axis]) -> float:
-    """When all have gone through their queues."""
-    return max(axis.free_s for axis in axes)
