@@ -214,7 +214,7 @@ def joints_for(T_base_flange: Any, start: Any = None, **conditions: Any) -> Arra
         (n, j) or (j,).
     """
     wanted = np.asarray(T_base_flange, dtype=float)
-    goals, rng = wanted.reshape(-1, 4, 4), np.random.default_rng(0)
+    goals, rng, (lower, upper) = wanted.reshape(-1, 4, 4), np.random.default_rng(0), RANGE
     q = np.broadcast_to(np.zeros(len(JOINTS)) if start is None else start, (len(goals), len(JOINTS))).astype(float)
     q, left = descended(goals, q, conditions)
     for _ in range(STARTS if start is None else 0):
@@ -222,7 +222,7 @@ def joints_for(T_base_flange: Any, start: Any = None, **conditions: Any) -> Arra
         if not len(missed):
             break
         given = {name: of_some(name, value, missed, len(goals)) for name, value in conditions.items()}
-        other, far = descended(goals[missed], rng.uniform(*RANGE, (len(missed), len(JOINTS))), given)
+        other, far = descended(goals[missed], rng.uniform(lower, upper, (len(missed), len(JOINTS))), given)
         nearer = far < left[missed]
         q[missed[nearer]], left[missed[nearer]] = other[nearer], far[nearer]
     return q.reshape(*wanted.shape[:-2], len(JOINTS))
