@@ -138,10 +138,12 @@ class Transfer:
     ) -> "Transfer":
         """The model of averaged data, a later part of a run, with some parameters held at the values by name."""
         whole = Model(data.raw, effects, continued(found_in, data.raw).course)
-        start = {item.name: item.nominal for item in whole.parameters.items} | dict(held)
-        completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
+        nominal = {item.name: item.nominal for item in whole.parameters.items}
+        start = nominal | dict(held)
+        if effects or start != nominal:  # else what follows in closed form is known already
+            completed = whole.completed({name: np.array([value]) for name, value in start.items()}, known=held)
+            start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         model = Model(data.dataset, effects, continued(found_in, data.dataset).course).sharing(whole.sensor_parameters)
-        start |= {name: float(value[0]) for name, value in completed.items() if name not in held}
         parameters = Parameters(tuple(_item(item, start[item.name], held) for item in model.parameters.items))
         x = parameters.nominal
         noise = NoiseEstimate.of(data, model, x).for_weights()
