@@ -100,10 +100,11 @@ def clear_staged(folder: Path) -> None:
 
 @contextmanager
 def naming(path: Path) -> Iterator[None]:
-    """Turn what the disk or the rights refuse into an `OutputError` that names the file or folder."""
+    """Turn what the disk or the rights refuse into an `OutputError` that names the file or folder, as it is to be."""
     try:
         yield
     except OSError as error:
+        path = path.with_name(path.name.removeprefix(STAGED)) if path.name.startswith(STAGED) else path
         raise unwritable(path, error.strerror or str(error)) from None
 
 
