@@ -181,7 +181,7 @@ class CameraSensor(Sensor):
 
 @final
 class TargetInView(NewPoses):
-    """Every point of the target once at each pose; poses that show most of them are good."""
+    """Every point of the target once at each pose; poses that show most of them, on the side seen so far, are good."""
 
     def __init__(self, sensor: CameraSensor) -> None:
         self._sensor = sensor
@@ -193,5 +193,17 @@ class TargetInView(NewPoses):
         there = CameraSensor(replace(dataset, points=rows))
         pixel = rows["pixel"] - there.residuals(values, T_base_flange[None], Perturbation())[0]
         inside = np.abs(pixel - (image_px - 1.0) / 2.0) <= (0.5 - MARGIN) * image_px
+        known, planned = self._sides(self._sensor, values, dataset.flange()), self._sides(there, values, T_base_flange)
+        inside &= (planned == known[0])[:, None] | (known != known[0]).any()
         shown = inside.all(axis=1).reshape(poses, -1).mean(axis=1)
         return replace(rows, pixel=pixel), np.asarray(shown >= SHARE_SEEN)
+
+    def _sides(self, sensor: CameraSensor, values: Values, T_base_flange: Array) -> Array:
+        """On which side of the target's plane the camera is at each row, (m,), 1 or -1."""
+        points, nothing = self._sensor.dataset.points["xyz"], Perturbation()
+        normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+        rows = sensor.dataset.points
+        lifted = CameraSensor(replace(sensor.dataset, points=replace(rows, xyz=rows["xyz"] + normal)))
+        here = sensor.in_camera(values, T_base_flange[None], nothing)[0]
+        above = lifted.in_camera(values, T_base_flange[None], nothing)[0]
+        return np.asarray(np.sign((here * (above - here)).sum(axis=1)))

@@ -8,10 +8,11 @@ import pytest
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
-from robolaser.geometry.rigid_motion import apply
+from robolaser.geometry.rigid_motion import apply, inverse, pose
 from robolaser.model.effects.encoder_eccentricity import EncoderEccentricity
 from robolaser.model.effects.encoder_scale import EncoderScale
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors.placements import motion
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.postures import random_configurations
 from robolaser.simulation import CellOptions, simulate
@@ -72,3 +73,23 @@ def test_next_poses_of_a_profile_sensor_see_a_ball_within_the_limits() -> None:
     assert ((q >= robot.lower) & (q <= robot.upper)).all()
     values = {name: np.array([value]) for name, value in made.truth.items()}
     assert Model(made.dataset).blocks.sensor.new_poses.seen_from(values, robot.forward(q[None])[0])[1].all()
+
+
+@pytest.mark.parametrize("mount", ["flange", "base"])
+def test_a_camera_sees_no_board_from_behind(mount: str) -> None:
+    options = CellOptions(mount=mount, placed=False)
+    made = simulate(ROBOT, kind="camera", poses=8, points=12, options=options, seed=2)
+    sensor = Model(made.dataset).blocks.sensor
+    values = {name: np.array([value]) for name, value in made.truth.items()}
+    T_base_flange = made.dataset.flange()
+    assert sensor.new_poses.seen_from(values, T_base_flange)[1].all()
+    carried, standing = (motion(values, name)[0] for name in ("hand_eye", "target"))
+    if mount == "base":
+        carried, standing = standing, carried
+    xyz = made.dataset.points.xyz
+    turn = pose(np.diag([-1.0, 1.0, -1.0]), xyz.mean(axis=0) * (2.0, 0.0, 2.0))  # about the board's middle
+    if mount == "flange":
+        behind = standing @ turn @ inverse(standing) @ T_base_flange
+    else:
+        behind = T_base_flange @ carried @ turn @ inverse(carried)
+    assert not sensor.new_poses.seen_from(values, behind)[1].any()
