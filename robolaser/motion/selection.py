@@ -78,6 +78,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
         return bool(explained[ideal.squares > 0.0].any()) and more.score < less.score - WORTH_ADDING
 
     ideal, model = yield [(), start]
+    passed = {model.names}
     gain = dict.fromkeys(candidates, float("inf"))
     while True:
         left = [one for one in candidates if one not in model.effects]
@@ -92,10 +93,11 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
             if worth:
                 found = min(worth, key=lambda fit: fit.score)
                 break
-        less = found or (yield from _reduced(model, is_worth))
-        if less is model:
+        following = found or (yield from _reduced(model, is_worth))
+        if following.names in passed:
             break
-        model = less
+        model = following
+        passed.add(model.names)
     judged: list[Judged] = []
     for _ in range(EXCHANGES if model.effects else 0):
         without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
@@ -143,7 +145,7 @@ def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Gener
     """A model without the effects that it can do without."""
     while model.effects:
         fits = yield [tuple(other for other in model.effects if other != one) for one in model.effects]
-        idle = [fit for fit in fits if not is_worth(model, fit)]
+        idle = [fit for fit in fits if fit.score < float("inf") and not is_worth(model, fit)]
         if not idle:
             break
         model = min(idle, key=lambda fit: fit.score)

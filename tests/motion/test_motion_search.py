@@ -1,0 +1,40 @@
+"""The search for effects: it ends, whatever the models of its rows are worth."""
+
+from collections.abc import Sequence
+from itertools import count
+
+import numpy as np
+
+from robolaser.motion.effect import At
+from robolaser.motion.effects import MOTION_EFFECTS
+from robolaser.motion.evidence import Fitted
+from robolaser.motion.selection import search, side_by_side
+
+FRICTION, LINK = (
+    At(next(one for one in MOTION_EFFECTS if one.name == name), "elbow", 0)
+    for name in ("coulomb_friction", "link_inertia")
+)
+MODELS = {
+    frozenset[At](): (100.0, 1.0),
+    frozenset({FRICTION}): (90.0, 0.8),
+    frozenset({LINK}): (float("inf"), 0.101),
+    frozenset({FRICTION, LINK}): (50.0, 0.1),
+}
+"""Score and squares. The link has a negative mass unless there is friction beside it, which explains little then."""
+
+
+class FewRounds:
+    """Rows whose models are known, and which are not asked without end."""
+
+    def __init__(self) -> None:
+        self.rounds = count()
+
+    def fit(self, asked: Sequence[tuple[int, tuple[At, ...]]]) -> list[Fitted]:
+        assert next(self.rounds) < 50
+        models = [(effects, *MODELS[frozenset(effects)]) for _, effects in asked]
+        return [Fitted(effects, (), (), score, np.array([squares])) for effects, score, squares in models]
+
+
+def test_an_effect_stays_without_which_no_model_is_possible() -> None:
+    (found,) = side_by_side(FewRounds(), [search([FRICTION, LINK], 0.01)])
+    assert set(found.model.effects) == {FRICTION, LINK}
