@@ -1,7 +1,7 @@
 """A model of a moving arm with the effects that a user names: their numbers, and errors on motions not seen by fits."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -28,6 +28,7 @@ class MotionFit:
     findings: tuple[Finding, ...]
     at_flange: AtFlange | None
     left: Array | None  # tracking errors on unseen motions, (n, j) [rad]
+    flange_mm: Mapping[str, float]  # nominal, calibrated and after, of the tracking
     interval_mm: tuple[float, float] | None
     seconds: float
 
@@ -37,12 +38,17 @@ class MotionFit:
     ) -> "MotionFit":
         """From what each kind of rows says."""
         at_flange = interval = left = None
+        flange_mm: dict[str, float] = {}
         for part in parts:
             if part.gap.kind == "tracking":
                 at_flange = AtFlange.of(log, np.asarray(np.isfinite(part.after).any(axis=1)))
                 left = part.after
+                errors = {"nominal": log.q - log.command, "calibrated": part.before, "after": left}
+                flange_mm = {name: at_flange.error_mm(each) for name, each in errors.items()}
                 interval = at_flange.interval(left, log.run, np.random.default_rng(seed))
-        return cls(log, tuple(part.gap for part in parts), tuple(findings), at_flange, left, interval, seconds)
+        return cls(
+            log, tuple(part.gap for part in parts), tuple(findings), at_flange, left, flange_mm, interval, seconds
+        )
 
     def gap(self, kind: str) -> KindGap | None:
         """Of the rows of a kind, if there are any."""

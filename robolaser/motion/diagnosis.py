@@ -79,7 +79,7 @@ def diagnose_motion(
 def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
     """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
     for part in parts:
-        if verdict == "unexplained" and part.verdict != "unexplained":
+        if part.verdict != verdict:
             continue
         gap = part.gap
         error = gap.after if verdict == "unexplained" else gap.calibrated

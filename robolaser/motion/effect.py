@@ -47,14 +47,20 @@ class Trace:
 
     @property
     def error_within(self) -> float:
-        """Root mean square of its error where it is sent to where it gets to elsewhere [rad]."""
+        """Root mean square of its error where it is sent to where it gets to elsewhere [rad]; infinite if nowhere."""
         within = (self.command >= np.nanmin(self.q)) & (self.command <= np.nanmax(self.q))
-        return float(np.sqrt(np.nanmean(np.square(self.q - self.command)[within])))
+        errors = np.square(self.q - self.command)[within]
+        return float(np.sqrt(np.nanmean(errors))) if np.isfinite(errors).any() else np.inf
 
     @property
     def is_sent(self) -> bool:
         """Whether it is commanded to move."""
         return bool(np.nanstd(self.command) >= MOVES_RAD)
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether it stands, though it is commanded to move."""
+        return self.is_sent and bool(np.nanstd(self.q) < MOVES_RAD)
 
 
 def if_sent(trace: Trace) -> str:

@@ -89,10 +89,18 @@ class AtFlange:
         rows = rows[:: max(1, len(rows) // FLANGE_ROWS)]
         return cls(rows, log.robot.jacobian(np.nan_to_num(log.q[rows])[None])[0, :, :3])
 
+    def _squares(self, errors: Array) -> Array:
+        """Of the flange's distance from where it should be, by errors of the joints, (n, j) -> (r,) [mm²]."""
+        moved = 1e3 * np.einsum("rkj,rj->rk", self.jacobian, np.nan_to_num(errors[self.rows]))
+        return np.asarray((moved**2).sum(axis=1))
+
+    def error_mm(self, errors: Array) -> float:
+        """Root mean square of the flange's error, by errors of the joints, (n, j) [rad]."""
+        return float(np.sqrt(self._squares(errors).mean()))
+
     def interval(self, errors: Array, run: Ints, rng: np.random.Generator) -> tuple[float, float]:
         """Of the flange's root-mean-square error [mm], 95 %, by resampling runs, or blocks where there are too few."""
-        moved = 1e3 * np.einsum("rkj,rj->rk", self.jacobian, np.nan_to_num(errors[self.rows]))
-        squares = (moved**2).sum(axis=1)
+        squares = self._squares(errors)
         of_row = run[self.rows]
         if len(np.unique(of_row)) < FEWEST_RUNS:
             of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)

@@ -55,7 +55,7 @@ class Finding:
     def is_on_bound(self) -> bool:
         """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
         named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return len(named) > 1 and any(self.numbers[one.name][0] <= one.lower for one in named)
+        return len(named) > 1 and any(-np.inf < self.numbers[one.name][0] <= one.lower for one in named)
 
     @property
     def is_large(self) -> bool:

@@ -69,8 +69,9 @@ def parts_of(
             "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm with their signs, nor"
             " a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.", file="motion.csv",
         )  # fmt: skip
-    missing = {one.name: reasons[one.rows] for one in library if reasons[one.rows]} | missing
-    return parts, missing, remarks
+    there = {one.name for one in library if not reasons[one.rows]}
+    lacking = {one.name: reasons[one.rows] for one in library if one.name not in there}
+    return parts, lacking | missing, remarks
 
 
 def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching) -> Part:

@@ -79,22 +79,14 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
 def gap_mm(fit: MotionFit) -> dict[str, Any]:
     """The tracking error at the flange, as JSON files give it [mm]."""
     gap = fit.gap("tracking")
-    if gap is None or fit.at_flange is None or fit.left is None:
+    if gap is None or fit.at_flange is None:
         return dict.fromkeys(("nominal", "calibrated", "after", "noise_floor")) | {"after_ci95": [None, None]}
-    levers = fit.at_flange.levers_mm()
     low, high = fit.interval_mm or (None, None)
     return {
-        "nominal": _with_levers(gap.nominal, levers),
-        "calibrated": _with_levers(gap.calibrated, levers),
-        "after": _with_levers(gap.after, levers),
+        **fit.flange_mm,
         "noise_floor": fit.at_flange.noise_mm(gap.noise_floor),
         "after_ci95": [low, high],
     }
-
-
-def _with_levers(errors: Any, levers: Any) -> float:
-    """Errors of joints at the flange, as if those of different joints were independent [mm]."""
-    return float(np.sqrt(np.nansum((errors * levers) ** 2)))
 
 
 def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
@@ -110,12 +102,12 @@ def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
 
 
 def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
-    """The gap at the flange with some effects taken out again [mm]."""
+    """The gap at the flange with some effects taken out again, as if what they explain were independent [mm]."""
     gap = fit.gap("tracking")
     if gap is None or fit.at_flange is None:
         return None
     gained = sum((one.gained for one in findings if one.kind == "tracking"), start=np.zeros(len(gap.after)))
-    return _with_levers(np.sqrt(gap.after**2 + gained), fit.at_flange.levers_mm())
+    return float(np.sqrt(fit.flange_mm["after"] ** 2 + np.nansum(gained * fit.at_flange.levers_mm() ** 2)))
 
 
 def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
@@ -248,9 +240,7 @@ def sentence(found: MotionDiagnosis) -> str:
     if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}."
     causes = "; ".join(
-        ("" if one["probability"] >= CERTAIN else "likely, ")
-        + clauses[one["effect"]]
-        + _locations(one["where"], found.fit.log.joints)
+        _surely(one["probability"]) + clauses[one["effect"]] + _locations(one["where"], found.fit.log.joints)
         for one in sorted(kinds_json(found.fit), key=lambda one: one["probability"] < CERTAIN)
     )
     rest = ""
@@ -260,6 +250,10 @@ def sentence(found: MotionDiagnosis) -> str:
             f", by the {place.coordinate}." if place.coordinate else "."
         )
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
+
+
+def _surely(probability: float) -> str:
+    return "" if probability >= CERTAIN else "likely, " if probability > EVEN else "perhaps, "
 
 
 def _locations(where: Sequence[str], joints: Sequence[str]) -> str:
@@ -275,5 +269,6 @@ def _shrinks(gap: KindGap) -> str:
     what = {"tracking": "the tracking error", "torque": "the torque error", "load": "the encoders' difference"}[
         gap.kind
     ]
-    change = f"is {before:.3g}{unit}" if not after < before else f"falls from {before:.3g}{unit} to {after:.3g}{unit}"
+    was, left = (f"{error:.3g}{unit}" for error in (before, after))
+    change = f"falls from {was} to {left}" if after < before and left != was else f"is {was}"
     return f"{what} {change} (noise {noise:.2g}{unit})"

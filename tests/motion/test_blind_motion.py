@@ -78,6 +78,26 @@ def test_what_no_effect_describes_is_unexplained_at_its_joint() -> None:
     assert found.places[0].site == "pan"
 
 
+def test_the_gap_is_where_the_rows_that_have_one_show_it() -> None:
+    (place, *_) = found_in("a wrong torque constant").places
+    assert (place.site, place.share) == ("lift", pytest.approx(1.0, abs=0.05))
+
+
+def test_the_error_at_the_flange_is_that_of_joints_that_err_together() -> None:
+    gap = motion_json(found_in("a soft servo"))["gap_mm"]
+    low, high = gap["after_ci95"]
+    assert low <= gap["after"] <= high
+    log = recorded("a soft servo")
+    away = log.robot.forward(log.q[None])[0, :, :3, 3] - log.robot.forward(log.command[None])[0, :, :3, 3]
+    assert gap["nominal"] == pytest.approx(1e3 * np.sqrt((away**2).sum(axis=1).mean()), rel=0.1)
+
+
+def test_no_effect_that_rows_can_show_is_said_to_lack_them() -> None:
+    missing = found_in("dry friction").not_testable
+    assert "clock_shift" not in missing
+    assert missing["gear_ratio"] == "no encoder behind the gear in the data"
+
+
 def test_the_numbers_are_those_of_the_world() -> None:
     (payload,) = [one for one in found_in("a payload").fit.findings if one.at.effect.name == "payload"]
     mass, deviation, unit = payload.numbers["mass"]

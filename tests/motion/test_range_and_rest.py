@@ -5,7 +5,7 @@ import pytest
 
 from robolaser.motion.effect import At, Trace
 from robolaser.motion.effects.servo import TRACKING
-from robolaser.motion.gap import KindGap
+from robolaser.motion.gap import AtFlange, KindGap
 from robolaser.motion.part import Finding, Part
 from robolaser.motion.selection import Judged
 
@@ -28,6 +28,29 @@ def test_a_joint_that_stops_has_a_limit_on_that_side_only() -> None:
     lower, upper = LIMIT.begins(LIMIT.numbers, stopped, 1.0, 0.0)
     assert np.isinf(lower)
     assert upper * LIMIT.numbers[1].usual == pytest.approx(0.7)
+
+
+def test_a_limit_on_one_side_is_named() -> None:
+    at = At(LIMIT, "elbow", 0)
+    judged = Judged(at, 0.99, 0.0, None, ())  # type: ignore[arg-type]
+    one = Finding(judged, "tracking", {"lower": (-np.inf, 0.0, "rad"), "upper": (0.7, 1e-4, "rad")}, np.ones(1))
+    assert not one.is_on_bound
+
+
+def test_a_joint_that_stands_while_it_is_sent_elsewhere_shows_no_effect() -> None:
+    command = np.sin(np.linspace(0.0, 12.0, 600))[:, None]
+    stuck = Trace(command, np.full((600, 1), 5.0), *np.zeros((2, 600, 1)), np.full((600, 1), 0.02))
+    assert stuck.is_stuck
+    assert np.isinf(stuck.error_within)
+    assert not trace(np.zeros(600), top=0.7).is_stuck
+
+
+def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:
+    same = AtFlange(np.arange(50), np.full((50, 3, 2), 0.4))
+    error = np.random.default_rng(0).normal(size=50)
+    assert same.error_mm(np.stack([error, -error], axis=1)) == pytest.approx(0.0, abs=1e-9)
+    low, high = same.interval(np.stack([error, error], axis=1), np.arange(50) // 10, np.random.default_rng(1))
+    assert low < same.error_mm(np.stack([error, error], axis=1)) < high
 
 
 @pytest.mark.parametrize(("gained", "certain"), [(2.0, True), (0.5, False)])

@@ -1,0 +1,18 @@
+"""The verdict on a moving arm in words: what it says of errors and of how sure it is."""
+
+import numpy as np
+import pytest
+
+from robolaser.motion.gap import KindGap
+from robolaser.motion.result_json import _shrinks, _surely
+
+
+@pytest.mark.parametrize(("after", "said"), [(0.0123449, "is 0.0123 Nm"), (0.001, "falls from 0.0123 Nm to 0.001 Nm")])
+def test_an_error_that_is_printed_alike_before_and_after_does_not_fall(after: float, said: str) -> None:
+    error = np.array([0.012345])
+    assert said in _shrinks(KindGap("torque", "Nm", error, error, np.array([after]), np.array([1e-4]), 100))
+
+
+@pytest.mark.parametrize(("probability", "said"), [(0.95, ""), (0.6, "likely, "), (0.468, "perhaps, ")])
+def test_what_is_no_likelier_than_not_is_not_called_likely(probability: float, said: str) -> None:
+    assert _surely(probability) == said
