@@ -73,7 +73,7 @@ def calibrate(
 
     Args:
         data: A data set or its folder; of the log of a moving arm, only the effects are estimated.
-        plan: The options; the defaults when absent.
+        plan: The options; the defaults when absent. A log takes only effects and seed.
         effects: Effects to add to the model: names, `NAME:WHERE` or classes; default: those of the plan.
         weights: "plain" or "noise", see `Plan`; default: those of the plan.
         seed: Seed of the search; default: that of the plan.
@@ -94,6 +94,9 @@ def calibrate(
     plan = plan if weights is None else replace(plan, weights=weights)
     plan = plan if seed is None else replace(plan, seed=seed)
     if _is_motion(data):
+        usual = Plan(effects=plan.effects, seed=plan.seed)
+        if unused := [name for name, value in vars(plan).items() if value != getattr(usual, name)]:
+            raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
         fit = calibrate_motion(_motion_log(data), _names(plan.effects), seed=plan.seed, progress=progress)
         return MotionCalibrationResult(fit, plan.seed)
     return CalibrationResult.of(fitting.calibrate(_data_set(data), plan, progress=progress))

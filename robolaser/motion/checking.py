@@ -32,8 +32,8 @@ def comparable(log: MotionLog) -> dict[Kind, str]:
 
 def _unusable_torque(log: MotionLog) -> str:
     """Why a log's torques are set aside; "" where they are not."""
-    if not log.torque_signed:
-        return "the torques have no sign"
+    if not log.has_signs:
+        return "the torques have no sign" + (": none is negative" if log.torque_signed else "")
     if log.torque_unit != "Nm":
         return (
             f"the torques are given in {log.torque_unit} and no torque constant is known: mass and constant cannot be"

@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
-from robolaser.motion.effect import MotionEffect
+from robolaser.motion.effect import MOVES_RAD, MotionEffect
 from robolaser.motion.effects import library_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Part
@@ -118,6 +118,8 @@ def _remarks(log: MotionLog) -> list[str]:
     step = np.diff(log.time_s)[same]
     if len(step) and np.percentile(step, 99) > 1.5 * np.median(step):
         remarks.append("The time between rows varies by more than half: dead times are known to no less than that.")
+    if all((np.ptp(log.command[rows], axis=0) < MOVES_RAD).all() for rows in log.rows_of_runs):
+        remarks.append("The arm was told to stand still in all series: only constant errors can show.")
     if len(log.series) < 4:
         remarks.append(
             f"{len(log.series)} series only: blocks of rows are held out, and what differs from run to run is not seen."

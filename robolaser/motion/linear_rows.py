@@ -190,6 +190,8 @@ class LinearRows:
 
 def candidates_of(of: Quantities, effects: Sequence[MotionEffect], kind: str) -> tuple[list[At], dict[str, str]]:
     """Effects at all places where rows of a kind can show them, and why others cannot be tested."""
+    if of.lacking:
+        return [], {effect.name: of.lacking for effect in effects if effect.rows == kind}
     joints = [j for j in range(of.q.shape[1]) if np.isfinite(of.measured[:, j]).sum() > 1]
     found, missing = [], {}
     for effect in effects:

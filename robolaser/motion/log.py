@@ -13,6 +13,8 @@ from robolaser.robot.kinematics import Robot
 
 QUANTITIES = ("command", "q", "qd", "tau", "load")
 """What is recorded of a joint, as far as it is."""
+PAUSE_S = 1.0
+"""Without rows for so long, nothing is known of what the arm did."""
 
 
 @final
@@ -68,6 +70,18 @@ class MotionLog:
         """The rows of each run."""
         ends = [*self.starts[1:].tolist(), len(self)]
         return tuple(slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True))
+
+    @cached_property
+    def has_signs(self) -> bool:
+        """Whether torques have a sign: it is not said that they have none, and of several joints some are negative."""
+        several = self.tau[:, self.has("tau")]
+        return self.torque_signed and (several.shape[1] < 2 or bool(np.nanmin(several) < 0.0 or not several.any()))
+
+    @cached_property
+    def stretches(self) -> tuple[slice, ...]:
+        """The rows of each run, or of its parts between pauses."""
+        ends = np.flatnonzero((np.diff(self.run) != 0) | (np.diff(self.time_s) > PAUSE_S)) + 1
+        return tuple(slice(start, end) for start, end in zip([0, *ends], [*ends, len(self)], strict=True))
 
     @cached_property
     def step_s(self) -> float:

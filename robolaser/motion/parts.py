@@ -15,7 +15,7 @@ from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, 
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part, coordinate
-from robolaser.motion.quantities import quantities
+from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import Judged, Search, Selected, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
@@ -56,18 +56,23 @@ def parts_of(
     if not reasons["tracking"]:
         tell("tracking", 0.1)
         parts.append(_tracking(log, library, missing, searching))
-    if not reasons["torque"]:
-        tell("torques", 0.6)
-        parts.append(_linear(log, library, "torque", missing, searching))
-    elif log.has("tau").any():
-        remarks.append(f"Torque rows are set aside: {reasons['torque']}.")
-    if not reasons["load"]:
-        tell("encoders", 0.8)
-        parts.append(_linear(log, library, "load", missing, searching))
+    linear: tuple[tuple[Kind, str, str, float], ...] = (
+        ("torque", "tau", "torques", 0.6), ("load", "load", "encoders", 0.8),
+    )  # fmt: skip
+    for kind, recorded, what, share in linear:
+        if not reasons[kind]:
+            tell(what, share)
+            of = quantities(log, kind)
+            reasons[kind] = of.lacking
+            if not of.lacking:
+                parts.append(_linear(of, library, kind, missing, searching))
+        if reasons[kind] and log.has(recorded).any():
+            remarks.append(f"{kind.capitalize()} rows are set aside: {reasons[kind]}.")
     if not parts:
         raise DataError(
-            "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm with their signs, nor"
-            " a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.", file="motion.csv",
+            " ".join((*remarks, "motion.csv has nothing to hold readings against: neither commands, nor torques in Nm"
+            " with their signs, nor a second encoder. Record command_<joint>, tau_<joint> or load_<joint>.")),
+            file="motion.csv",
         )  # fmt: skip
     there = {one.name for one in library if not reasons[one.rows]}
     lacking = {one.name: reasons[one.rows] for one in library if one.name not in there}
@@ -178,11 +183,8 @@ def _begun(
 
 
 def _linear(
-    log: MotionLog, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str], searching: Searching
+    of: Quantities, library: Sequence[MotionEffect], kind: Kind, missing: dict[str, str], searching: Searching
 ) -> Part:
-    of = quantities(log, kind)
-    if not len(of.q):
-        raise DataError("motion.csv: no series is longer than a second, too short for velocities.", file="motion.csv")
     values = of.measured - of.rigid if kind == "torque" else of.measured
     candidates, absent = candidates_of(of, library, kind)
     missing |= absent
@@ -213,11 +215,11 @@ def _linear(
     ]
     places = {
         name: coordinate(after[:, j], of.run, of.time_s, of.q[:, j], of.rigid[:, j])
-        for j, name in enumerate(log.joints)
+        for j, name in enumerate(of.log.joints)
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    return Part(log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+    return Part(of.log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
 
 
 def _finding(

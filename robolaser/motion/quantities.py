@@ -39,6 +39,15 @@ class Quantities:
     carried: Array  # torque at each joint, as recorded or else of the rigid arm [Nm]
 
     @property
+    def lacking(self) -> str:
+        """Why there are no rows; "" where there are some."""
+        if len(self.q):
+            return ""
+        longest = max(float(np.ptp(self.log.time_s[rows])) for rows in self.log.stretches)
+        short = "no series is longer than a second, too short for velocities"
+        return short if longest <= 1.0 else "the arm stands, or jerks, in all rows"
+
+    @property
     def direction(self) -> Array:
         """Of motion, -1 to 1, 0 at rest."""
         return np.tanh(self.speed / STANDS_RAD_S)
@@ -92,7 +101,7 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     number = number[:: max(1, -(-len(number) // MOST_ROWS))]
     q, speed, acceleration, measured = (values[number] for values in (log.q, speed, acceleration, measured))
     rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
-    recorded = log.tau[number] if log.torque_signed and log.torque_unit == "Nm" else np.full_like(q, np.nan)
+    recorded = log.tau[number] if log.has_signs and log.torque_unit == "Nm" else np.full_like(q, np.nan)
     of = Quantities(
         log, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
         _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
@@ -116,7 +125,7 @@ def derivatives(log: MotionLog) -> tuple[Array, Array, Bools, Array]:
     edge = max(width, round(EDGE_S / max(log.step_s, 1e-4)))
     speed, acceleration = (np.full_like(log.q, np.nan) for _ in range(2))
     inner, rough = np.zeros(len(log), dtype=bool), np.full_like(log.q, np.nan)
-    for rows in log.rows_of_runs:
+    for rows in log.stretches:
         if rows.stop - rows.start <= 2 * edge:
             continue
         for derivative, out in ((1, speed), (2, acceleration)):

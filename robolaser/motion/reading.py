@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, check_format, 
 from robolaser.data.toml_schema import Positive, read_toml, typed
 from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import DataError, near
-from robolaser.motion.log import QUANTITIES, MotionLog
+from robolaser.motion.effect import MOVES_RAD
+from robolaser.motion.log import PAUSE_S, QUANTITIES, MotionLog
 
 MOTION = "motion.csv"
 MOTION_FOLDER = ("dataset.toml", MOTION, "robot.urdf")
@@ -36,7 +37,7 @@ class SensorTable:
 class MotionTable:
     """`[motion]`; further keys are notes."""
 
-    torque_unit: str = "Nm"
+    torque_unit: Literal["Nm", "A"] = "Nm"
     torque_signed: bool = True
     offset_per_series: bool = False
     encoder_step_rad: Positive | None = None
@@ -110,6 +111,9 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
         notes={key: v for key, v in described.motion.items() if key not in known},
         source=described.source, licence=described.licence, folder=folder, **recorded, **asdict(table),
     )  # fmt: skip
+    for name in table.payload_kg:
+        if name not in labels:
+            raise DataError(f"{FILE}, [motion] payload_kg: there is no series '{name}'.{near(name, labels)}", file=FILE)
     log, repeated = _in_order(log, np.array(csv.lines)[order])
     return replace(log, warnings=(*warnings, *repeated, *_checked(log, planned=planned)))
 
@@ -164,7 +168,12 @@ def _checked(log: MotionLog, *, planned: bool) -> list[str]:
             f"{MOTION} has no column q_<joint> with readings of a joint of [robot]: {', '.join(log.joints)}.",
             file=MOTION,
         )
-    warnings = []
+    if log.step_s > PAUSE_S:
+        raise DataError(
+            f"{MOTION}, column time_s: rows are {log.step_s:.4g} s apart. Are these milliseconds? Give seconds.",
+            file=MOTION, column="time_s",
+        )  # fmt: skip
+    warnings: list[str] = []
     for joint, name in enumerate(log.joints):
         for quantity in ("command", "q", "load"):
             values = getattr(log, quantity)[:, joint]
@@ -173,16 +182,31 @@ def _checked(log: MotionLog, *, planned: bool) -> list[str]:
                     f"{MOTION}, column {quantity}_{name}: {np.nanmax(np.abs(values)):.4g} rad is more than two turns."
                     " Are these degrees, or encoder steps? Give radians.", file=MOTION, column=f"{quantity}_{name}",
                 )  # fmt: skip
-        told, read = log.command[:, joint], log.q[:, joint]
-        both = np.isfinite(told) & np.isfinite(read)
-        if both.sum() > 1 and np.std(told[both]) > 0 and np.std(read[both]) > 0:
-            factor = float(np.cov(told[both], read[both])[0, 1] / np.var(told[both]))
-            if not 0.2 < factor < 5.0:
-                warnings.append(
-                    f"{name} moves by {factor:.3g} of what it is commanded: are commands and readings of one unit?"
-                    + (" The factor is that from degrees to radians." if abs(np.log(abs(factor) * TURN)) < 0.2 else "")
-                )
+        warnings += _odd_readings(name, log.command[:, joint], log.q[:, joint])
     return warnings
+
+
+def _odd_readings(name: str, command: Array, q: Array) -> Iterator[str]:
+    """What readings of a joint (n,) are not likely to be, by its commands (n,)."""
+    both = np.isfinite(command) & np.isfinite(q)
+    told, read = command[both], q[both]
+    if both.sum() < 2 or np.std(told) < MOVES_RAD:
+        return
+    if np.array_equal(told, read):
+        yield f"The readings of {name} are its commands, digit by digit: they were not measured."
+        return
+    if np.std(read) < MOVES_RAD:
+        yield f"{name} does not move, though it is commanded to."
+        return
+    factor = float(np.cov(told, read)[0, 1] / np.var(told))
+    if factor < 0.0:
+        yield (
+            f"{name} moves by {factor:.3g} of what it is commanded: are the sign of its readings and the order of the"
+            " joints right?"
+        )
+    elif not 0.2 < factor < 5.0:
+        degrees = " The factor is that from degrees to radians." if abs(np.log(factor * TURN)) < 0.2 else ""
+        yield f"{name} moves by {factor:.3g} of what it is commanded: are commands and readings of one unit?{degrees}"
 
 
 def motion_texts(log: MotionLog) -> dict[str, str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, final
 
+import msgspec
 import numpy as np
 
 from robolaser.arrays import Array
@@ -17,6 +18,7 @@ from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.ros_bag import JOINT_TOPIC, RosBag
 from robolaser.data.importers.ros_messages import ARRAY, CONTROLLER, JOINTS, STAMPS, Bag, JointTrack
 from robolaser.errors import DataError
+from robolaser.motion.log import PAUSE_S
 from robolaser.robot.kinematics import Robot
 
 TABLES: Final = (".csv", ".txt")
@@ -30,8 +32,6 @@ RTDE: Final = {
 """Universal Robots' names of what its controller sends, each with the number of a joint."""
 CURRENT: Final = "actual_current"
 COMMAND_TOPIC: Final = "commands"
-PAUSE_S: Final = 1.0
-"""Without readings for so long, a bag has another series."""
 
 
 @final
@@ -48,6 +48,28 @@ class RecordedRun:
     torque_signed: bool = True
 
 
+@final
+class Feature(msgspec.Struct):
+    """What LeRobot's meta/info.json says of a column."""
+
+    names: list[str] | dict[str, list[str]] | None = None
+
+
+@final
+class Features(msgspec.Struct):
+    """Of the columns that are read."""
+
+    action: Feature = msgspec.field(default_factory=Feature)
+    state: Feature = msgspec.field(name="observation.state", default_factory=Feature)
+
+
+@final
+class LeRobotInfo(msgspec.Struct):
+    """LeRobot's meta/info.json, as far as it is read."""
+
+    features: Features = msgspec.field(default_factory=Features)
+
+
 def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[RecordedRun]:
     """What a folder or a file holds.
 
@@ -61,7 +83,7 @@ def runs_of(source: Path, robot: Robot, options: ImportOptions) -> list[Recorded
     if source.is_dir():
         try:
             return _folder(source)
-        except (LookupError, TypeError, AttributeError, ValueError, csv.Error) as error:
+        except (LookupError, ValueError, msgspec.ValidationError, csv.Error) as error:
             reason = f"it lacks {error}" if isinstance(error, KeyError) else str(error)
             raise DataError(
                 f"{source} is damaged, or not as its recorder writes logs: {reason}.", file=source
@@ -150,15 +172,17 @@ def _named_by_rtde(run: RecordedRun) -> RecordedRun:
 
 def _lerobot(folder: Path) -> list[RecordedRun]:
     """Versions 2 and 3: `action` and `observation.state` in the order that meta/info.json names."""
-    info = json.loads(read_text(folder / "meta" / "info.json"))
+    info = msgspec.convert(json.loads(read_text(folder / "meta" / "info.json")), LeRobotInfo)
     runs = []
     for file in sorted((folder / "data").rglob("*.parquet")):
         columns = _numbers(file)
-        for key, quantity in (("action", "command"), ("observation.state", "q")):
-            named = info.get("features", {}).get(key, {}).get("names") or []
+        for key, quantity, feature in (
+            ("action", "command", info.features.action), ("observation.state", "q", info.features.state),
+        ):  # fmt: skip
+            named = feature.names or []
             named = named.get("motors", []) if isinstance(named, dict) else named
             columns |= {
-                f"{quantity}_{str(joint).removesuffix('.pos').removeprefix('main_')}": columns[f"{key}[{i}]"]
+                f"{quantity}_{joint.removesuffix('.pos').removeprefix('main_')}": columns[f"{key}[{i}]"]
                 for i, joint in enumerate(named)
                 if f"{key}[{i}]" in columns
             }
@@ -174,14 +198,15 @@ def _sage(folder: Path) -> RecordedRun:
         for name in ("control.csv", "state_motor.csv")
     )
     stamps = [stamp for stamp in control if stamp in state]
-    columns = {"timestamp": np.array([float(stamp) for stamp in stamps])}
+    columns = {"timestamp": np.array([float(stamp or "") for stamp in stamps])}
     for quantity, table, field in (
         ("command", control, "positions"),
         ("q", state, "positions"),
         ("qd", state, "velocities"),
         ("tau", state, "torques"),
     ):
-        values = np.array([json.loads(table[stamp][field]) for stamp in stamps], dtype=np.float64)
+        lists = [msgspec.convert(json.loads(table[stamp][field] or ""), list[float | None]) for stamp in stamps]
+        values = np.array(lists, dtype=np.float64)
         columns |= {f"{quantity}_{joint}": values[:, i] for i, joint in enumerate(joints)}
     return RecordedRun(folder.name, folder.name, columns, "us", "rad", torque_signed=False)
 

@@ -77,9 +77,9 @@ class TrackingRows:
         """Columns of the joints that have both."""
         self.log = log
         pieces = [
-            (slice(start, min(start + LONGEST, part.stop)), run)
-            for run in (range(len(log.series)) if runs is None else runs.tolist())
-            for part in [log.rows_of_runs[run]]
+            (slice(start, min(start + LONGEST, part.stop)), int(log.run[part.start]))
+            for part in log.stretches
+            if runs is None or log.run[part.start] in runs
             for start in range(part.start, part.stop, LONGEST)
         ]
         pieces.sort(key=lambda piece: piece[0].start - piece[0].stop)

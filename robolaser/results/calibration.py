@@ -99,7 +99,9 @@ class CalibrationResult(FittedResult):
         return None if made is None else of_calibration.document(made, brief=brief, files=self["files"])
 
     def _read_back(self) -> str:
-        return f"{self.dataset}: rms {1e3 * self.rms_m:.3g} mm on fitted poses\n{self.to_frame().to_string()}\n"
+        errors = (("rms_m", "fitted poses"), ("held_out_rms_m", "poses that were held out"))
+        known = [f"rms {1e3 * self[name]:.3g} mm on {what}" for name, what in errors if self[name] is not None]
+        return f"{': '.join((self.dataset, *known[:1]))}\n{self.to_frame().to_string()}\n"
 
 
 def load_calibration(path: str | Path) -> CalibrationResult:

@@ -47,15 +47,16 @@ def read_result(path: Path) -> tuple[str, Mapping[str, Any]]:
 
 
 def robot_in(folder: Path | None) -> Robot | None:
-    """The corrected arm of a saved result, as the URDF in its folder has it; None for measured flange poses.
+    """The corrected arm of a saved result, as the URDF in its folder has it; None for flange poses and moving arms.
 
     Raises:
         DataError: The folder's files cannot be read.
     """
     if folder is None or not (folder / FILES[CALIBRATION]).is_file():
         return None
-    model = read_json(folder / FILES[CALIBRATION]).get("model", {})
-    if not model.get("robot"):
+    contents = read_json(folder / FILES[CALIBRATION])
+    model = contents.get("model", {})
+    if not model.get("robot") or contents.get("kind") == "motion":
         return None
     corrected = folder / "robot_corrected.urdf"
     file = corrected if corrected.is_file() else folder / model["robot"]

@@ -10,7 +10,9 @@ import jsonschema
 import pytest
 from moved_arms import urdf
 
+import robolaser
 from robolaser.cli import main
+from robolaser.errors import UsageError
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +127,22 @@ def test_an_option_that_only_measured_poses_have_is_refused_not_ignored(
     assert main([command, str(folder / "log"), *options, "--output", str(tmp_path / "out")]) != 0
     assert options[0] in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_an_option_of_a_plan_that_only_measured_poses_have_is_refused_not_ignored(folder: Path) -> None:
+    for options in ({"weights": "noise"}, {"loss": "huber"}, {"algorithm": "rcga"}, {"polish": False}):
+        with pytest.raises(UsageError, match=next(iter(options))):
+            robolaser.calibrate(folder / "log", robolaser.Plan(**options), effects=["lag:lift"])  # type: ignore[arg-type]
+
+
+def test_a_calibration_is_read_back_and_held_against_another(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = robolaser.calibrate(folder / "log", robolaser.Plan(effects=("lag:lift",), seed=2))
+    made.save(tmp_path / "a")
+    back = robolaser.load_calibration(tmp_path / "a")
+    assert back.value("lag.lift.time") == made.value("lag.lift.time")
+    assert "lag.lift.time" in str(back)
+    code, found = run(capsys, "diff", str(tmp_path / "a"), str(tmp_path / "a"))
+    assert code == 0
+    assert any(row["name"].startswith("lag.lift.time") for row in found["rows"])

@@ -88,7 +88,7 @@ def test_a_data_set_of_lerobot(folder: Path, wrap: object) -> None:
     assert np.allclose(log.command, TOLD)
 
 
-@pytest.mark.parametrize("row", ["1,[0]", "1,0]"])
+@pytest.mark.parametrize("row", ["1,[0]", "1,0]", "1", '1,{"pan": 0}'])
 @pytest.mark.parametrize("of", ["positions", "angles"])
 def test_a_damaged_folder_ends_with_its_name(
     folder: Path, row: str, of: str, capsys: pytest.CaptureFixture[str]
@@ -99,8 +99,10 @@ def test_a_damaged_folder_ends_with_its_name(
         (folder / "log-a" / name).write_text(text, encoding="utf-8")
     assert typed(folder, "log-a") == 1
     assert "log-a is damaged" in capsys.readouterr().err
-    (folder / "log-a" / "meta" / "info.json").write_text("{", encoding="utf-8")
-    assert typed(folder, "log-a") == 1
+    for info in ("{", "[]", '{"features": null}', '{"features": {"action": {"names": 3}}}'):
+        (folder / "log-a" / "meta" / "info.json").write_text(info, encoding="utf-8")
+        assert typed(folder, "log-a") == 1
+        assert "log-a is damaged" in capsys.readouterr().err
 
 
 def test_a_unit_that_no_file_says_is_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

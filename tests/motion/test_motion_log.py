@@ -10,7 +10,10 @@ from moved_arms import urdf, written
 
 import robolaser
 from robolaser.errors import DataError
+from robolaser.motion.checking import check_motion
+from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import QUANTITIES, MotionLog
+from robolaser.motion.plan import plan_motion
 from robolaser.motion.reading import load_motion
 from robolaser.motion.simulation import simulate_motion
 from robolaser.robot.kinematics import Robot
@@ -123,3 +126,65 @@ def test_a_log_of_no_joint_of_the_robot_is_refused(folder: Path) -> None:
 
     with pytest.raises(DataError):
         load_motion(edited(folder, renamed))
+
+
+def reading(folder: Path, change: Callable[[MotionLog], MotionLog], log: MotionLog) -> MotionLog:
+    return load_motion(written(change(log), folder))
+
+
+def with_readings(log: MotionLog, pan: np.ndarray) -> MotionLog:
+    return replace(log, q=np.column_stack([pan, log.q[:, 1:]]))
+
+
+def test_times_in_milliseconds_are_refused(log: MotionLog, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="Are these milliseconds"):
+        reading(tmp_path, lambda one: replace(one, time_s=1e3 * one.time_s), log)
+
+
+def test_a_unit_that_is_neither_torque_nor_current_is_refused(log: MotionLog, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="torque_unit"):
+        reading(tmp_path, lambda one: replace(one, torque_unit="mNm"), log)
+
+
+def test_a_payload_of_no_series_is_refused(log: MotionLog, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no series 'run_9'"):
+        reading(tmp_path, lambda one: replace(one, payload_kg={"run_9": 1.0}), log)
+
+
+def test_odd_readings_are_said_to_be_what_they_are(log: MotionLog, tmp_path: Path) -> None:
+    pan = log.command[:, 0]
+    odd = {"sign": -pan, "digit by digit": pan, "does not move": np.full_like(pan, 0.3), "degrees": pan * np.pi / 180.0}
+    for said, values in odd.items():
+        (warning,) = reading(tmp_path, lambda one, q=values: with_readings(one, q), log).warnings  # type: ignore[misc]
+        assert said in warning
+    assert load_motion(written(log, tmp_path)).warnings == ()
+
+
+def test_torques_of_several_joints_that_are_never_negative_have_no_sign(log: MotionLog) -> None:
+    assert log.has_signs
+    assert not replace(log, tau=np.abs(log.tau)).has_signs
+    one = np.where(np.arange(len(log.joints)) == 1, np.abs(log.tau), np.nan)
+    assert replace(log, tau=one).has_signs
+
+
+def test_a_pause_ends_a_stretch_but_not_its_run(log: MotionLog) -> None:
+    late = replace(log, time_s=log.time_s + 5.0 * (np.arange(len(log)) % 60 >= 20))
+    assert [(rows.stop - rows.start, int(late.run[rows.start])) for rows in late.stretches] == [
+        (20, 0), (40, 0), (20, 1), (40, 1),
+    ]  # fmt: skip
+    assert log.stretches == log.rows_of_runs
+
+
+def test_rows_in_which_the_arm_stands_show_no_torques_but_the_rest(log: MotionLog) -> None:
+    count = 200
+    rows = np.arange(2 * count)
+    still = replace(
+        log, run=rows // count, time_s=(rows % count) / 100.0,
+        **{name: np.repeat(getattr(log, name)[[0, 60]], count, axis=0) for name in QUANTITIES},
+    )  # fmt: skip
+    still = replace(still, load=np.full_like(still.q, np.nan))
+    assert check_motion(still).not_tested["coulomb_friction"] == "the arm stands, or jerks, in all rows"
+    assert plan_motion(still).untestable["coulomb_friction"] == "the arm stands, or jerks, in all rows"
+    found = diagnose_motion(still, ["offset", "coulomb_friction"])
+    assert any("Torque rows are set aside: the arm stands" in remark for remark in found.remarks)
+    assert any("told to stand still" in remark for remark in found.remarks)
