@@ -16,6 +16,7 @@ SMOOTHED_S = 0.12  # width of the parabolas that velocities and accelerations ar
 EDGE_S = 0.4  # at the ends of a run, where a recorder's own filter has edges
 STANDS_RAD_S = 0.01  # below about this speed the direction of motion is not known
 MOVES_RAD = 0.02
+TURNS_RAD = 1e-3  # by which a joint has turned back, and no noise has: its gear bears on the other side
 MOST_ROWS = 6_000
 INERTIA_ROWS = 50
 HALF_NORMAL = 0.6745  # median of the size of a normal deviate
@@ -28,6 +29,7 @@ class Quantities:
     """What columns are made of, at the rows that are used, (n, j) each."""
 
     log: MotionLog
+    rows: Ints  # of the log, (n,)
     run: Ints  # (n,)
     time_s: Array  # (n,)
     q: Array
@@ -51,6 +53,15 @@ class Quantities:
     def direction(self) -> Array:
         """Of motion, -1 to 1, 0 at rest."""
         return np.tanh(self.speed / STANDS_RAD_S)
+
+    @cached_property
+    def approach(self) -> Array:
+        """Side from which each joint came where it is, -1 to 1, which it keeps at rest; 0 until a run's first motion."""
+        behind, sides = self.log.q[0], np.empty_like(self.log.q)
+        for row, (q, begins) in enumerate(zip(self.log.q, np.diff(self.log.run, prepend=-1), strict=True)):
+            behind = q if begins else np.fmax(np.fmin(behind, q + TURNS_RAD), q - TURNS_RAD)
+            sides[row] = (q - behind) / TURNS_RAD
+        return np.nan_to_num(sides[self.rows])
 
     @property
     def moves(self) -> Bools:
@@ -103,7 +114,7 @@ def quantities(log: MotionLog, kind: str) -> Quantities:
     rigid = log.robot.by_pinocchio.inverse_dynamics(q, speed, acceleration)
     recorded = log.tau[number] if log.has_signs and log.torque_unit == "Nm" else np.full_like(q, np.nan)
     of = Quantities(
-        log, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
+        log, number, log.run[number], log.time_s[number], q, speed, acceleration, rigid, measured,
         _torque_noise(log.robot, q, noise), np.where(np.isfinite(recorded), recorded, rigid),
     )  # fmt: skip
     if not log.payload_kg:

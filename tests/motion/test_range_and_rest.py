@@ -2,12 +2,17 @@
 
 import numpy as np
 import pytest
+from moved_arms import urdf
 
 from robolaser.motion.effect import At, Trace
 from robolaser.motion.effects.servo import TRACKING
+from robolaser.motion.effects.transmission import TRANSMISSION
 from robolaser.motion.gap import AtFlange, KindGap
+from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Finding, Part
+from robolaser.motion.quantities import quantities
 from robolaser.motion.selection import Judged
+from robolaser.robot.kinematics import Robot
 
 LIMIT = next(one for one in TRACKING if one.name == "range_limit")
 
@@ -51,6 +56,21 @@ def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:
     assert same.error_mm(np.stack([error, -error], axis=1)) == pytest.approx(0.0, abs=1e-9)
     low, high = same.interval(np.stack([error, error], axis=1), np.arange(50) // 10, np.random.default_rng(1))
     assert low < same.error_mm(np.stack([error, error], axis=1)) < high
+
+
+def test_a_gear_that_rests_has_its_lost_motion_where_the_last_motion_left_it() -> None:
+    robot = Robot.from_urdf(urdf(), flange="tool", gravity=(0.0, 0.0, -9.81))
+    time = np.arange(600) / 100.0
+    angle = np.interp(time, [1.0, 2.0, 3.5, 4.5], [0.0, 0.5, 0.5, 0.1])
+    q = np.repeat(angle[:, None], len(robot.joints), axis=1) + np.random.default_rng(0).normal(0.0, 1e-5, (600, 4))
+    none = np.full_like(q, np.nan)
+    log = MotionLog("four", robot, ("a",), np.zeros(600, dtype=np.int64), time, none, q, none, none, q)
+    of = quantities(log, "load")
+    at = {when: of.approach[np.searchsorted(of.time_s, when)].round(1).tolist() for when in (0.6, 1.5, 2.7, 4.0, 5.2)}
+    assert at == {0.6: [0.0] * 4, 1.5: [1.0] * 4, 2.7: [1.0] * 4, 4.0: [-1.0] * 4, 5.2: [-1.0] * 4}
+    lost = next(one for one in TRANSMISSION if one.name == "lost_motion")
+    assert lost.columns is not None
+    assert np.array_equal(lost.columns(of, 1)[0][:, 1, 0], of.approach[:, 1])
 
 
 @pytest.mark.parametrize(("gained", "certain"), [(2.0, True), (0.5, False)])

@@ -20,7 +20,7 @@ def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
-    by_motion = at_joint(quantities, joint, quantities.direction[:, joint])
+    by_motion = at_joint(quantities, joint, quantities.approach[:, joint])
     torque = quantities.carried[:, joint]
     steep = float(np.nanstd(torque)) or 1.0
     return [by_motion, at_joint(quantities, joint, np.tanh(10.0 * torque / steep))]
