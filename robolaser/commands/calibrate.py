@@ -55,17 +55,18 @@ def calibrate(
         unused = [option for option, given in (searches | of_poses).items() if given]
         if unused:
             raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
+        from robolaser.commands.moving_arm import found_in
         from robolaser.motion.calibration import calibrate_motion
         from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
 
         log = load_motion(dataset)
         with results_in(output, command="calibrate", files=MOTION_CALIBRATION_FILES, inputs=[dataset], force=force):
-            terminal.warn(*log.warnings)
-            with terminal.progress() as progress:
-                moving = MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed)
-            texts = moving.files(command=typed)
-            write_results(output, texts)
-        terminal.show(texts["calibration.json"] or "", lambda: moving.print(output))
+            moving = found_in(
+                log,
+                lambda progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
+                output, terminal, typed,
+            )  # fmt: skip
+        terminal.show(moving.to_dict(), lambda: moving.print(output))
         return
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find

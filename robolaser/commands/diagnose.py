@@ -43,17 +43,18 @@ def diagnose(
     if is_motion(dataset):
         if validate:
             raise UsageError(f"{dataset} is the log of a moving arm; --validate predicts measured poses. Leave it out.")
+        from robolaser.commands.moving_arm import found_in
         from robolaser.motion.diagnosis import diagnose_motion
         from robolaser.results.motion import MOTION_FILES, MotionResult
 
         log = load_motion(dataset)
         with results_in(output, command="diagnose", files=MOTION_FILES, inputs=[dataset], force=force):
-            terminal.warn(*log.warnings)
-            with terminal.progress() as progress:
-                moving = MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress))
-            texts = moving.files(command=typed)
-            write_results(output, texts)
-        terminal.show(texts["diagnosis.json"] or "", lambda: moving.print(output))
+            moving = found_in(
+                log,
+                lambda progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
+                output, terminal, typed,
+            )  # fmt: skip
+        terminal.show(moving.to_dict(), lambda: moving.print(output))
         return
     from robolaser.data.loading import load
     from robolaser.diagnosis import examine

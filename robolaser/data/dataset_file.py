@@ -150,8 +150,8 @@ def describe(folder: str | Path) -> Dataset:
 def _refuse_motion(sensor: object) -> None:
     if isinstance(sensor, dict) and sensor.get("kind") == "motion":
         why = (
-            '"motion" is a log of a moving arm. `check`, `diagnose`, `calibrate` and `plan` read it; this needs a'
-            " sensor that measures points or poses."
+            '"motion" is a log of a moving arm. `robolaser check`, `diagnose`, `calibrate` and `plan` read it, in'
+            " Python `calibrate` and `diagnose`; this needs a sensor that measures points or poses."
         )
         raise refused(FILE, "[sensor] kind", why)
 

@@ -56,7 +56,7 @@ class Quantities:
 
     @cached_property
     def approach(self) -> Array:
-        """Side from which each joint came where it is, -1 to 1, which it keeps at rest; 0 until a run's first motion."""
+        """Side from which each joint came where it is, -1 to 1, also at rest; 0 until the first motion of a run."""
         behind, sides = self.log.q[0], np.empty_like(self.log.q)
         for row, (q, begins) in enumerate(zip(self.log.q, np.diff(self.log.run, prepend=-1), strict=True)):
             behind = q if begins else np.fmax(np.fmin(behind, q + TURNS_RAD), q - TURNS_RAD)
