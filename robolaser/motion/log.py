@@ -13,6 +13,8 @@ from robolaser.robot.kinematics import Robot
 
 QUANTITIES = ("command", "q", "qd", "tau", "load")
 """What is recorded of a joint, as far as it is."""
+OTHER_UNIT = 5.0
+"""Times what is expected, or its reciprocal, from which on a quantity is likely to have another unit. A judgement."""
 PAUSE_S = 1.0
 """Without rows for so long, nothing is known of what the arm did."""
 

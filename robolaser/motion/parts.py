@@ -13,7 +13,7 @@ from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import OTHER_UNIT, MotionLog
 from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part, coordinate
 from robolaser.motion.quantities import Quantities, quantities
 from robolaser.motion.selection import Judged, Search, Selected, side_by_side
@@ -65,6 +65,7 @@ def parts_of(
             of = quantities(log, kind)
             reasons[kind] = of.lacking
             if not of.lacking:
+                remarks += _odd_torques(of) if kind == "torque" else []
                 parts.append(_linear(of, library, kind, missing, searching))
         if reasons[kind] and log.has(recorded).any():
             remarks.append(f"{kind.capitalize()} rows are set aside: {reasons[kind]}.")
@@ -77,6 +78,17 @@ def parts_of(
     there = {one.name for one in library if not reasons[one.rows]}
     lacking = {one.name: reasons[one.rows] for one in library if one.name not in there}
     return parts, lacking | missing, remarks
+
+
+def _odd_torques(of: Quantities) -> list[str]:
+    there = np.isfinite(of.measured)
+    factor = float(of.rigid[there] @ of.measured[there]) / max(float(of.rigid[there] @ of.rigid[there]), 1e-24)
+    if 1.0 / OTHER_UNIT < factor < OTHER_UNIT:
+        return []
+    return [
+        f"Torques are {factor:.2g} times those of the URDF's rigid arm: are they in Nm at the joints, and are their"
+        " signs, the masses and `gravity` right?"
+    ]
 
 
 def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str, str], searching: Searching) -> Part:

@@ -15,7 +15,7 @@ from robolaser.data.toml_schema import Positive, read_toml, typed
 from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import DataError, near
 from robolaser.motion.effect import MOVES_RAD
-from robolaser.motion.log import PAUSE_S, QUANTITIES, MotionLog
+from robolaser.motion.log import OTHER_UNIT, PAUSE_S, QUANTITIES, MotionLog
 
 MOTION = "motion.csv"
 MOTION_FOLDER = ("dataset.toml", MOTION, "robot.urdf")
@@ -204,7 +204,7 @@ def _odd_readings(name: str, command: Array, q: Array) -> Iterator[str]:
             f"{name} moves by {factor:.3g} of what it is commanded: are the sign of its readings and the order of the"
             " joints right?"
         )
-    elif not 0.2 < factor < 5.0:
+    elif not 1.0 / OTHER_UNIT < factor < OTHER_UNIT:
         degrees = " The factor is that from degrees to radians." if abs(np.log(factor * TURN)) < 0.2 else ""
         yield f"{name} moves by {factor:.3g} of what it is commanded: are commands and readings of one unit?{degrees}"
 
