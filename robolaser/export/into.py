@@ -93,7 +93,13 @@ def motion_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) ->
         raise RobotError(f"{source} has none of the joints of the result: {', '.join(sorted(joints))}.")
     written = tuple(pair for pair in numbers.at if pair in numbers.used)
     lacking = tuple(pair for pair in numbers.at if pair not in numbers.used)
-    return Written(ET.tostring(root, encoding="unicode") + "\n", written, lacking)
+    driven = {actuator.get("joint") for actuator in root.findall(POSITION)}
+    bare = sorted({where for effect, where in lacking if effect in OF_ACTUATOR and where in there - driven})
+    remarks = [f"{source} has no <position> actuator of {', '.join(bare)}: only such ones take effects of servos."]
+    return Written(
+        ET.tostring(root, encoding="unicode") + "\n", written, lacking,
+        tuple(remarks) if bare and root.tag == "mujoco" else (),
+    )  # fmt: skip
 
 
 IN_URDF: Final = {"damping": ("viscous_friction", "factor"), "friction": ("coulomb_friction", "torque")}
@@ -104,6 +110,9 @@ IN_MJCF: Final = {
     "armature": ("rotor_inertia", "inertia"),
 }
 """Likewise, of a joint."""
+POSITION: Final = "actuator/position"
+OF_ACTUATOR: Final = frozenset({"droop", "lag", "dead_time", "dead_zone", "range_limit"})
+"""What a position actuator takes in MJCF."""
 DEFAULT_STEP_S = "0.002"
 """MuJoCo's."""
 
@@ -124,7 +133,7 @@ def _mjcf(root: ET.Element, numbers: _Numbers, joints: set[str]) -> set[str]:
         joint.attrib.update(numbers.attributes(name, IN_MJCF))
     option = root.find("option")
     step = float(option.get("timestep", DEFAULT_STEP_S) if option is not None else DEFAULT_STEP_S)
-    for actuator in root.findall("actuator/position"):
+    for actuator in root.findall(POSITION):
         name = actuator.get("joint", "")
         if name in there:
             _actuator(actuator, there[name], numbers, step)

@@ -82,7 +82,8 @@ def parts_of(
 
 def _odd_torques(of: Quantities) -> list[str]:
     there = np.isfinite(of.measured)
-    factor = float(of.rigid[there] @ of.measured[there]) / max(float(of.rigid[there] @ of.rigid[there]), 1e-24)
+    expected = float(of.rigid[there] @ of.rigid[there])
+    factor = float(of.rigid[there] @ of.measured[there]) / expected if expected else 1.0
     if 1.0 / OTHER_UNIT < factor < OTHER_UNIT:
         return []
     return [

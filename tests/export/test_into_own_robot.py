@@ -82,6 +82,14 @@ def test_what_a_file_has_no_place_for_is_said() -> None:
     assert len(copy.contains) == len(FOUND) - 2
 
 
+def test_an_actuator_of_another_kind_is_said_to_take_no_servo() -> None:
+    general = MJCF.replace('<position joint="lift" kp="5"/>', '<general joint="lift" gainprm="5"/>')
+    copy = motion_into(general, FOUND, "arm.xml")
+    assert ("lag", "lift") in copy.lacks
+    assert copy.remarks == ("arm.xml has no <position> actuator of lift: only such ones take effects of servos.",)
+    assert motion_into(MJCF, FOUND, "arm.xml").remarks == ()
+
+
 def test_a_urdf_takes_friction() -> None:
     robot = find_robot("ur5")
     copy = motion_into(robot.urdf, [effect("viscous_friction", "elbow_joint", factor=3.0)], "ur5.urdf")
