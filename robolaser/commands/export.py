@@ -41,6 +41,7 @@ def export(
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
     from robolaser.data.result_folder import results_in, write_results
+    from robolaser.export.held_commands import less_hold
     from robolaser.export.into import motion_into, placements_into, zeros_into
     from robolaser.motion.reading import load_motion
     from robolaser.results.contents import read_result
@@ -51,7 +52,7 @@ def export(
     if into.suffix == ".json":
         written = zeros_into(text, contents["effects"], into.name)
     elif contents.get("kind") == "motion":
-        written = motion_into(text, contents["effects"], into.name)
+        written = motion_into(text, less_hold(contents["effects"], contents.get("step_s", 0.0)), into.name)
     else:
         corrected = (result if result.is_dir() else result.parent) / "robot_corrected.urdf"
         if not corrected.is_file():

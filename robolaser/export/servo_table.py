@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from robolaser.data.csv_tables import table_text
+from robolaser.export.held_commands import less_hold
 
 FILE: Final = "servos.csv"
 HEADER: Final = ("joint", "effect", "number", "value", "unit", "probability", "isaac_lab", "ros")
@@ -36,17 +37,18 @@ WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
 no such thing."""
 
 
-def servo_table(effects: Sequence[Mapping[str, Any]]) -> str:
+def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> str:
     """A row for each number, CSV; all numbers are there, also those for which neither simulator has a word.
 
     Args:
         effects: As `effects` of a motion's diagnosis.json.
+        step_s: The time from row to row of its log, which simulators that hold commands are late by themselves.
     """
     rows = []
-    for one in effects:
+    for one, held in zip(effects, less_hold(effects, step_s), strict=True):
         for name, number in one["parameters"].items():
-            value = number["value"]
-            words = [_with_number(each, value) for each in WORDS.get((one["effect"], name), ("", ""))]
+            value, simulated = number["value"], held["parameters"][name]["value"]
+            words = [_with_number(each, simulated) for each in WORDS.get((one["effect"], name), ("", ""))]
             known = [one["where"], one["effect"], name, repr(float(value)), number["unit"], f"{one['probability']:.3f}"]
             rows.append([*known, *words])
     return table_text(HEADER, rows)

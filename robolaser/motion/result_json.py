@@ -27,6 +27,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "verdict": found.verdict,
         "sentence": sentence(found),
         "gap_mm": gap_mm(found.fit),
+        "step_s": found.fit.log.step_s,
         "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
         "where": [
             {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": one.p_value}
@@ -65,6 +66,7 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
         },
         "effects": [_numbers(one) for one in fit.findings],
         "gap_mm": gap,
+        "step_s": fit.log.step_s,
         "rows": [_rows(one, fit.log.joints) for one in fit.gaps],
         "objective_m2": None,
         "rms_m": None,

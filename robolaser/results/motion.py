@@ -38,7 +38,7 @@ class MotionResult(FittedResult):
         found = self.to_dict()
         return {
             "diagnosis.json": json.dumps(found, indent=1) + "\n",
-            servo_table.FILE: servo_table.servo_table(found["effects"]),
+            servo_table.FILE: servo_table.servo_table(found["effects"], found["step_s"]),
             PAGE: render(of_motion.document(self.diagnosis.fit, self.diagnosis, command=command)),
         }
 

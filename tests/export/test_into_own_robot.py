@@ -11,6 +11,7 @@ import pytest
 import robolaser
 from robolaser.cli import main
 from robolaser.errors import RobotError
+from robolaser.export.held_commands import less_hold
 from robolaser.export.into import motion_into, placements_into
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -88,6 +89,18 @@ def test_an_actuator_of_another_kind_is_said_to_take_no_servo() -> None:
     assert ("lag", "lift") in copy.lacks
     assert copy.remarks == ("arm.xml has no <position> actuator of lift: only such ones take effects of servos.",)
     assert motion_into(MJCF, FOUND, "arm.xml").remarks == ()
+
+
+def test_a_simulator_that_holds_commands_gets_a_row_less_of_delay() -> None:
+    found = [
+        effect("lag", "lift", time=0.06),
+        effect("dead_time", "lift", delay=0.015),
+        effect("lag", "pan", time=0.01),
+    ]
+    held = less_hold([*found, effect("dead_zone", "pan", half_width=0.01)], 0.02)
+    sizes = [number["value"] for one in held for number in one["parameters"].values()]
+    assert sizes == pytest.approx([0.055, 0.0, 0.0, 0.01])
+    assert [one["parameters"] for one in less_hold(found, 0.0)] == [one["parameters"] for one in found]
 
 
 def test_a_urdf_takes_friction() -> None:

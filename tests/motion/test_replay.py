@@ -1,12 +1,15 @@
 """What was found on a moving arm, written into a model of it, makes MuJoCo move as the arm did on motions not seen."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from moved_arms import JOINTS, World, mjcf, record, urdf, written
 
 from robolaser.cli import main
+from robolaser.motion.log import MotionLog
 
 pytest.importorskip("mujoco", minversion="3.5")  # actuators have no delay before
 
@@ -27,6 +30,42 @@ def test_the_copy_follows_the_real_arm_and_the_original_does_not(
     assert set(errors) == set(JOINTS)
     assert all(0.0 < one["promised_rad"] < one["before_rad"] for one in errors.values())
     assert sum(one["after_rad"] for one in errors.values()) < 0.5 * sum(one["before_rad"] for one in errors.values())
+
+
+def test_a_copy_that_holds_commands_is_no_later_than_the_arm_that_held_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    driven = mjcf(World()).split("<actuator>")[0] + "<actuator>{}</actuator></mujoco>"
+    real, mine = (
+        driven.format("".join(f'<position joint="{name}" kp="40000" kv="{kv}"/>' for name in JOINTS))
+        for kv in (4000, 1000)
+    )
+    (tmp_path / "mine.xml").write_text(mine, encoding="utf-8")
+    log = written(held(real, record(World(), series=4, seconds=6.0, seed=3)), tmp_path / "log")
+    assert main(["diagnose", str(log), "--output", str(tmp_path / "why"), "--quiet"]) == 0
+    asked = ["--into", str(tmp_path / "mine.xml"), "--output", str(tmp_path / "real.xml"), "--replay", str(log)]
+    assert main(["export", str(tmp_path / "why"), *asked, "--json"]) == 0
+    for one in json.loads(capsys.readouterr().out)["replay"].values():
+        assert one["after_rad"] < 0.1 * one["before_rad"]
+
+
+def held(model: str, log: MotionLog) -> MotionLog:
+    """A log of an arm in MuJoCo that is read, then told where to go until the fifth row after."""
+    import mujoco  # noqa: PLC0415
+
+    arm, readings = mujoco.MjModel.from_xml_string(model), np.empty_like(log.q)
+    for rows in log.rows_of_runs:
+        data = mujoco.MjData(arm)
+        data.qpos[:] = log.command[rows.start]
+        for row in range(rows.start, rows.stop):
+            readings[row] = data.qpos
+            if (row - rows.start) % 5 == 0:
+                data.ctrl[:] = log.command[row]
+            mujoco.mj_step(arm, data, 10)
+    kept = np.concatenate([np.arange(rows.start, rows.stop, 5) for rows in log.rows_of_runs])
+    noise = np.random.default_rng(0).normal(0.0, 1e-4, readings.shape)
+    none = np.full_like(log.q, np.nan)
+    return replace(log, q=readings + noise, tau=none, load=none).of_rows(np.isin(np.arange(len(log)), kept))
 
 
 def test_a_log_without_a_driven_joint_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -82,7 +82,8 @@ TRACKING = (
         clause="commands take effect late",
         cause="timing",
         numbers=(Number("delay", "s", 0.01, 0.0, 0.5, servo="delay", least=1e-3),),
-        remedy="Add this delay to the simulated actuator, or send commands that much earlier.",
+        remedy="Add this delay to the simulated actuator, less one row of the log if it holds commands from row to row,"
+        " or send commands that much earlier.",
         reference="Hwangbo et al. 2019, Science Robotics 4: actuators' delays of 5-30 ms; hobby buses up to 100 ms",
         rivals=("lag", "clock_shift"),
     ),
