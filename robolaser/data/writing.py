@@ -12,7 +12,7 @@ from robolaser.data.dataset_file import FORMAT
 from robolaser.data.pose_table import FLANGE_COLUMNS
 from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
-from robolaser.errors import output_exists
+from robolaser.errors import UsageError, output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
 from robolaser.robot.kinematics import DOWN, Robot
 
@@ -29,12 +29,15 @@ def save(dataset: Dataset, folder: str | Path, *, overwrite: bool = False) -> No
 
     Raises:
         OutputError: There is one, or the folder cannot be written to.
+        UsageError: It is no data set with poses.
 
     Examples:
         >>> robolaser.save(dataset, "saved")
         >>> sorted(path.name for path in Path("saved").glob("[!.]*"))
         ['dataset.toml', 'points.csv', 'poses.csv', 'robot.urdf']
     """
+    if not isinstance(dataset, Dataset):
+        raise UsageError(f"Expected a data set with poses, not a {type(dataset).__name__}.")
     folder = Path(folder)
     for file in files_of(dataset):
         if not overwrite and (folder / file).exists():

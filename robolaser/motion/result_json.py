@@ -10,7 +10,7 @@ from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
-from robolaser.motion.part import EVEN, Finding
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, Finding
 
 DIAGNOSIS = "robolaser-diagnosis/1"
 CERTAIN = 0.9
@@ -236,7 +236,7 @@ def sentence(found: MotionDiagnosis) -> str:
     """The verdict for a person."""
     gaps = "; ".join(_shrinks(gap) for gap in found.fit.gaps)
     if found.verdict == "no_gap":
-        return f"There is no gap: the arm follows its model. On unseen motions: {gaps}."
+        return f"There is no gap: the arm follows its model{_up_to(found.fit.gaps)}. On unseen motions: {gaps}."
     clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
     if not found.fit.findings:
@@ -252,6 +252,14 @@ def sentence(found: MotionDiagnosis) -> str:
             f", by the {place.coordinate}." if place.coordinate else "."
         )
     return f"{whole}: {causes}. On unseen motions: {gaps}.{rest}"
+
+
+def _up_to(gaps: Sequence[KindGap]) -> str:
+    """How closely an arm follows that has no gap, where its errors are more than noise."""
+    enough = {"tracking": f"{np.degrees(FOLLOWS_RAD):.1g}°", "torque": f"{100.0 * FOLLOWS_SHARE:.0f} % of the torques"}
+    beyond = [gap.kind for gap in gaps if gap.whole("calibrated") > IS_NOISE * gap.whole("noise_floor")]
+    closely = " and ".join(enough[kind] for kind in beyond if kind in enough)
+    return f" to {closely}" if closely else ""
 
 
 def _surely(probability: float) -> str:

@@ -9,7 +9,7 @@ import pytest
 from moved_arms import urdf, written
 
 import robolaser
-from robolaser.errors import DataError
+from robolaser.errors import DataError, UsageError
 from robolaser.motion.checking import check_motion
 from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import QUANTITIES, MotionLog
@@ -188,3 +188,8 @@ def test_rows_in_which_the_arm_stands_show_no_torques_but_the_rest(log: MotionLo
     found = diagnose_motion(still, ["offset", "coulomb_friction"])
     assert any("Torque rows are set aside: the arm stands" in remark for remark in found.remarks)
     assert any("told to stand still" in remark for remark in found.remarks)
+
+
+def test_a_log_is_not_saved_as_poses(log: MotionLog, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="MotionLog"):
+        robolaser.save(log, tmp_path / "out")  # type: ignore[arg-type]

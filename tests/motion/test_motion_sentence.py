@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robolaser.motion.gap import KindGap
-from robolaser.motion.result_json import _shrinks, _surely
+from robolaser.motion.result_json import _shrinks, _surely, _up_to
 
 
 @pytest.mark.parametrize(("after", "said"), [(0.0123449, "is 0.0123 Nm"), (0.001, "falls from 0.0123 Nm to 0.001 Nm")])
@@ -16,3 +16,9 @@ def test_an_error_that_is_printed_alike_before_and_after_does_not_fall(after: fl
 @pytest.mark.parametrize(("probability", "said"), [(0.95, ""), (0.6, "likely, "), (0.468, "perhaps, ")])
 def test_what_is_no_likelier_than_not_is_not_called_likely(probability: float, said: str) -> None:
     assert _surely(probability) == said
+
+
+@pytest.mark.parametrize(("noise", "said"), [(1e-4, " to 0.03°"), (2e-4, "")])
+def test_an_arm_without_a_gap_whose_errors_are_more_than_noise_follows_up_to_a_size(noise: float, said: str) -> None:
+    error = np.array([2e-4])
+    assert _up_to([KindGap("tracking", "rad", error, error, error, np.array([noise]), 100)]) == said
