@@ -74,8 +74,9 @@ def calibrate_motion(
     began = time.monotonic()
     asked = [(name, where) for name, _, where in (text.partition(":") for text in effects)]
     library = library_of([name for name, _ in asked])
-    sites = [*log.joints, *(one.site for one in library if one.site != "joint")]
     for name, where in asked:
+        own = {one.site for one in library if one.name == name}
+        sites = [*(log.joints if "joint" in own else ()), *sorted(own - {"joint"})]
         if where and where not in sites:
             raise EffectError(f"{name} has no place '{where}'.{near(where, sites)}")
 

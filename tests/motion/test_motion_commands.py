@@ -110,7 +110,13 @@ def test_calibrate_finds_the_numbers_of_what_is_asked(folder: Path, capsys: pyte
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"), [("lagg", "'lag'"), ("lag:lif", "'lift'"), ("range_limit:pan", "range_limit at pan")]
+    ("asked", "said"),
+    [
+        ("lagg", "'lag'"),
+        ("lag:lif", "'lift'"),
+        ("clock_shift:lift", "no place 'lift'"),
+        ("range_limit:pan", "range_limit at pan"),
+    ],
 )
 def test_calibrate_says_why_an_effect_cannot_be_fitted(
     folder: Path, asked: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path

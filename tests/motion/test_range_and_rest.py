@@ -70,7 +70,7 @@ def test_a_gear_that_rests_has_its_lost_motion_where_the_last_motion_left_it() -
     assert at == {0.6: [0.0] * 4, 1.5: [1.0] * 4, 2.7: [1.0] * 4, 4.0: [-1.0] * 4, 5.2: [-1.0] * 4}
     lost = next(one for one in TRANSMISSION if one.name == "lost_motion")
     assert lost.columns is not None
-    assert np.array_equal(lost.columns(of, 1)[0][:, 1, 0], of.approach[:, 1])
+    assert np.array_equal(lost.columns(of, 1)[0][:, 1, 0], -of.approach[:, 1])
 
 
 @pytest.mark.parametrize(("gained", "certain"), [(2.0, True), (0.5, False)])

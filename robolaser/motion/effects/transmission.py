@@ -20,10 +20,11 @@ def _late(quantities: Quantities, joint: int) -> Sequence[Array]:
 
 
 def _lost(quantities: Quantities, joint: int) -> Sequence[Array]:
-    by_motion = at_joint(quantities, joint, quantities.approach[:, joint])
+    """The load stays behind the motor: by its last motion, or by the torque that it carries."""
     torque = quantities.carried[:, joint]
     steep = float(np.nanstd(torque)) or 1.0
-    return [by_motion, at_joint(quantities, joint, np.tanh(10.0 * torque / steep))]
+    sides = quantities.approach[:, joint], np.tanh(10.0 * torque / steep)
+    return [at_joint(quantities, joint, -side) for side in sides]
 
 
 def _ripple(quantities: Quantities, joint: int) -> Sequence[Array]:
