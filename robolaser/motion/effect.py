@@ -58,9 +58,10 @@ class Trace:
         return bool(np.nanstd(self.command) >= MOVES_RAD)
 
     @property
-    def is_stuck(self) -> bool:
-        """Whether it stands, though it is commanded to move."""
-        return self.is_sent and bool(np.nanstd(self.q) < MOVES_RAD)
+    def stuck(self) -> str:
+        """Why nothing can be tested on a joint that stands, though it is commanded to move."""
+        stands = self.is_sent and np.nanstd(self.q) < MOVES_RAD
+        return "the joint does not move, though it is commanded to" if stands else ""
 
 
 def if_sent(trace: Trace) -> str:

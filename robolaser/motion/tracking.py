@@ -134,8 +134,7 @@ class TrackingRows:
         missing: dict[str, str] = {}
         for joint in self.joints.tolist():
             name, trace = self.log.joints[joint], self._trace(joint)
-            stuck = "the joint does not move, though it is commanded to" if trace.is_stuck else ""
-            reasons = [(effect, stuck or effect.untested(trace)) for effect in effects]
+            reasons = [(effect, trace.stuck or effect.untested(trace)) for effect in effects]
             missing = {effect.name: reason for effect, reason in reversed(reasons) if reason} | missing
             places = [(effect, name if effect.site == "joint" else effect.site) for effect, why in reasons if not why]
             found.append([At(effect, place, joint) for effect, place in places])

@@ -45,9 +45,9 @@ def test_a_limit_on_one_side_is_named() -> None:
 def test_a_joint_that_stands_while_it_is_sent_elsewhere_shows_no_effect() -> None:
     command = np.sin(np.linspace(0.0, 12.0, 600))[:, None]
     stuck = Trace(command, np.full((600, 1), 5.0), *np.zeros((2, 600, 1)), np.full((600, 1), 0.02))
-    assert stuck.is_stuck
+    assert stuck.stuck
     assert np.isinf(stuck.error_within)
-    assert not trace(np.zeros(600), top=0.7).is_stuck
+    assert not trace(np.zeros(600), top=0.7).stuck
 
 
 def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:
