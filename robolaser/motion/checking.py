@@ -27,6 +27,8 @@ def comparable(log: MotionLog) -> dict[Kind, str]:
         "load": bool((log.has("load") & read).any()),
     }
     reasons = {kind: "" if there[kind] else lack for kind, lack in LACKING.items()}
+    if there["tracking"] and not log.has_own_readings:
+        reasons["tracking"] = "the readings are the commands, digit by digit"
     return reasons | ({"torque": _unusable_torque(log)} if there["torque"] else {})
 
 

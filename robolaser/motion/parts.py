@@ -56,6 +56,8 @@ def parts_of(
     if not reasons["tracking"]:
         tell("tracking", 0.1)
         parts.append(_tracking(log, library, missing, searching))
+    elif log.has("command").any():
+        remarks.append(f"Tracking rows are set aside: {reasons['tracking']}.")
     linear: tuple[tuple[Kind, str, str, float], ...] = (
         ("torque", "tau", "torques", 0.6), ("load", "load", "encoders", 0.8),
     )  # fmt: skip

@@ -193,3 +193,10 @@ def test_rows_in_which_the_arm_stands_show_no_torques_but_the_rest(log: MotionLo
 def test_a_log_is_not_saved_as_poses(log: MotionLog, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="MotionLog"):
         robolaser.save(log, tmp_path / "out")  # type: ignore[arg-type]
+
+
+def test_readings_that_are_the_commands_are_no_arm_without_a_gap(log: MotionLog) -> None:
+    echo = replace(log, q=log.command, tau=np.full_like(log.q, np.nan), load=np.full_like(log.q, np.nan))
+    assert check_motion(echo).kinds == ()
+    with pytest.raises(DataError, match="the readings are the commands, digit by digit"):
+        diagnose_motion(echo)
