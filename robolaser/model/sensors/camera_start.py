@@ -36,7 +36,7 @@ class CameraStart:
     def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
         self._rides, self._placed = rides, dataset.placed
         views, self._poses = _views_of(dataset)
-        shown = tuple((view.points.tobytes(), view.pixels.tobytes()) for view in views)
+        shown = tuple((np.float64(view.points).tobytes(), np.float64(view.pixels).tobytes()) for view in views)
         self._seen = cache(partial(_placed_boards, shown, image_px))
 
     def initialize(self, values: Values, T_base_flange: Array) -> Values:
