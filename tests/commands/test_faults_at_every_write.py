@@ -42,10 +42,12 @@ def inputs(tmp_path_factory):
     (recording / "dataset.toml").write_text(settings)
     (recording / "robot.urdf").write_bytes((folder / "stripe" / "robot.urdf").read_bytes())
     header, *rows = (folder / "stripe" / "poses.csv").read_text().splitlines()
-    (recording / "poses.csv").write_text("\n".join([f"{header},image", *(f"{row},i.png" for row in rows)]) + "\n")
+    shown = [f"{row},{number}.png" for number, row in enumerate(rows)]
+    (recording / "poses.csv").write_text("\n".join([f"{header},image", *shown]) + "\n")
     image = np.full((480, 640), 20, np.uint8)
     image[240:243] = 200
-    cv2.imwrite(str(recording / "i.png"), image)
+    for number in range(len(rows)):
+        cv2.imwrite(str(recording / f"{number}.png"), image)
     for table in ("poses", "points"):
         (folder / f"{table}.csv").write_bytes((folder / "point" / f"{table}.csv").read_bytes())
     return folder
