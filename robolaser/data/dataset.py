@@ -335,6 +335,16 @@ class Dataset:
         return np.fromiter(map(number.__getitem__, self.poses.session), np.int64, len(self.poses))
 
     @property
+    def paths(self) -> tuple[Ints, ...]:
+        """Numbers of the poses as they followed one another, of each session by itself, (k,) each.
+
+        As they are listed where nobody knows when they were.
+        """
+        session, time_s = self.session_of_pose, self.poses.time_s
+        order = np.arange(len(session)) if time_s is None else np.argsort(time_s, kind="stable").astype(np.int64)
+        return tuple(order[session[order] == number] for number in np.unique(session))
+
+    @property
     def arm(self) -> tuple[Robot, Array]:
         """The arm and its joint angles as read, (n, j) [rad or m].
 

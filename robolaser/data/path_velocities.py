@@ -87,8 +87,7 @@ def known_velocities(dataset: Dataset) -> Array | None:
 
 def _runs(dataset: Dataset, time_s: Array) -> Iterator[Ints]:
     """Numbers of poses that followed one another closely, three at least, within a session."""
-    session = dataset.session_of_pose
-    order = np.lexsort((time_s, session)).astype(np.int64)
-    step = np.diff(time_s[order])
-    apart = (step > LONGEST_STEP_S) | (step <= 0.0) | (np.diff(session[order]) != 0)
-    yield from (run for run in np.split(order, np.flatnonzero(apart) + 1) if len(run) > 2)
+    for path in dataset.paths:
+        step = np.diff(time_s[path])
+        apart = (step > LONGEST_STEP_S) | (step <= 0.0)
+        yield from (run for run in np.split(path, np.flatnonzero(apart) + 1) if len(run) > 2)

@@ -23,7 +23,7 @@ from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.results.file_readers import by_description, by_module, by_mujoco, by_table, by_urdf, order_in_sessions
+from robolaser.results.file_readers import by_description, by_module, by_mujoco, by_table, by_urdf
 
 Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array]
@@ -161,8 +161,7 @@ def _folds(calibration: Calibration) -> Iterator[_Fold]:
     count = 0
     is_known = np.ones(len(data.poses), dtype=bool)
     if any(isinstance(part, Play) for part in CorrectedArm(calibration).parts):
-        _, at, first = order_in_sessions(data)
-        is_known = at > first  # where the arm came from before, and its play with it, stands in no file
+        is_known[[path[0] for path in data.paths]] = False  # where the arm came from, and its play, stands in no file
     for number, x in enumerate(unseen.x):
         if count >= UNSEEN_POSES:
             return

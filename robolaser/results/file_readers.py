@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.ur_calibration import flange_by_ur_calibration
@@ -27,7 +27,7 @@ def by_module(text: str, data: Dataset, held: Bools) -> Array:
     exec(compile(text, "corrected.py", "exec"), module)
     poses, (_, q) = data.poses, data.arm
     given = {"before": _before(data)[:, held]}
-    time_s = None if poses.time_s is None else poses.time_s - _begun(data)
+    time_s = None if poses.time_s is None else _since_beginning(data, poses.time_s)
     for name, values in (("time_s", time_s), ("temperature_c", poses.temperature_c), ("velocity", poses.qd)):
         if values is not None:
             given[name] = values[held]
@@ -84,25 +84,19 @@ def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:
     return found
 
 
-def _begun(data: Dataset) -> Array:
-    """When the session of each pose began, (n,) [s]; 0 where the poses have no times."""
-    session, time_s = data.session_of_pose, data.poses.time_s
-    first = np.full(session.max(initial=0) + 1, np.inf)
-    np.minimum.at(first, session, 0.0 if time_s is None else time_s)
-    return np.asarray(first[session])
-
-
-def order_in_sessions(data: Dataset) -> tuple[Ints, Ints, Ints]:
-    """Poses as they followed one another, one session after the other, the place of each there, and its session's."""
-    session, time_s = data.session_of_pose, data.poses.time_s
-    order = np.lexsort((np.zeros(len(session)) if time_s is None else time_s, session))
-    at = np.empty_like(order)
-    at[order] = np.arange(len(order))
-    return order, at, np.searchsorted(session[order], session)
+def _since_beginning(data: Dataset, time_s: Array) -> Array:
+    """Times of the poses since the first of their session, (n,) [s]."""
+    since = time_s.copy()
+    for path in data.paths:
+        since[path] -= time_s[path[0]]
+    return since
 
 
 def _before(data: Dataset) -> Array:
     """Joint values of the poses before each, the oldest first, (BEFORE, n, j); before a session's first, its first."""
     q = data.arm[1]
-    order, at, first = order_in_sessions(data)
-    return np.stack([q[order[np.maximum(at - back, first)]] for back in range(BEFORE, 0, -1)])
+    before = np.empty((BEFORE, *q.shape))
+    for path in data.paths:
+        at = np.arange(len(path)) - np.arange(BEFORE, 0, -1)[:, None]
+        before[:, path] = q[path[np.maximum(at, 0)]]
+    return before

@@ -96,9 +96,8 @@ class Run:
     @cached_property
     def paths(self) -> tuple[Ints, ...]:
         """Numbers of the poses as they followed one another, of each session by itself, (k,) each."""
-        session = self.dataset.session_of_pose
-        order = np.argsort(self.time_s, kind="stable").astype(np.int64)
-        return tuple(order[session[order] == number] for number in np.unique(session))
+        assert self.poses.time_s is not None  # effects that read them need the order
+        return self.dataset.paths
 
     @cached_property
     def order(self) -> Ints:
