@@ -105,3 +105,16 @@ class MotionLog:
         left, run = np.unique(self.run[chosen], return_inverse=True)
         arrays = {name: getattr(self, name)[chosen] for name in (*QUANTITIES, "time_s")}
         return replace(self, series=tuple(self.series[i] for i in left), run=run.astype(np.int64), **arrays)
+
+
+def filled(values: Array) -> Array:
+    """Values with gaps filled by the last one before, or else the first, (n, j)."""
+    if np.isfinite(values).all():
+        return values
+    out = values.copy()
+    for column in out.T:
+        known = np.flatnonzero(np.isfinite(column))
+        if len(known):
+            last = np.maximum.accumulate(np.where(np.isfinite(column), np.arange(len(column)), -1))
+            column[:] = column[np.where(last >= 0, last, known[0])]
+    return out

@@ -8,8 +8,9 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.model.effects.backlash import play
 from robolaser.motion.gap import root_mean_squares
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import MotionLog, filled
 from robolaser.robot.kinematics import Robot
 
 SMOOTHED_S = 0.12  # width of the parabolas that velocities and accelerations are read from
@@ -57,11 +58,10 @@ class Quantities:
     @cached_property
     def approach(self) -> Array:
         """Side from which each joint came where it is, -1 to 1, also at rest; 0 until the first motion of a run."""
-        behind, sides = self.log.q[0], np.empty_like(self.log.q)
-        for row, (q, begins) in enumerate(zip(self.log.q, np.diff(self.log.run, prepend=-1), strict=True)):
-            behind = q if begins else np.fmax(np.fmin(behind, q + TURNS_RAD), q - TURNS_RAD)
-            sides[row] = (q - behind) / TURNS_RAD
-        return np.nan_to_num(sides[self.rows])
+        ahead, joints = np.empty_like(self.log.q), self.log.q.shape[1]
+        for rows in self.log.rows_of_runs:
+            ahead[rows] = play(filled(self.log.q[rows]).T, np.zeros(joints), np.full(joints, TURNS_RAD)).T
+        return np.nan_to_num(-ahead[self.rows] / TURNS_RAD)
 
     @property
     def moves(self) -> Bools:

@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.motion.effect import At, MotionEffect, Number, Trace
 from robolaser.motion.evidence import FORM_SHARE, Fitted, independent_values, score_of
 from robolaser.motion.gap import root_mean_squares
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.quantities import SMOOTHED_S
 from robolaser.motion.series_clocks import Lateness
 from robolaser.motion.servo import Runs
@@ -90,7 +90,7 @@ class TrackingRows:
         for s, part in enumerate(self._pieces):
             self._q[:, : lengths[s], s] = log.q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
-        sent = runs_of_commands(log.robot, [_filled(log.command[part]) for part in self._pieces], step, log.step_s)
+        sent = runs_of_commands(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
         places = [[_first(self._q[j, :, s], sent.start[j, s]) for s in range(count)] for j in range(joints)]
         self._runs = replace(sent, start=np.array(places))
         self._used = np.ones((longest, count), dtype=bool)
@@ -379,19 +379,6 @@ def _steps(fit: _Fit) -> list[Array]:
     H, g = fit.slopes.T @ fit.slopes, fit.slopes.T @ fit.residual
     diagonal = np.diag(np.diag(H) + 1e-12 * max(1e-12, float(np.trace(H))))
     return [np.asarray(-np.linalg.solve(H + damping * diagonal, g), np.float64) for damping in DAMPINGS]
-
-
-def _filled(values: Array) -> Array:
-    """Commands with gaps filled by the last one before, (n, j)."""
-    if np.isfinite(values).all():
-        return values
-    out = values.copy()
-    for column in out.T:
-        known = np.flatnonzero(np.isfinite(column))
-        if len(known):
-            last = np.maximum.accumulate(np.where(np.isfinite(column), np.arange(len(column)), -1))
-            column[:] = column[np.where(last >= 0, last, known[0])]
-    return out
 
 
 def _first(values: Array, otherwise: float) -> float:
