@@ -77,18 +77,15 @@ def calibrate(
     from robolaser.report.console import print_document
     from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
 
-    if (output / CHECKPOINT).exists() and not (resume or force):
+    is_stopped = (output / CHECKPOINT).exists()
+    if is_stopped and not (resume or force):
         raise OutputError(
             f"{output} holds a search that was stopped. Continue it with --resume, or start over with --force."
         )
-    has_none = algorithm in (None, SCREENING, POLISH_ONLY)
-    idle = {
-        f"--generations has no effect: {algorithm or 'the default search'} has no generations.": generations
-        and has_none,
-        f"--resume has no effect: {output} holds no search that was stopped.": resume
-        and not (output / CHECKPOINT).exists(),
-    }
-    terminal.warn(*(sentence for sentence, given in idle.items() if given))
+    if generations and algorithm in (None, SCREENING, POLISH_ONLY):
+        terminal.warn(f"--generations has no effect: {algorithm or 'the default search'} has no generations.")
+    if resume and not is_stopped:
+        terminal.warn(f"--resume has no effect: {output} holds no search that was stopped.")
     data = load(dataset)
     plan = Plan(
         algorithm=algorithm,
