@@ -1,7 +1,7 @@
 """Where a camera's fit starts: intrinsics from its boards, then hand-eye and target by A X = Z B."""
 
 from collections.abc import Mapping, Sequence
-from functools import cache, lru_cache, partial
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -36,8 +36,8 @@ class CameraStart:
     def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
         self._rides, self._placed = rides, dataset.placed
         views, self._poses = _views_of(dataset)
-        shown = tuple((np.float64(view.points).tobytes(), np.float64(view.pixels).tobytes()) for view in views)
-        self._seen = cache(partial(_placed_boards, shown, image_px))
+        self._shown = tuple((np.float64(view.points).tobytes(), np.float64(view.pixels).tobytes()) for view in views)
+        self._image_px = image_px
 
     def initialize(self, values: Values, T_base_flange: Array) -> Values:
         """All parameters of the camera that are not among the values, (c,) each.
@@ -61,7 +61,7 @@ class CameraStart:
 
     def _one(self, known: Mapping[str, float], T_base_flange: Array) -> dict[str, float]:
         held = tuple((name, known[name]) for name in INTRINSICS if name in known)
-        intrinsics, T_camera_board = self._seen(held)
+        intrinsics, T_camera_board = _placed_boards(self._shown, self._image_px, held)
         flange = T_base_flange[self._poses]
         X, Z = (self._known(known, prefix) for prefix in self._prefixes)
         B = inverse(T_camera_board) if self._rides else T_camera_board
