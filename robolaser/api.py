@@ -11,7 +11,6 @@ from robolaser.calibration import calibrate as fitting
 from robolaser.calibration.plan import Plan
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions, importer_for
-from robolaser.data.importers.writing import checked
 from robolaser.data.loading import load as load_dataset
 from robolaser.diagnosis.data_check import DataCheck, check_data
 from robolaser.diagnosis.pipeline import examine
@@ -262,7 +261,7 @@ def import_files(*sources: str | Path, options: ImportOptions | None = None, kin
     paths, stated = [Path(source) for source in sources], options or ImportOptions()
     importer = importer_for(paths, kind)
     importer.check(stated)
-    return checked(importer.read(paths, stated))
+    return importer.read(paths, stated).checked()
 
 
 def _is_motion(data: object) -> bool:

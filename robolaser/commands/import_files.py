@@ -1,7 +1,6 @@
 """robolaser import: from files that people have to a data set."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -83,7 +82,6 @@ def import_files(
     """
     from robolaser.data.importers import ImportOptions, importer_for
     from robolaser.data.importers.robots import DescriptionOptions, find_robot
-    from robolaser.data.importers.writing import check_apart, checked, preview, write
     from robolaser.data.result_folder import results_in
     from robolaser.data.writing import files_of
     from robolaser.diagnosis.gross_mistakes import gross_mistakes
@@ -98,8 +96,6 @@ def import_files(
         Path(robot or "").name, tuple(unit for unit in stated_units if unit not in FACTORS[TIME])
     )
     described = DescriptionOptions(dh, of_robot, _pairs("--xacro-arg", xacro))
-    urdf = [Path(robot)] if robot is not None and Path(robot).is_file() else []
-    check_apart(output, (*sources, *urdf))
     options = ImportOptions(
         name=output.resolve().name,
         robot=None if robot is None else find_robot(robot, flange=flange, options=described),
@@ -130,7 +126,7 @@ def import_files(
     imported = importer.read(sources, options)
     if extract and not imported.images:
         raise UsageError(f"--extract: {importer.name} found no images. Leave it out.")
-    read_back, shown = checked(imported), preview(imported)
+    read_back, shown = imported.checked(), imported.shown()
     terminal.print(_text(imported, shown))
     if extract and not dry_run:
         imported = _with_points(imported, terminal)
@@ -140,17 +136,20 @@ def import_files(
     terminal.warn(*warnings)
     if not dry_run:
         files = (*files_of(imported.dataset), *imported.images)
-        with results_in(output, command="import", files=files, force=force):
-            write(imported, output)
+        inputs = (*sources, *(Path(file) for file in (robot,) if file and Path(file).is_file()))
+        with results_in(output, command="import", files=files, inputs=inputs, force=force):
+            imported.write(output)
     rows, number = len(read_back.points), len(read_back.poses)
     result = {
         "dataset": None if dry_run else str(output),
         "importer": importer.name,
         "poses": number,
         "points": rows,
-        "columns": [asdict(reading) for reading in imported.readings],
+        "columns": {
+            table: {name: {"read_from": source, "first": first} for name, (source, first) in columns.items()}
+            for table, columns in shown.items()
+        },
         "left_out": list(imported.left_out),
-        "preview": shown,
         "warnings": warnings,
     }
     ended = "Nothing was written: leave out --dry-run." if dry_run else f"Wrote {output}"
@@ -191,14 +190,13 @@ def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
     from dataclasses import replace
     from tempfile import TemporaryDirectory
 
-    from robolaser.data.importers.writing import write
     from robolaser.data.loading import load
     from robolaser.vision.target_corners import points_of_target
 
     with TemporaryDirectory() as scratch, terminal.progress() as progress:
         folder = Path(scratch) / "recording"
         folder.mkdir()
-        write(imported, folder)
+        imported.write(folder)
         seen, dataset = points_of_target(load(folder), progress)
     without = [one.pose for one in seen if not one.points]
     if without:
@@ -232,21 +230,15 @@ def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _text(imported: "Imported", shown: Mapping[str, Mapping[str, Sequence[str]]]) -> str:
+def _text(imported: "Imported", shown: Mapping[str, Mapping[str, tuple[str, list[str]]]]) -> str:
     """How each column is read, and its first cells."""
-    sources = {
-        (reading.table, reading.column): f"{reading.read_from}{f' [{reading.unit}]' if reading.unit else ''}"
-        for reading in imported.readings
-    }
     rows = []
     for table, columns in shown.items():
         rows.append([f"{table}:", "read from", "first rows, in SI units"])
-        rows += [[f"  {name}", sources.get((table, name), ""), _line(cells)] for name, cells in columns.items()]
+        rows += [[f"  {name}", source, _line(cells)] for name, (source, cells) in columns.items()]
     lines = aligned(rows)
-    for reading in imported.readings:
-        if reading.table not in shown:
-            unit = f" [{reading.unit}]" if reading.unit else ""
-            lines.append(f"{reading.table}: {reading.column} from {reading.file}, {reading.read_from}{unit}")
+    for table in (table for table in imported.read_from if table not in shown):
+        lines += [f"{table}: {what} from {source}" for what, source in imported.read_from[table].items()]
     lines += [f"not taken: {what}" for what in imported.left_out]
     return "\n".join(lines)
 

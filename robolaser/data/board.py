@@ -7,6 +7,8 @@ from msgspec import Meta
 
 from robolaser.data.toml_schema import Positive
 
+Printed = Literal["checkerboard", "charuco", "circles", "modified_circles"]
+
 
 @final
 @dataclass(frozen=True)
@@ -25,6 +27,6 @@ class Board:
     columns: Annotated[int, Meta(ge=3)]
     rows: Annotated[int, Meta(ge=3)]
     square_m: Positive
-    kind: Literal["checkerboard", "charuco", "circles", "modified_circles"] = "checkerboard"
+    kind: Printed = "checkerboard"
     marker_m: Positive | None = None
     dictionary: str | None = None

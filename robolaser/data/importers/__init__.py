@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.errors import UsageError, near
 from robolaser.plugins import announced
 
@@ -54,4 +54,4 @@ def importer_for(paths: Sequence[Path], kind: str | None = None) -> Importer:
     raise UsageError(f"{why} Name one with --kind, see `robolaser list importers`.")
 
 
-__all__ = ["ImportOptions", "Imported", "Importer", "Reading", "importer_for", "importers"]
+__all__ = ["ImportOptions", "Imported", "Importer", "importer_for", "importers"]

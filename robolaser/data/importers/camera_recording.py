@@ -1,54 +1,34 @@
 """Images of a board with the arm's readings, as a raw recording of a camera: `extract` finds the board in them."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import final
+from typing import Final, get_args
 
 import numpy as np
 
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
-from robolaser.data.board import Board
+from robolaser.data.atomic_write import Contents, written_later
+from robolaser.data.board import Board, Printed
+from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.data.importers.board_option import FORM
 from robolaser.data.importers.hand_eye_pairs import Mount
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.sensor_format import sensor_format
-from robolaser.errors import DataError, UsageError
-from robolaser.parameters import Parameter
-from robolaser.robot.kinematics import Robot
+from robolaser.errors import DataError, UsageError, near
+from robolaser.geometry.units import FACTORS, LENGTH
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
-
-
-@final
-@dataclass(frozen=True)
-class ImageFiles:
-    """The images of a recording."""
-
-    paths: tuple[str, ...]  # of each pose, within the data set; "" where there is none
-    contents: Mapping[str, Callable[[], bytes]]  # what gives the bytes of each, by path
-    size_px: tuple[int, int]  # width and height of all of them [px]
+BOARD: Final = "board"  # option that says what is printed on the board
+FORM = "--set board=checkerboard,7x6,10mm or --set board=charuco,4x6,36mm,18mm,DICT_6X6_250 (inner corners in x and y)"
+DIGITS = 12  # 36 mm are 0.036 m, and not 0.036000000000000004
+_LENGTH = re.compile(r"(?P<number>[0-9.eE+-]+)(?P<unit>[a-z]+)")
 
 
 def camera_recording(
-    poses: Poses,
-    images: ImageFiles,
-    board: Board | None,
-    mount: Mount,
-    options: ImportOptions,
-    *,
-    source: str,
-    parameters: Mapping[str, Parameter],
-    robot: Robot | None = None,
+    poses: Poses, size_px: tuple[int, int], board: Board, mount: Mount, options: ImportOptions, *, source: str
 ) -> Dataset:
-    """The recording, without points.
-
-    Raises:
-        UsageError: The board is not stated.
-    """
-    if board is None:
-        raise UsageError(f"{source}: what is printed on the board? State it with {FORM}.")
+    """The recording, without points; `poses` have the paths of the images, `size_px` is their width and height."""
     declared = sensor_format("camera")
     assert declared.options is not None  # where it is mounted
     return Dataset(
@@ -56,10 +36,9 @@ def camera_recording(
         poses,
         Points(np.empty(0, dtype=np.int64), ()),
         kind="camera",
-        robot=robot,
-        parameters=parameters,
+        robot=options.robot,
         options=declared.options(mount=mount),
-        image_px=images.size_px,
+        image_px=size_px,
         board=board,
         placed=False,
         path_known=options.path_known,
@@ -67,37 +46,72 @@ def camera_recording(
     )
 
 
-def image_files(files: Sequence[Path | None]) -> ImageFiles:
-    """Images on disk, under their own names in the data set's folder `images`.
+def board_of(further: Mapping[str, str], file: str) -> Board:
+    """The board that `--set board=KIND,COLUMNSxROWS,SQUARE[,MARKER,DICTIONARY]` states.
 
     Raises:
-        DataError: One cannot be read, has another size than the first, or shares its name with another.
+        UsageError: None is stated, or it is no board.
     """
-    paths: list[str] = []
-    contents: dict[str, Callable[[], bytes]] = {}
+    stated = further.get(BOARD)
+    if stated is None:
+        raise UsageError(f"{file}: what is printed on the board? State it with {FORM}.")
+    kind, *rest = (part.strip() for part in stated.split(","))
+    kinds = get_args(Printed)
+    if kind not in kinds:
+        raise UsageError(f"--set board={stated}: no board of kind '{kind}'.{near(kind, kinds)} Write {FORM}.")
+    counts = re.fullmatch(r"(\d{1,4})x(\d{1,4})", rest[0]) if rest else None
+    if counts is None or len(rest) != (4 if kind == "charuco" else 2):
+        raise UsageError(f"--set board={stated}: expected {FORM}.")
+    square, *markers = rest[1:]
+    return Board(
+        columns=int(counts[1]),
+        rows=int(counts[2]),
+        square_m=_metres(square, stated),
+        kind=kind,  # type: ignore[arg-type]
+        marker_m=_metres(markers[0], stated) if markers else None,
+        dictionary=markers[1] if markers else None,
+    )
+
+
+def _metres(text: str, stated: str) -> float:
+    found = _LENGTH.fullmatch(text)
+    factor = FACTORS[LENGTH].get(found["unit"]) if found else None
+    value = round(finite(found["number"]) * factor, DIGITS) if found and factor else 0.0
+    if not 0 < value < 100:
+        raise UsageError(f"--set board={stated}: {text} is no length with a unit, such as 10mm or 0.01m.")
+    return value
+
+
+def image_files(files: Sequence[Path | None]) -> tuple[tuple[str, ...], dict[str, Contents], tuple[int, int]]:
+    """Images on disk, under their own names in the data set's folder `images`.
+
+    Args:
+        files: Of each pose; None where there is none.
+
+    Returns:
+        The path of each pose's image in the data set, "" where there is none; what each holds, by path; and the width
+        and height of all [px].
+
+    Raises:
+        DataError: One cannot be read, has another size than the first, or shares its name with another; there is none.
+    """
     origin: dict[str, Path] = {}
+    paths = []
     size: tuple[int, int] | None = None
     for file in files:
-        if file is None:
-            paths.append("")
+        paths.append("" if file is None else str(PurePosixPath("images") / file.name))
+        if file is None or origin.get(paths[-1]) == file:
             continue
-        path = str(PurePosixPath("images") / file.name)
-        if origin.setdefault(path, file) != file:
-            raise DataError(f"{origin[path]} and {file} have the same name: rename one.", file=file)
-        paths.append(path)
-        here = _size(file) if path not in contents else size
+        if origin.setdefault(paths[-1], file) != file:
+            raise DataError(f"{origin[paths[-1]]} and {file} have the same name: rename one.", file=file)
+        here = _size(file)
         size = size or here
         if here != size:
-            raise DataError(
-                f"{file.name} has {here[0]} x {here[1]} pixels, but the image before it {size[0]} x {size[1]}."
-                if here and size
-                else f"{file.name} is empty.",
-                file=file,
-            )
-        contents[path] = file.read_bytes
+            said = f"{file.name} has {here[0]} x {here[1]} pixels, but the image before it {size[0]} x {size[1]}."
+            raise DataError(said, file=file)
     if size is None:
         raise DataError("There is no image.")
-    return ImageFiles(tuple(paths), contents, size)
+    return tuple(paths), {path: written_later(file.read_bytes) for path, file in origin.items()}, size
 
 
 def _size(file: Path) -> tuple[int, int]:

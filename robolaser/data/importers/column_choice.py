@@ -1,16 +1,21 @@
-"""Which column of a file becomes which column of poses.csv and points.csv."""
+"""Which column of a file becomes which column of poses.csv and points.csv, and how it is read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
-from robolaser.data.csv_tables import CsvTable
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from robolaser.arrays import Array
+from robolaser.data.csv_tables import Cells, CsvTable, bad_cell, finite
 from robolaser.data.dataset import COMMAND
 from robolaser.data.importers.importer import ImportOptions
-from robolaser.data.importers.units import NONE
+from robolaser.data.importers.units import NONE, Units
 from robolaser.data.importers.wide_tables import joint_columns
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.errors import DataError, UsageError, near
+from robolaser.geometry.rigid_motion import exp_so3, to_quaternion
 from robolaser.geometry.units import ANGLE, LENGTH, TIME
 
 POSES: Final = "poses"
@@ -18,10 +23,10 @@ POINTS: Final = "points"
 EULER = ("euler_1", "euler_2", "euler_3")
 ROTATION_VECTOR = ("rotvec_x", "rotvec_y", "rotvec_z")
 ORIENTATIONS = (QUATERNION, EULER, ROTATION_VECTOR)  # ways to state how the flange is turned, any one of them
+Chosen = Mapping[str, str]  # column of a file by the column of the data set
 TEXT: Final = None  # in place of a quantity: the column holds texts
 
 Quantities = Mapping[str, str | None]
-Chosen = Mapping[str, str]  # column of a file by the column of the data set
 
 
 def pose_quantities(options: ImportOptions) -> Quantities:
@@ -58,15 +63,78 @@ def _by_suffix(column: str) -> str:
 
 @final
 @dataclass(frozen=True)
-class Choice:
-    """What is read from where."""
+class ColumnReader:
+    """The columns of one table of the data set, and how they are read from a file."""
 
-    poses: Chosen  # of the columns of poses.csv
-    points: Chosen  # of those of points.csv
-    left_out: tuple[str, ...]  # columns of the files that are not read
+    name: str  # of the table: POSES or POINTS
+    file: CsvTable
+    chosen: Chosen
+    quantities: Quantities
+    options: ImportOptions
+
+    def table(self, *, number_poses: bool) -> CsvTable:
+        """The columns by their names in the data set, numbers in SI units."""
+        units = Units.of(self.options.units_in(self.file.file))
+        columns: dict[str, Cells] = {}
+        for column, source in self.chosen.items():
+            quantity = self.quantities.get(column, TEXT)
+            if quantity is TEXT:
+                columns[column] = self._texts(column, source)
+            elif column.startswith(COMMAND):  # kept as a further column, though it has a unit
+                columns[column] = tuple(map(repr, (units.factor(quantity, source) * self._numbers(source)).tolist()))
+            else:
+                columns[column] = units.factor(quantity, source) * self._numbers(source)
+        if number_poses and "pose" not in self.chosen:
+            columns["pose"] = tuple(map(str, self.file.lines))
+        if self.name == POINTS and "point" not in self.chosen:
+            columns["point"] = (self.options.point or "",) * len(self.file)
+        return CsvTable(self.file.file, columns, self.file.lines)
+
+    def read_from(self, *, number_poses: bool) -> dict[str, str]:
+        """What each column is read from, with its unit."""
+        units = Units.of(self.options.units_in(self.file.file))
+        found = {}
+        if number_poses and "pose" not in self.chosen:
+            found["pose"] = "(number of the row)"
+        for column, source in self.chosen.items():
+            unit = units.unit(self.quantities.get(column) or NONE, source)
+            unit = f"{unit}/s" if column.startswith("qd_") else unit
+            found[column] = f"{source} [{unit}]" if unit else source
+        for columns, words in ((EULER, f"Euler angles {self.options.euler}"), (ROTATION_VECTOR, "rotation vector")):
+            if columns[0] in self.chosen:
+                sources = [self.chosen[column] for column in columns]
+                turned = f"{words} of {', '.join(sources)} [{units.unit(ANGLE, sources[0])}]"
+                found |= dict.fromkeys(QUATERNION, turned)
+        if self.name == POINTS and "point" not in self.chosen:
+            found["point"] = "(--point)"
+        return found
+
+    def _texts(self, column: str, source: str) -> tuple[str, ...]:
+        cells = self.file.cells(source)
+        if column in self.quantities:
+            return cells
+        plain = tuple(self._plain(cell) for cell in cells)  # a further column, perhaps of numbers
+        return plain if np.isfinite([finite(cell) for cell in plain]).all() else cells
+
+    def _numbers(self, source: str) -> Array:
+        cells = self.file.cells(source)
+        values = np.array([finite(self._plain(cell)) for cell in cells], dtype=np.float64)
+        for i in np.flatnonzero(~np.isfinite(values))[:1]:
+            sign = self.options.decimal
+            other = "," if sign == "." else "."
+            hint = f" with the decimal sign {sign!r} (--decimal says another)" if other in cells[i] else ""
+            raise bad_cell(self.file.file, self.file.lines[i], source, cells[i], f"a finite number{hint}")
+        return values
+
+    def _plain(self, cell: str) -> str:
+        """A cell with a decimal point; one that had a point beside another sign is no number."""
+        sign = self.options.decimal
+        return cell if sign == "." else f"'{cell}'" if "." in cell else cell.replace(sign, ".")
 
 
-def choose(files: Mapping[str, CsvTable], known: Mapping[str, Quantities], options: ImportOptions) -> Choice:
+def choose(
+    files: Mapping[str, CsvTable], known: Mapping[str, Quantities], options: ImportOptions
+) -> tuple[dict[str, ColumnReader], tuple[str, ...]]:
     """Choose by `--column`, and where a file's column has the name of the data set's already, or numbers its joints.
 
     `poses.` or `points.` before a name says which table is meant, where both have such a column.
@@ -76,19 +144,24 @@ def choose(files: Mapping[str, CsvTable], known: Mapping[str, Quantities], optio
         known: The columns of each table that can be read, and the quantity of each.
         options: Whose `columns` count.
 
+    Returns:
+        How the columns of each table are read; and the columns of the files that are not read.
+
     Raises:
         UsageError: A column is not known, belongs to both tables, or is missing.
         DataError: A file has no column of that name.
     """
     poses, points = files[POSES], files.get(POINTS)
-    chosen: dict[str, dict[str, str]] = {POSES: {}, POINTS: {}}
+    chosen: dict[str, dict[str, str]] = {owner: {} for owner in files}
     for name, source in options.columns.items():
         if name.startswith("q_") and options.robot is None:
             raise UsageError(f"--column {name}: no such column. Name the arm with --robot, whose joints then have one.")
         owners, column = _owners(name, known)
         for owner in owners:
             if source not in files[owner]:
-                raise _no_column(files[owner], name, source)
+                hint = near(source, files[owner].columns)
+                said = f"{files[owner].file} has no column '{source}', which --column {name}={source} names.{hint}"
+                raise DataError(said, file=files[owner].file, column=source)
             chosen[owner][column] = source
     shared = known[POSES].keys() & known[POINTS].keys() - {"pose"} if poses is points else set()
     for owner, file in files.items():
@@ -109,15 +182,8 @@ def choose(files: Mapping[str, CsvTable], known: Mapping[str, Quantities], optio
     used = {(files[owner].file, source) for owner, sources in chosen.items() for source in sources.values()}
     tables = [poses] if points is None or poses is points else [poses, points]
     left_out = [f"{table.file}: {name}" for table in tables for name in table.columns if (table.file, name) not in used]
-    return Choice(chosen[POSES], chosen[POINTS], tuple(left_out))
-
-
-def _no_column(file: CsvTable, name: str, source: str) -> DataError:
-    return DataError(
-        f"{file.file} has no column '{source}', which --column {name}={source} names.{near(source, file.columns)}",
-        file=file.file,
-        column=source,
-    )
+    readers = {owner: ColumnReader(owner, file, chosen[owner], known[owner], options) for owner, file in files.items()}
+    return readers, tuple(left_out)
 
 
 def _owners(name: str, known: Mapping[str, Quantities]) -> tuple[list[str], str]:
@@ -178,3 +244,25 @@ def _all_there(file: CsvTable, columns: Sequence[str], chosen: Chosen, prefix: s
                 f"{file.file}: which column is {what or column}? Name it with --column {prefix}{column}=NAME."
                 f"{near(column, file.columns)}"
             )
+
+
+def with_quaternions(table: CsvTable, sequence: str | None) -> CsvTable:
+    """The table with quaternions, if it has Euler angles or rotation vectors [rad] instead.
+
+    Raises:
+        UsageError: There are Euler angles, and the sequence is none.
+    """
+    if EULER[0] in table:
+        try:
+            angles = table.numbers(EULER)  # older versions of SciPy refuse none
+            R = Rotation.from_euler(sequence or "", angles).as_matrix() if len(angles) else np.empty((0, 3, 3))
+        except ValueError:  # SciPy names the sequence, but not the option
+            raise UsageError(
+                f"--euler {sequence!r}: expected three axes, such as ZYX (rotating) or zyx (fixed)."
+            ) from None
+    elif ROTATION_VECTOR[0] in table:
+        R = exp_so3(table.numbers(ROTATION_VECTOR))
+    else:
+        return table
+    kept = {name: cells for name, cells in table.columns.items() if name not in (*EULER, *ROTATION_VECTOR)}
+    return replace(table, columns=kept | dict(zip(QUATERNION, to_quaternion(R).T, strict=True)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses, SensorData
-from robolaser.data.importers.importer import Imported, ImportOptions, Reading, motion_readings
+from robolaser.data.importers.importer import Imported, ImportOptions
 from robolaser.data.several_sensors import with_points_of
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_angles, to_quaternion
@@ -87,7 +87,13 @@ def pairs_dataset(pairs: Pairs, mount: Mount, options: ImportOptions, left_out: 
     if pairs.guess is not None:
         placed = ("tool.camera", pairs.guess) if mount == "flange" else ("base", inverse(pairs.guess))
         dataset = replace(dataset, parameters=placed_camera(placed[1], placed[0]))
-    return Imported(dataset, tuple(_readings(pairs, mount, dataset)), left_out)
+    inverted = ", inverted: the camera seen from the target" if mount == "flange" else ""
+    numbered = "(number of the sample)"
+    read_from = {
+        "poses.csv": {"pose": numbered, "": pairs.flange_from},
+        "points.csv": {"pose": numbered, "point": f"({MOUNT}={mount})", "": f"{pairs.target_from}{inverted}"},
+    }
+    return Imported(dataset, read_from, left_out)
 
 
 def seen_by_tags(dataset: Dataset) -> Dataset:
@@ -117,30 +123,3 @@ def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:
         unit, span = ("m", SPAN[0]) if part in "xyz" else ("rad", SPAN[1])
         found[f"{prefix}.{part}"] = Parameter(f"{prefix}.{part}", unit, value, value - span, value + span)
     return found
-
-
-def pose_readings(dataset: Dataset, file: str, origin: str, named: str) -> list[Reading]:
-    """How the columns of poses.csv came about, of readings that are all from one field."""
-    poses, found = dataset.poses, [Reading("poses.csv", "pose", file, f"({named})")]
-    if poses.time_s is not None:
-        found.append(Reading("poses.csv", "time_s", file, "time", "s"))
-    if dataset.robot is None:
-        return found + motion_readings("poses.csv", file, [origin] * 7)
-    units = ["m" if slides else "rad" for slides in dataset.robot.prismatic]
-    for prefix, values, per in (("q", poses.q, ""), ("qd", poses.qd, "/s")):
-        if values is not None:
-            found += [
-                Reading("poses.csv", f"{prefix}_{joint}", file, origin, unit + per)
-                for joint, unit in zip(dataset.robot.joints, units, strict=True)
-            ]
-    return found
-
-
-def _readings(pairs: Pairs, mount: Mount, dataset: Dataset) -> list[Reading]:
-    seen = f"{pairs.target_from}, inverted: the camera seen from the target" if mount == "flange" else pairs.target_from
-    return [
-        *pose_readings(dataset, pairs.file, pairs.flange_from, "number of the sample"),
-        Reading("points.csv", "pose", pairs.file, "(number of the sample)"),
-        Reading("points.csv", "point", pairs.file, f"({MOUNT}={mount})"),
-        *motion_readings("points.csv", pairs.file, [seen] * 7),
-    ]

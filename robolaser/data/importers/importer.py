@@ -1,30 +1,24 @@
 """The abstract importer: what reads files of some kind that people have, and says how it reads them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import ClassVar, Final, final
 
+from robolaser.data.atomic_write import Contents
 from robolaser.data.dataset import Dataset
-from robolaser.data.pose_table import FLANGE_COLUMNS
+from robolaser.data.loading import load
+from robolaser.data.result_folder import write_results
+from robolaser.data.writing import point_columns, pose_columns, save, texts_of
 from robolaser.errors import UsageError, near
 from robolaser.robot.kinematics import Robot
 
-TYPED: Final = {
-    "robot": "--robot",
-    "sensor": "--sensor",
-    "columns": "--column",
-    "units": "--units",
-    "units_of_file": "--units",
-    "separator": "--separator",
-    "decimal": "--decimal",
-    "header_row": "--header-row",
-    "euler": "--euler",
-    "point": "--point",
-    "ordered": "--ordered",
-}
-"""What is typed for the options that not every importer has a use for."""
+ROWS_SHOWN: Final = 3
+GENERAL: Final = ("name", "path_known", "further")
+"""The options that every importer takes."""
 
 
 @final
@@ -75,40 +69,50 @@ class ImportOptions:
 
 @final
 @dataclass(frozen=True)
-class Reading:
-    """How a column of the data set comes about."""
-
-    table: str  # "poses.csv" or "points.csv"; or "dataset.toml"
-    column: str  # of that table; or parameters or a table of dataset.toml
-    file: str  # where it is read from
-    read_from: str  # which column or field there, or in words what is done instead
-    unit: str = ""  # the unit that it has there; "" for texts and pure numbers
-
-
-def motion_readings(table: str, file: str, read_from: Sequence[str]) -> list[Reading]:
-    """How the seven columns of a rigid motion in metres come about, each from a field of its own."""
-    return [
-        Reading(table, column, file, field_, "m" if column.endswith("_m") else "")
-        for column, field_ in zip(FLANGE_COLUMNS, read_from, strict=True)
-    ]
-
-
-@final
-@dataclass(frozen=True)
 class Imported:
     """What was read, before anything is written.
 
     Attributes:
         dataset: In SI units.
-        readings: How each column was read.
+        read_from: What each column was read from, with its unit, by table and column; under "" what all further columns
+            of a table were read from. Of dataset.toml, what parameters or tables were read from.
         left_out: Columns, fields and rows of the files that were not taken, and why where that is not plain.
-        images: What gives the bytes of each image, by its path in the data set.
+        images: What each image holds, by its path in the data set.
     """
 
     dataset: Dataset
-    readings: tuple[Reading, ...] = ()
+    read_from: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
-    images: Mapping[str, Callable[[], bytes]] = field(default_factory=dict)
+    images: Mapping[str, Contents] = field(default_factory=dict)
+
+    def checked(self) -> Dataset:
+        """The data set as `load` reads it back.
+
+        Raises:
+            DataError: It is not what the format asks for.
+        """
+        with TemporaryDirectory() as folder:
+            save(self.dataset, folder)
+            return load(folder)
+
+    def write(self, folder: Path) -> None:
+        """Write the data set with its images, whole or not at all.
+
+        Raises:
+            OutputError: The disk or the rights say no.
+        """
+        write_results(folder, {**self.images, **texts_of(self.dataset)})
+
+    def shown(self) -> dict[str, dict[str, tuple[str, list[str]]]]:
+        """What each column is read from, and its first cells as they will be written, by table and column."""
+        points = point_columns(self.dataset) if len(self.dataset.points) else ()
+        found: dict[str, dict[str, tuple[str, list[str]]]] = {}
+        for table, columns in (("poses.csv", pose_columns(self.dataset)), ("points.csv", points)):
+            sources = self.read_from.get(table, {})
+            for name, cells in columns:
+                first = list(islice(cells, ROWS_SHOWN))
+                found.setdefault(table, {})[name] = (sources.get(name, sources.get("", "")), first)
+        return found
 
 
 class Importer(ABC):
@@ -142,9 +146,10 @@ class Importer(ABC):
                     f"--set {name}: the importer {self.name} has no such option.{near(name, self.further)}"
                 )
         default = ImportOptions()
-        for name, option in TYPED.items():
-            if self.takes is not None and name not in self.takes and getattr(options, name) != getattr(default, name):
-                raise UsageError(f"{option}: the importer {self.name} has no use for it. Leave it out.")
+        for name in (one.name for one in fields(options) if one.name not in (*GENERAL, *(self.takes or ()))):
+            if self.takes is not None and getattr(options, name) != getattr(default, name):
+                option = {"columns": "column", "units_of_file": "units"}.get(name, name).replace("_", "-")
+                raise UsageError(f"--{option}: the importer {self.name} has no use for it. Leave it out.")
 
     @abstractmethod
     def recognises(self, path: Path) -> bool:

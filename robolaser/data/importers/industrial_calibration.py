@@ -1,6 +1,7 @@
 """Data of ROS-Industrial's industrial_calibration: cal_data.yaml, images, the poses of the wrist, the target finder."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Final, final
 
@@ -10,22 +11,22 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Poses
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, mount_of, placed_camera
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading, motion_readings
-from robolaser.data.importers.intrinsics import HOLD, INTRINSICS, intrinsic_parameters, intrinsics_of_file, pinhole
-from robolaser.data.importers.yaml_file import MOTION, motion, numbers, peek, read_yaml, under
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions
+from robolaser.data.importers.yaml_file import motion, numbers, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
 FILE = "cal_data.yaml"
 KEYS = ("target_finder:", "camera_mount_to_camera_guess:", "homography_threshold:", "static_camera:")
 SUFFIX: Final = (".yaml", ".yml")
-GUESS = "camera_mount_to_camera_guess"
-USED = ("data", "target_finder", "intrinsics", GUESS, "static_camera")
+INTRINSICS, GUESS = "intrinsics", "camera_mount_to_camera_guess"
+USED = ("data", "target_finder", INTRINSICS, GUESS, "static_camera")
+SPAN = 0.3  # of the focal length: how far start values of a camera may be off
 
 
 @final
 class IndustrialCalibration(Importer):
-    """The folder with cal_data.yaml, or that file and beside it files with the target finder and the intrinsics.
+    """The folder with cal_data.yaml, or that file.
 
     The poses are those of the wrist in the base frame. Of a ChArUco board the file counts squares, of which there are
     one more each way than inner corners. The guess of the target is left out: it is of another frame on the board.
@@ -33,7 +34,7 @@ class IndustrialCalibration(Importer):
 
     name: ClassVar[str] = "industrial_calibration"
     title: ClassVar[str] = "industrial_calibration's cal_data.yaml with its images and poses"
-    further: ClassVar[tuple[str, ...]] = (MOUNT, HOLD)
+    further: ClassVar[tuple[str, ...]] = (MOUNT,)
     takes: ClassVar[tuple[str, ...]] = ()
 
     def recognises(self, path: Path) -> bool:
@@ -44,12 +45,12 @@ class IndustrialCalibration(Importer):
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read the listed images and poses."""
-        first, *others = [path / FILE if path.is_dir() else path for path in paths]
-        contents = read_yaml(first)
-        for path in others:
-            more = read_yaml(path)
-            contents = {**contents, **({"target_finder": more} if "type" in more else more)}
-        file, folder = first.name, first.parent
+        if len(paths) > 1:
+            raise UsageError(f"{len(paths)} folders: import one after the other.")
+        whole = paths[0] / FILE if paths[0].is_dir() else paths[0]
+        contents, file, folder = read_yaml(whole), whole.name, whole.parent
+        if not isinstance(contents, Mapping):
+            raise DataError(f"{file} has no named values, such as data and target_finder.", file=file)
         static = contents.get("static_camera")
         known: Mount | None = None if not isinstance(static, bool) else "base" if static else "flange"
         mount = mount_of(options, file, known)
@@ -65,42 +66,39 @@ class IndustrialCalibration(Importer):
             images.append(_image(stated, file))
             if images[-1] != stated:
                 renamed.append(f"{stated.name} is {images[-1].name}")
-        found = image_files(images)
-        poses = Poses(tuple(image.stem for image in images), T_base_flange=np.array(T), image=found.paths)
-        if len(set(poses.names)) < len(images):
-            poses = Poses(tuple(map(str, range(1, len(images) + 1))), T_base_flange=np.array(T), image=found.paths)
-        parameters, settings = _parameters(contents, folder, file, options)
+        paths_of, held, size_px = image_files(images)
+        names = tuple(image.stem for image in images)
+        if len(set(names)) < len(images):
+            names = tuple(map(str, range(1, len(images) + 1)))
+        poses = Poses(names, T_base_flange=np.array(T), image=paths_of)
+        parameters: dict[str, Parameter] = {}
+        settings = {"[board]": "target_finder"}
+        if INTRINSICS in contents:
+            parameters = _pinhole(contents[INTRINSICS], file)
+            settings[" ".join(parameters)] = INTRINSICS
         if GUESS in contents:
             parameters |= placed_camera(motion(contents[GUESS], file, GUESS), "hand_eye")
-            settings.append(Reading("dataset.toml", "hand_eye.*", file, GUESS, "m, rad"))
-        settings.append(Reading("dataset.toml", "[board]", file, "target_finder", "m"))
-        dataset = camera_recording(poses, found, board, mount, options, source=file, parameters=parameters)
+            settings["hand_eye.*"] = GUESS
+        dataset = camera_recording(poses, size_px, board, mount, options, source=file)
         left_out = [f"{file}: {key}" for key in contents if key not in USED]
         if renamed:
             more = f" and so on, {len(renamed)} in all" if len(renamed) > 1 else ""
             left_out.append(f"{file}: names of images that are there with another suffix ({renamed[0]}{more})")
-        readings = (
-            Reading("poses.csv", "pose", file, "(name of the image)"),
-            *motion_readings("poses.csv", file, [f"pose, {key}" for key in MOTION]),
-            Reading("poses.csv", "image", file, "image"),
-        )
-        return Imported(dataset, (*readings, *settings), tuple(left_out), found.contents)
+        read_from = {
+            "poses.csv": {"pose": "(name of the image)", "image": "image", "": "pose"},
+            "dataset.toml": settings,
+        }
+        return Imported(replace(dataset, parameters=parameters), read_from, tuple(left_out), held)
 
 
-def _parameters(
-    contents: Mapping[str, Any], folder: Path, file: str, options: ImportOptions
-) -> tuple[dict[str, Parameter], list[Reading]]:
-    """The intrinsics, of the file or of camera_intr.yaml beside it."""
-    beside = folder / "camera_intr.yaml"
-    if INTRINSICS in contents:
-        found = intrinsic_parameters(pinhole(contents[INTRINSICS], file), options.further)
-    elif beside.is_file():
-        found, file = intrinsic_parameters(intrinsics_of_file(beside), options.further), beside.name
-    elif HOLD in options.further:
-        raise UsageError(f"--set {HOLD}={options.further[HOLD]}: {file} has no intrinsics. Add their file.")
-    else:
-        return {}, []
-    return found, [Reading("dataset.toml", " ".join(found), file, INTRINSICS, "px")]
+def _pinhole(values: Any, file: str) -> dict[str, Parameter]:
+    """fx, fy, cx and cy of a camera without distortion, within wide bounds."""
+    read = {
+        name: float(numbers(under(values, name, file), 1, file, f"intrinsics.{name}")[0])
+        for name in ("fx", "fy", "cx", "cy")
+    }
+    span = SPAN * max(read["fx"], read["fy"])
+    return {name: Parameter(name, "px", value, value - span, value + span) for name, value in read.items()}
 
 
 def _board(finder: Any, file: str) -> Board:

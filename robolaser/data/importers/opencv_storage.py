@@ -13,15 +13,14 @@ from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, flange_poses, 
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.units import Units
 from robolaser.data.importers.yaml_file import motion_of_matrix, peek
-from robolaser.errors import DataError, UsageError, near
+from robolaser.errors import DataError, near
 from robolaser.geometry.rigid_motion import exp_so3, inverse
 from robolaser.geometry.units import LENGTH
 
 SUFFIXES = (".yaml", ".yml", ".xml", ".json")
 MARKS = ("%YAML:1.0", "%YAML 1.0", "<opencv_storage>", "opencv-matrix")
-WAYS: Final = {"gripper2base": False, "base2gripper": True, "target2cam": False, "cam2target": True}
-"""Ways a list may go, by OpenCV's words; whether it is inverted to become T_base_flange or T_camera_target."""
-ALSO: Final = {"world2cam": "target2cam"}  # other words of OpenCV for the same: those of calibrateRobotWorldHandEye
+INVERTED: Final = ("base2gripper", "cam2target")
+"""Ways that a list may go, by OpenCV's words, from which others become T_base_flange and T_camera_target."""
 _NUMBERED = re.compile(r"(.*?)_?(\d+)")
 
 
@@ -29,13 +28,12 @@ _NUMBERED = re.compile(r"(.*?)_?(\d+)")
 class OpenCVStorage(Importer):
     """Lists that are named as the arguments of `cv2.calibrateHandEye` and `calibrateRobotWorldHandEye` are.
 
-    A rotation is a matrix or a Rodrigues vector. Other names are stated with `--set gripper2base=R,t`, or with one name
-    where 4 x 4 matrices are stored; the word says which way the motions go.
+    A rotation is a matrix or a Rodrigues vector.
     """
 
     name: ClassVar[str] = "opencv"
     title: ClassVar[str] = "OpenCV FileStorage with rotations and translations of gripper and target (YAML, XML, JSON)"
-    further: ClassVar[tuple[str, ...]] = (MOUNT, *WAYS)
+    further: ClassVar[tuple[str, ...]] = (MOUNT,)
     takes: ClassVar[tuple[str, ...]] = ("units",)
 
     def recognises(self, path: Path) -> bool:
@@ -46,24 +44,24 @@ class OpenCVStorage(Importer):
         """Read one file, or several whose lists belong together."""
         nodes: dict[str, list[Array]] = {}
         for path in paths:
-            for key, values in read_storage(path).items():
+            for key, values in _storage(path).items():
                 if nodes.setdefault(key, values) is not values:
                     raise DataError(f"{path.name}: {key} is in another of the files too.", file=path, column=key)
         file = ", ".join(path.name for path in paths)
         gripper_from, gripper = _motions(nodes, ("gripper2base", "base2gripper"), options, file)
-        target_from, target = _motions(nodes, ("target2cam", "cam2target"), options, file)
+        target_from, target = _motions(nodes, ("target2cam", "world2cam", "cam2target"), options, file)
         if len(gripper) != len(target):
             raise DataError(
                 f"{file}: {gripper_from} has {len(gripper)} entries, {target_from} has {len(target)}.", file=file
             )
         mount = mount_of(options, file)
-        used = {key for text in (gripper_from, target_from) for key in re.split(r"[ ,]+", text)}
+        used = f"{gripper_from}, {target_from}".split(", ")
         left_out = tuple(f"{file}: {key}" for key in nodes if key not in used)
         pairs = Pairs(file, flange_poses(gripper), target, gripper_from, target_from)
         return pairs_dataset(pairs, mount, options, left_out)
 
 
-def read_storage(path: Path) -> dict[str, list[Array]]:
+def _storage(path: Path) -> dict[str, list[Array]]:
     """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
 
     Raises:
@@ -107,49 +105,23 @@ def _arrays(node: Any) -> list[Array]:
 
 
 def _motions(
-    nodes: Mapping[str, list[Array]], ways: tuple[str, str], options: ImportOptions, file: str
+    nodes: Mapping[str, list[Array]], ways: Sequence[str], options: ImportOptions, file: str
 ) -> tuple[str, Array]:
-    """The motions of one of two ways, as the first of them says, and the keys that they are from."""
-    for way in ways:
-        words = (way, *(word for word, meant in ALSO.items() if meant == way))
-        keys = options.further[way].split(",") if way in options.further else None
-        for word in words:
-            if keys is None and {f"R_{word}", f"t_{word}"} <= nodes.keys():
-                keys = [f"R_{word}", f"t_{word}"]
-        if keys is not None:
-            T = _of_keys(nodes, [key.strip() for key in keys], way, options, file)
-            return (f"{', '.join(keys)} (inverted)", inverse(T)) if WAYS[way] else (", ".join(keys), T)
-    raise UsageError(
-        f"{file} has no R_{ways[0]} and t_{ways[0]}. Name the lists with --set {ways[0]}=R,t or, if they go the other"
-        f" way, --set {ways[1]}=R,t; or name one list of 4 x 4 matrices.{near(f'R_{ways[0]}', nodes)}"
-    )
-
-
-def _of_keys(
-    nodes: Mapping[str, list[Array]], keys: Sequence[str], way: str, options: ImportOptions, file: str
-) -> Array:
-    for key in keys:
-        if key not in nodes:
-            raise DataError(f"{file} has no {key}, which --set {way} names.{near(key, nodes)}", file=file, column=key)
-    factor = Units.of(options.units).factor(LENGTH, keys[-1])
-    if len(keys) == 1:
-        matrices = _entries(nodes[keys[0]], (16, 12), keys[0], file)
-        T = [motion_of_matrix(flat.reshape(-1, 4), file, f"{keys[0]}, entry {i}") for i, flat in enumerate(matrices, 1)]
-    elif len(keys) == 2:
-        turns, shifts = _entries(nodes[keys[0]], (9, 3), keys[0], file), _entries(nodes[keys[1]], (3,), keys[1], file)
-        if len(turns) != len(shifts):
-            raise DataError(f"{file}: {keys[0]} has {len(turns)} entries, {keys[1]} has {len(shifts)}.", file=file)
-        T = []
-        for i, (turn, shift) in enumerate(zip(turns, shifts, strict=True), 1):
-            R = exp_so3(turn) if len(turn) == 3 else turn.reshape(3, 3)
-            T.append(motion_of_matrix(np.column_stack([R, shift]), file, f"{keys[0]}, entry {i}"))
-    else:
-        raise UsageError(
-            f"--set {way}={','.join(keys)}: expected the names of rotations and translations, or one name."
-        )
-    found = np.array(T).reshape(-1, 4, 4)
-    found[:, :3, 3] *= factor
-    return found
+    """The motions (n, 4, 4) of the first of some ways whose lists are there, and these lists' names."""
+    way = next((way for way in ways if {f"R_{way}", f"t_{way}"} <= nodes.keys()), None)
+    if way is None:
+        pairs = ", or ".join(f"R_{way} and t_{way}" for way in ways)
+        raise DataError(f"{file} lacks two lists of motions: {pairs}.{near(f'R_{ways[0]}', nodes)}", file=file)
+    R, t = f"R_{way}", f"t_{way}"
+    turns, shifts = _entries(nodes[R], (9, 3), R, file), _entries(nodes[t], (3,), t, file)
+    if len(turns) != len(shifts):
+        raise DataError(f"{file}: {R} has {len(turns)} entries, {t} has {len(shifts)}.", file=file)
+    T = np.empty((len(turns), 4, 4))
+    for i, (turn, shift) in enumerate(zip(turns, shifts, strict=True)):
+        matrix = exp_so3(turn) if len(turn) == 3 else turn.reshape(3, 3)
+        T[i] = motion_of_matrix(np.column_stack([matrix, shift]), file, f"{R}, entry {i + 1}")
+    T[:, :3, 3] *= Units.of(options.units).factor(LENGTH, t)
+    return f"{R}, {t}", inverse(T) if way in INVERTED else T
 
 
 def _entries(arrays: Sequence[Array], sizes: tuple[int, ...], key: str, file: str) -> list[Array]:

@@ -1,24 +1,22 @@
 """Recordings of ROS 1 and ROS 2: the arm's readings, and images of a board or poses of a marker or body."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Final, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.atomic_write import Contents
 from robolaser.data.csv_tables import finite
 from robolaser.data.dataset import Poses
-from robolaser.data.importers.board_option import BOARD, board_of
-from robolaser.data.importers.camera_recording import ImageFiles, camera_recording
-from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset, pose_readings
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
-from robolaser.data.importers.intrinsics import HOLD, intrinsic_parameters, intrinsics_of
-from robolaser.data.importers.ros_messages import CAMERA_INFO, IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag, image_file
+from robolaser.data.importers.camera_recording import BOARD, board_of, camera_recording
+from robolaser.data.importers.hand_eye_pairs import MOUNT, Pairs, mount_of, pairs_dataset
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions
+from robolaser.data.importers.ros_messages import IMAGES, JOINTS, ODOMETRY, POSES, STAMPS, Bag, image_file
 from robolaser.data.importers.time_matching import TOLERANCE, match, tolerance_of, with_readings
 from robolaser.errors import DataError, UsageError
-from robolaser.parameters import Parameter
 
 SUFFIXES = (".bag", ".db3", ".mcap")
 JOINT_TOPIC: Final = "joints"
@@ -33,17 +31,6 @@ MOST_IMAGES = 5000
 
 
 @final
-@dataclass(frozen=True)
-class MatchedReadings:
-    """The arm at the times of m measurements."""
-
-    origin: str  # topic or frames that they are from
-    kept: Ints  # numbers of the measurements that have readings within the tolerance, (k,)
-    poses: Poses  # times and joint readings or flange poses, (k,)
-    left_out: tuple[str, ...]  # what to say of the others
-
-
-@final
 class RosBag(Importer):
     """A bag with joint states, or tf with the flange, and images of a board, a marker in tf, or a topic of poses.
 
@@ -54,8 +41,7 @@ class RosBag(Importer):
     name: ClassVar[str] = "rosbag"
     title: ClassVar[str] = "ROS 1 bags, ROS 2 bags and MCAP files: joint states or tf, and images, markers or poses"
     further: ClassVar[tuple[str, ...]] = (
-        MOUNT, TOLERANCE, EVERY, STAMPS, JOINT_TOPIC, BASE, FLANGE, IMAGE_TOPIC, BOARD, HOLD, CAMERA, MARKER,
-        POSE_TOPIC,
+        MOUNT, TOLERANCE, EVERY, STAMPS, JOINT_TOPIC, BASE, FLANGE, IMAGE_TOPIC, BOARD, CAMERA, MARKER, POSE_TOPIC,
     )  # fmt: skip
     takes: ClassVar[tuple[str, ...]] = ("robot",)
 
@@ -100,25 +86,24 @@ def _pairs(bag: Bag, options: ImportOptions) -> Imported:
         T, seen, _ = tree.lookup(camera, marker, times, tolerance)
         origin = f"tf, {camera} to {marker}"
     picked = np.flatnonzero(seen)[_thinned(times[seen], options)]
-    readings = _readings(bag, options, times[picked], tolerance, "pose")
-    pairs = Pairs(bag.file, readings.poses, T[picked][readings.kept], readings.origin, origin)
-    return pairs_dataset(pairs, mount, options, readings.left_out)
+    arm, poses, kept, left_out = _readings(bag, options, times[picked], tolerance, "pose")
+    return pairs_dataset(Pairs(bag.file, poses, T[picked][kept], arm, origin), mount, options, left_out)
 
 
 def _images(bag: Bag, options: ImportOptions) -> Imported:
     """Images of a board."""
     topic = bag.topic(IMAGE_TOPIC, options.further.get(IMAGE_TOPIC), *IMAGES)
-    mount, board = mount_of(options, bag.file), board_of(options.further)
+    mount, board = mount_of(options, bag.file), board_of(options.further, bag.file)
     tolerance = tolerance_of(options.further, bag.file)
     times = bag.image_times(topic)
     order = np.argsort(times, kind="stable")
     picked = order[_thinned(times[order], options)]
-    readings = _readings(bag, options, times[picked], tolerance, "image")
-    wanted = dict(zip(picked[readings.kept].tolist(), readings.poses.names, strict=True))
+    arm, poses, kept, left_out = _readings(bag, options, times[picked], tolerance, "image")
+    wanted = dict(zip(picked[kept].tolist(), poses.names, strict=True))
     if len(wanted) > MOST_IMAGES:
         raise UsageError(f"{bag.file} has {len(wanted)} images. Take fewer with --set {EVERY}=SECONDS.")
     paths: dict[str, str] = {}
-    contents: dict[str, bytes] = {}
+    contents: dict[str, Contents] = {}
     sizes = set()
     for number, (_, _, message) in enumerate(bag.messages([topic])):
         if number in wanted:
@@ -128,22 +113,21 @@ def _images(bag: Bag, options: ImportOptions) -> Imported:
             sizes.add(size)
     if len(sizes) != 1:
         raise DataError(f"{bag.file}, topic {topic}: images of several sizes: {sizes}.", file=bag.file)
-    parameters, origin, words = _intrinsics(bag, topic, options)
-    named = tuple(paths[name] for name in readings.poses.names)
-    files = ImageFiles(named, {path: data.__bytes__ for path, data in contents.items()}, sizes.pop())
-    poses = replace(readings.poses, image=named)
-    dataset = camera_recording(
-        poses, files, board, mount, options, source=bag.file, parameters=parameters, robot=options.robot
-    )
-    shown = [*pose_readings(dataset, bag.file, readings.origin, "number of the image")]
-    shown.append(Reading("poses.csv", "image", bag.file, topic))
-    if parameters:
-        shown.append(Reading("dataset.toml", " ".join(parameters), bag.file, origin, "px"))
-    return Imported(dataset, tuple(shown), (*readings.left_out, *words), files.contents)
+    poses = replace(poses, image=tuple(paths[name] for name in poses.names))
+    dataset = camera_recording(poses, sizes.pop(), board, mount, options, source=bag.file)
+    read_from = {"poses.csv": {"pose": "(number of the image)", "image": topic, "": arm}}
+    return Imported(dataset, read_from, left_out, contents)
 
 
-def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str) -> MatchedReadings:
-    """The arm at times, from joint states where there is a robot, else from tf."""
+def _readings(
+    bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, what: str
+) -> tuple[str, Poses, Ints, tuple[str, ...]]:
+    """The arm at times (m,), from joint states where there is a robot, else from tf.
+
+    Returns:
+        The topic or frames that it is from; its poses at those times that have readings within the tolerance, (k,); the
+        numbers of these times, (k,); and what to say of the others.
+    """
     qd = T = q = None
     left_out: list[str] = []
     if options.robot is not None:
@@ -167,7 +151,7 @@ def _readings(bag: Bag, options: ImportOptions, at_s: Array, tolerance: float, w
     def some(values: Array | None) -> Array | None:
         return None if values is None else values[kept]
 
-    return MatchedReadings(origin, kept, Poses(names, at_s[kept], some(q), some(qd), some(T)), (*left_out, *without))
+    return origin, Poses(names, at_s[kept], some(q), some(qd), some(T)), kept, (*left_out, *without)
 
 
 def _frame(option: str, options: ImportOptions, bag: Bag, which: str) -> str:
@@ -187,21 +171,3 @@ def _thinned(times: Array, options: ImportOptions) -> Ints:
             kept.append(number)
             last = time
     return np.array(kept, dtype=np.int64)
-
-
-def _intrinsics(bag: Bag, topic: str, options: ImportOptions) -> tuple[dict[str, Parameter], str, tuple[str, ...]]:
-    """What the camera_info beside a topic of images says, and that topic; or what is left out and why."""
-    beside = [info for info in bag.topics(CAMERA_INFO) if topic.startswith(f"{info.rpartition('/')[0]}/")]
-    if len(beside) != 1 or "rect" in topic:
-        why = "the images are rectified" if "rect" in topic else "not beside the images"
-        left_out = tuple(f"{bag.file}: {info} ({why})" for info in bag.topics(CAMERA_INFO))
-        if HOLD in options.further:
-            raise UsageError(f"--set {HOLD}: {bag.file} has no intrinsics of {topic}, so there is nothing to hold.")
-        return {}, "", left_out
-    _, _, message = next(iter(bag.messages(beside)))
-    K, D = (getattr(message, letter, getattr(message, letter.upper(), None)) for letter in "kd")
-    if K is None or not np.asarray(K)[0] > 0:
-        return {}, "", (f"{bag.file}: {beside[0]} (the camera is not calibrated)",)
-    where = f"{bag.file}, topic {beside[0]}"
-    values = intrinsics_of(np.asarray(K).tolist(), np.asarray(D).tolist(), where, message.distortion_model)
-    return intrinsic_parameters(values, options.further), beside[0], ()

@@ -1,4 +1,4 @@
-"""A ROS bag's messages, as numbers: joint states, transforms, poses, images and what is known of their camera."""
+"""A ROS bag's messages, as numbers: joint states, transforms, poses and images."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +16,6 @@ from robolaser.errors import DataError, DependencyMissing, RobolaserError, Usage
 
 JOINTS, TF = "sensor_msgs/msg/JointState", ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
-CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 POSES = tuple(f"geometry_msgs/msg/{kind}" for kind in ("PoseStamped", "PoseWithCovarianceStamped", "TransformStamped"))
 ODOMETRY = "nav_msgs/msg/Odometry"
 CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"

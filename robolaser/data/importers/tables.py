@@ -1,8 +1,7 @@
 """Tables as text: joint readings or flange poses, and the points measured in each pose."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 from typing import ClassVar, final
 
@@ -11,11 +10,17 @@ import numpy as np
 from robolaser.data.csv_tables import CsvTable, bad_row
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.importers.array_files import ARRAY_FILES, array_table
-from robolaser.data.importers.column_choice import POINTS, POSES, Chosen, choose, point_quantities, pose_quantities
-from robolaser.data.importers.column_reader import ColumnReader, with_quaternions
+from robolaser.data.importers.column_choice import (
+    POINTS,
+    POSES,
+    choose,
+    point_quantities,
+    pose_quantities,
+    with_quaternions,
+)
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.logs_by_time import CLOCKS, joined_by_time
 from robolaser.data.importers.time_matching import TOLERANCE
 from robolaser.data.importers.wide_tables import (
@@ -63,18 +68,16 @@ class Tables(Importer):
             )
         timed = _is_timed(paths, options)
         poses_file, points_file, left_out = _read(paths, options, declared, timed=timed)
-        of_points = point_quantities(declared, timed=timed)
-        known = {POSES: pose_quantities(options), POINTS: of_points}
-        choice = choose({POSES: poses_file, POINTS: points_file}, known, options)
-        poses = ColumnReader(POSES, poses_file, choice.poses, known[POSES], options)
+        known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}
+        columns, not_read = choose({POSES: poses_file, POINTS: points_file}, known, options)
+        poses, points = columns[POSES], columns[POINTS]
+        measured, lost = without_lost(points_file, [points.chosen[name] for name in XYZ if name in points.chosen])
+        points = replace(points, file=measured)
         one_file = poses_file is points_file
-        measured, lost = without_lost(points_file, [choice.points[name] for name in XYZ if name in choice.points])
-        points = ColumnReader(POINTS, measured, choice.points, of_points, options)
         pose_table = poses.table(number_poses=one_file or timed)
         if one_file:
-            pose_table = _each_once(pose_table, choice.poses)
-        pose_table = with_quaternions(pose_table, options.euler)
-        read, warnings = poses_of(pose_table, Path(), options.robot)
+            pose_table = _each_once(pose_table, poses.chosen)
+        read, warnings = poses_of(with_quaternions(pose_table, options.euler), Path(), options.robot)
         if options.ordered:
             read = _in_order(read)
         dataset = Dataset(
@@ -88,18 +91,21 @@ class Tables(Importer):
             source=", ".join(path.name for path in paths),
             warnings=tuple(warnings),
         )
-        point_table, clock = points.table(number_poses=one_file), ""
+        of_poses, of_points = poses.read_from(number_poses=one_file), points.read_from(number_poses=one_file)
+        point_table = points.table(number_poses=one_file)
         if timed:
             dataset, clock, odd, without = joined_by_time(dataset, point_table, options.further)
             dataset = replace(dataset, warnings=(*warnings, *odd))
             left_out = (*left_out, *without)
+            of_poses = {name: f"{source}, at the times of {points_file.file}" for name, source in of_poses.items()}
+            of_poses["time_s"] = f"{of_points.pop('time_s')}{clock}"
+            of_poses["pose"] = of_points["pose"] = "(number of the pose)"
         else:
             dataset = replace(dataset, points=points_of(point_table, dataset))
         if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
             dataset = seen_by_tags(dataset)
-        readings = chain(*(columns.readings(number_poses=one_file) for columns in (poses, points)))
-        told = _by_time(readings, points_file.file, clock) if timed else readings
-        return Imported(dataset, tuple(told), (*choice.left_out, *left_out, *filter(None, [lost])))
+        read_from = {"poses.csv": of_poses, "points.csv": of_points}
+        return Imported(dataset, read_from, (*not_read, *left_out, *filter(None, [lost])))
 
 
 def _is_timed(paths: Sequence[Path], options: ImportOptions) -> bool:
@@ -112,18 +118,6 @@ def _is_timed(paths: Sequence[Path], options: ImportOptions) -> bool:
     if said and len(paths) != 2:
         raise UsageError(f"--set {said[0]} is for two files, the arm's log and that of what was measured.")
     return bool(said)
-
-
-def _by_time(readings: Iterable[Reading], points_file: str, clock: str) -> Iterator[Reading]:
-    """How columns came about where the arm's readings are between the two around a measurement."""
-    for table in ("poses.csv", "points.csv"):
-        yield Reading(table, "pose", points_file, "(number of the pose)")
-    for one in readings:
-        if one.table == "points.csv":
-            is_time = one.column == "time_s"
-            yield replace(one, table="poses.csv", read_from=f"{one.read_from}{clock}") if is_time else one
-        elif one.column not in ("pose", "time_s"):
-            yield replace(one, read_from=f"{one.read_from}, at the times of {points_file}")
 
 
 def _read(
@@ -165,7 +159,7 @@ def _in_order(poses: Poses) -> Poses:
     return replace(poses, time_s=np.arange(float(len(poses))))
 
 
-def _each_once(table: CsvTable, chosen: Chosen) -> CsvTable:
+def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
     """The first row of each pose, where several rows are points of one pose."""
     names = table.texts("pose")
     first: dict[str, int] = {}

@@ -11,7 +11,7 @@ import numpy as np
 from robolaser.bounded_reading import read_text
 from robolaser.data.csv_tables import CsvTable, bad_row, finite
 from robolaser.data.dataset import Dataset, Points
-from robolaser.data.importers.importer import Imported, Importer, ImportOptions, Reading, motion_readings
+from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.logs_by_time import CLOCKS, joined_by_time
 from robolaser.data.importers.time_matching import TOLERANCE
 from robolaser.data.importers.yaml_file import peek
@@ -25,7 +25,7 @@ BODY = "body"
 
 @final
 class Tum(Importer):
-    """The flange's trajectory and then that of a body on it as a tracker saw it; or the flange's alone.
+    """The flange's trajectory and then that of a body on it as a tracker saw it.
 
     The body's poses are kept, each with the flange's pose at its time, between the two readings around it.
     """
@@ -43,19 +43,16 @@ class Tum(Importer):
         )
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
-        """Read one trajectory or two."""
-        if len(paths) > 2:
-            raise UsageError(f"{len(paths)} trajectories: expected the flange's, and perhaps that of a tracked body.")
-        if len(paths) == 1 and (options.further or options.point is not None):
-            raise UsageError("One trajectory is the flange's: name that of the tracked body as a second file.")
-        tables = [read_tum(path) for path in paths]
-        flange, body = tables[0][0], tables[-1][0]
+        """Read both."""
+        if len(paths) != 2:
+            raise UsageError(f"Expected two trajectories, the flange's and that of a tracked body, not {len(paths)}.")
+        (flange, *_), (body, *_) = tables = [_read_tum(path) for path in paths]
         repeated = tuple(
             f"{table.file}: {count} rows, whose times repeat the row before" for table, count in tables if count
         )
         numbers = tuple(str(i) for i in range(1, len(flange) + 1))
         poses, _ = poses_of(flange.beside({"pose": numbers}), Path(), None)
-        dataset = Dataset(
+        log = Dataset(
             options.name,
             poses,
             Points(np.empty(0, dtype=np.int64), ()),
@@ -63,22 +60,18 @@ class Tum(Importer):
             path_known=options.path_known,
             source=", ".join(path.name for path in paths),
         )
-        if len(paths) == 1:
-            return Imported(dataset, tuple(_pose_readings(flange.file, flange.file, "")), repeated)
         seen = body.beside({"point": (options.point or BODY,) * len(body)})
-        dataset, clock, warnings, left_out = joined_by_time(
-            dataset, seen, options.further, arm=flange.file, what="pose"
-        )
-        readings = [
-            *_pose_readings(flange.file, body.file, f", at the times of {body.file}", clock),
-            Reading("points.csv", "pose", body.file, "(number of the pose)"),
-            Reading("points.csv", "point", body.file, "(--point)" if options.point else "(a name)"),
-            *motion_readings("points.csv", body.file, COLUMNS[1:]),
-        ]
-        return Imported(replace(dataset, warnings=warnings), tuple(readings), (*repeated, *left_out))
+        dataset, clock, warnings, left_out = joined_by_time(log, seen, options.further, arm=flange.file, what="pose")
+        numbered, at = "(number of the pose)", f"{flange.file}, at the times of {body.file}"
+        point = "(--point)" if options.point else "(a name)"
+        read_from = {
+            "poses.csv": {"pose": numbered, "time_s": f"{body.file}{clock}", "": at},
+            "points.csv": {"pose": numbered, "point": point, "": body.file},
+        }
+        return Imported(replace(dataset, warnings=warnings), read_from, (*repeated, *left_out))
 
 
-def read_tum(path: Path) -> tuple[CsvTable, int]:
+def _read_tum(path: Path) -> tuple[CsvTable, int]:
     """A trajectory's times and flange columns, and how many lines were left out that repeat the time before.
 
     Raises:
@@ -111,11 +104,3 @@ def read_tum(path: Path) -> tuple[CsvTable, int]:
 
 def _cells(line: str) -> list[str]:
     return line.split("#", maxsplit=1)[0].replace(",", " ").split()
-
-
-def _pose_readings(file: str, timed: str, at: str, clock: str = "") -> list[Reading]:
-    return [
-        Reading("poses.csv", "pose", timed, "(number of the pose)"),
-        Reading("poses.csv", "time_s", timed, f"{COLUMNS[0]}{clock}", "s"),
-        *motion_readings("poses.csv", file, [f"{column}{at}" for column in COLUMNS[1:]]),
-    ]

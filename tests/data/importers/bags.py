@@ -68,12 +68,6 @@ class Recorder:
         fields = (self.header(time_s, "camera"), *rows.shape[:2], encoding, 0, step, rows.view(np.uint8).ravel())
         self.write(topic, "sensor_msgs/msg/Image", time_s + 0.002, *fields)
 
-    def camera_info(self, topic: str, time_s: float, K: np.ndarray, D: np.ndarray, size: tuple[int, int]) -> None:
-        roi = self.store.types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
-        rest = (np.eye(3).ravel(), np.zeros(12), 0, 0, roi)
-        fields = (self.header(time_s), size[1], size[0], "plumb_bob", D, K.ravel(), *rest)
-        self.write(topic, "sensor_msgs/msg/CameraInfo", time_s + 0.002, *fields)
-
 
 @contextmanager
 def recorder(folder: Path, kind: str) -> Iterator[tuple[Path, Recorder]]:

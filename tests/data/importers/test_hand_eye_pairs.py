@@ -15,6 +15,7 @@ from examples import read
 from robolaser.calibration.calibrate import calibrate
 from robolaser.cli import main
 from robolaser.data.importers import ImportOptions
+from robolaser.data.importers.tum import Tum
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_angles, inverse, pose
 
@@ -91,30 +92,6 @@ def test_a_result_alone_is_no_data(tmp_path: Path) -> None:
         read(hand_eye.easy_handeye2(tmp_path, cell("base"))[1:], ImportOptions())
 
 
-def test_joint_states_saved_with_the_samples_take_the_place_of_flange_poses(tmp_path: Path) -> None:
-    robot = robolaser.find_robot("scorbot_er7")
-    q = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 5))
-    paths = hand_eye.moveit(tmp_path, cell("flange"))
-    names = ["gripper", *robot.joints[::-1]]
-    rows = "\n".join(f"- [0, {', '.join(map(repr, row[::-1].tolist()))}]" for row in q)
-    states = tmp_path / "joints.yaml"
-    states.write_text(f"joint_names: [{', '.join(names)}]\njoint_values:\n{rows}\n", "utf-8")
-    stated = ImportOptions(robot=robot, further={"mount": "flange"})
-    dataset = read([*paths, states], stated)
-    np.testing.assert_array_equal(dataset.poses.q, q)
-    assert dataset.poses.T_base_flange is None
-    with pytest.raises(UsageError, match="Of which robot"):
-        read([*paths, states], ImportOptions(further={"mount": "flange"}))
-    with pytest.raises(UsageError, match="Save joint states"):
-        read(paths, stated)
-    states.write_text(states.read_text("utf-8").replace(robot.joints[2], "joint_x"), "utf-8")
-    with pytest.raises(DataError, match=rf"lacks the joint {robot.joints[2]} of the robot"):
-        read([*paths, states], stated)
-    states.write_text("joint_names: [a]\njoint_values: [[1]]\n", "utf-8")
-    with pytest.raises(DataError, match="has 1 joint states, but there are 20 samples"):
-        read([*paths, states], stated)
-
-
 @pytest.mark.parametrize("name", ["pairs.yml", "pairs.xml", "pairs.json"])
 @pytest.mark.parametrize("vectors", [False, True])
 def test_opencv_storage_reads_the_same_in_every_format(name: str, vectors: bool, tmp_path: Path) -> None:
@@ -124,24 +101,26 @@ def test_opencv_storage_reads_the_same_in_every_format(name: str, vectors: bool,
     np.testing.assert_allclose(dataset.points.xyz, inverse(made.T_camera_target)[:, :3, 3], atol=1e-9)
 
 
-def test_opencv_lists_go_the_way_that_is_said(tmp_path: Path) -> None:
+def test_opencv_lists_go_the_way_that_their_names_say(tmp_path: Path) -> None:
     made = cell("base")
     storage = cv2.FileStorage(str(tmp_path / "pairs.yml"), cv2.FILE_STORAGE_WRITE)
-    for i, flange in enumerate(made.T_base_flange):
-        storage.write(f"H_{i}", inverse(flange))
-    storage.write("rvecs", np.array([cv2.Rodrigues(T[:3, :3].copy())[0].ravel() for T in made.T_camera_target]))
-    storage.write("tvecs", made.T_camera_target[:, :3, 3].copy())
+    for i, T in enumerate(inverse(made.T_base_flange)):
+        storage.write(f"R_base2gripper_{i}", T[:3, :3].copy())
+        storage.write(f"t_base2gripper_{i}", T[:3, 3].copy())
+    turns = np.array([cv2.Rodrigues(T[:3, :3].copy())[0].ravel() for T in made.T_camera_target])
+    storage.write("R_world2cam", turns)
+    storage.write("t_world2cam", made.T_camera_target[:, :3, 3].copy())
     storage.release()
-    stated = {"mount": "base", "base2gripper": "H", "target2cam": "rvecs,tvecs"}
+    stated = {"mount": "base"}
     dataset = read([tmp_path / "pairs.yml"], ImportOptions(further=stated, units=("m",)))
     np.testing.assert_allclose(dataset.poses.T_base_flange, made.T_base_flange, atol=1e-9)
     np.testing.assert_allclose(dataset.points.xyz, made.T_camera_target[:, :3, 3], atol=1e-9)
-    with pytest.raises(UsageError, match="In which unit are lengths, such as H"):
+    with pytest.raises(UsageError, match="In which unit are lengths, such as t_base2gripper"):
         read([tmp_path / "pairs.yml"], ImportOptions(further=stated))
-    with pytest.raises(UsageError, match=r"has no R_gripper2base and t_gripper2base\. Name the lists with --set"):
-        read([tmp_path / "pairs.yml"], ImportOptions(further={"mount": "base"}, units=("m",)))
-    with pytest.raises(DataError, match="has no Q, which --set base2gripper names"):
-        read([tmp_path / "pairs.yml"], ImportOptions(further={**stated, "base2gripper": "Q"}, units=("m",)))
+    text = (tmp_path / "pairs.yml").read_text("utf-8")
+    (tmp_path / "pairs.yml").write_text(text.replace("world2cam", "target2camera"), "utf-8")
+    with pytest.raises(DataError, match=r"lacks two lists of motions: R_target2cam and t_target2cam, or R_world2cam"):
+        read([tmp_path / "pairs.yml"], ImportOptions(further=stated, units=("m",)))
 
 
 def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_path: Path) -> None:
@@ -161,13 +140,14 @@ def test_two_trajectories_are_matched_by_time_within_the_stated_tolerance(tmp_pa
 
 def test_rows_of_a_trajectory_that_repeat_a_time_are_left_out(tmp_path: Path) -> None:
     (tmp_path / "flange.tum").write_text("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n", "utf-8")
-    assert len(read([tmp_path / "flange.tum"], ImportOptions(), "tum").poses) == 2
+    imported = Tum().read([tmp_path / "flange.tum"] * 2, ImportOptions(further={"tolerance_s": "1"}))
+    assert len(imported.dataset.poses) == 2
+    assert "1 rows, whose times repeat the row before" in imported.left_out[0]
 
 
-def test_one_trajectory_is_the_flanges(tmp_path: Path) -> None:
-    dataset = read(hand_eye.tum(tmp_path, cell("base"))[:1], ImportOptions())
-    assert len(dataset.poses) == 40
-    assert len(dataset.points) == 0
+def test_one_trajectory_is_not_enough(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="Expected two trajectories"):
+        read(hand_eye.tum(tmp_path, cell("base"))[:1], ImportOptions())
 
 
 @pytest.mark.parametrize(
@@ -183,7 +163,7 @@ def test_one_trajectory_is_the_flanges(tmp_path: Path) -> None:
 def test_a_wrong_line_of_a_trajectory_is_named(text: str, expected: str, tmp_path: Path) -> None:
     (tmp_path / "flange.tum").write_text(text, "utf-8")
     with pytest.raises(DataError, match=expected):
-        read([tmp_path / "flange.tum"], ImportOptions(), "tum")
+        read([tmp_path / "flange.tum"] * 2, ImportOptions(), "tum")
 
 
 SAMPLE = "samples:\n- robot: {translation: {x: 0, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}}\n"

@@ -7,7 +7,6 @@ import pytest
 
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.importers.tables import Tables
-from robolaser.data.writing import point_columns, pose_columns
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import pose, rot_x, to_quaternion
 from robolaser.robot.by_name import find_robot
@@ -50,9 +49,8 @@ def test_each_measurement_has_the_readings_at_its_time(tmp_path: Path) -> None:
     np.testing.assert_allclose(poses.q, angles(poses.time_s), atol=1e-4)
     np.testing.assert_allclose(points.xyz, (WORLD @ ROBOT.forward(poses.q) @ TOOL)[points.pose, :3, 3], atol=2e-4)
     assert found.dataset.warnings == ()
-    shown = {(f"{table}.csv", name) for table, columns in (("poses", pose_columns), ("points", point_columns))
-             for name, _ in columns(found.dataset)}  # fmt: skip
-    assert sorted((one.table, one.column) for one in found.readings) == sorted(shown)
+    sources = {table: {name: source for name, (source, _) in shown.items()} for table, shown in found.shown().items()}
+    assert sources == found.read_from
 
 
 @pytest.mark.parametrize("late_s", [0.0, 0.37, -2.5, 5000.0, -1.7e9])
@@ -63,8 +61,9 @@ def test_clocks_that_differ_are_brought_together_and_by_how_much_is_said(late_s:
     assert poses.time_s is not None
     T = (WORLD @ ROBOT.forward(np.asarray(poses.q)) @ TOOL)[found.dataset.points.pose, :3, 3]
     assert np.sqrt(np.square(found.dataset.points.xyz - T).sum(axis=1).mean()) < 5e-4
-    (clock,) = (one for one in found.readings if one.column == "time_s" and "by the rotations of both" in one.read_from)
-    assert float(clock.read_from.split("+")[1].split("±")[0]) == pytest.approx(late_s, abs=1e-3)
+    clock = found.read_from["poses.csv"]["time_s"]
+    assert "by the rotations of both" in clock
+    assert float(clock.split("+")[1].split("±")[0]) == pytest.approx(late_s, abs=1e-3)
     if abs(late_s) == 0.37:  # an offset that nobody stated is warned of
         (said,) = Tables().read(paths, options()).dataset.warnings
         assert "--set clocks=differ" in said

@@ -14,7 +14,6 @@ from robolaser.cli import main
 from robolaser.data.dataset import Dataset
 from robolaser.data.importers import ImportOptions
 from robolaser.data.importers.tables import Tables
-from robolaser.data.importers.writing import checked
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import exp_so3, inverse, pose, to_quaternion
 from robolaser.geometry.units import FACTORS
@@ -39,7 +38,7 @@ def said(arm: Robot) -> ImportOptions:
 
 
 def read(path: Path | list[Path], options: ImportOptions) -> Dataset:
-    return checked(Tables().read(path if isinstance(path, list) else [path], options))
+    return Tables().read(path if isinstance(path, list) else [path], options).checked()
 
 
 def assert_same(read: Dataset, dataset: Dataset) -> None:
