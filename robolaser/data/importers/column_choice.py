@@ -106,7 +106,7 @@ class ColumnReader:
                 turned = f"{words} of {', '.join(sources)} [{units.unit(ANGLE, sources[0])}]"
                 found |= dict.fromkeys(QUATERNION, turned)
         if self.name == POINTS and "point" not in self.chosen:
-            found["point"] = "(--point)"
+            found["point"] = f"({self.options.point})"
         return found
 
     def _texts(self, column: str, source: str) -> tuple[str, ...]:

@@ -21,8 +21,7 @@ from robolaser.data.importers.column_choice import (
 from robolaser.data.importers.delimited_text import read_delimited
 from robolaser.data.importers.hand_eye_pairs import MOUNT, mount_of, seen_by_tags
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.logs_by_time import CLOCKS, joined_by_time
-from robolaser.data.importers.time_matching import TOLERANCE
+from robolaser.data.importers.time_matching import CLOCKS, TOLERANCE, joined_by_time
 from robolaser.data.importers.wide_tables import (
     a_row_for_each,
     beside,
@@ -68,44 +67,60 @@ class Tables(Importer):
             )
         timed = _is_timed(paths, options)
         poses_file, points_file, left_out = _read(paths, options, declared, timed=timed)
-        known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}
-        columns, not_read = choose({POSES: poses_file, POINTS: points_file}, known, options)
-        poses, points = columns[POSES], columns[POINTS]
-        measured, lost = without_lost(points_file, [points.chosen[name] for name in XYZ if name in points.chosen])
-        points = replace(points, file=measured)
-        one_file = poses_file is points_file
-        pose_table = poses.table(number_poses=one_file or timed)
-        if one_file:
-            pose_table = _each_once(pose_table, poses.chosen)
-        read, warnings = poses_of(with_quaternions(pose_table, options.euler), Path(), options.robot)
-        if options.ordered:
-            read = _in_order(read)
-        dataset = Dataset(
-            options.name,
-            read,
-            Points(np.empty(0, dtype=np.int64), ()),
-            kind=declared.kind,
-            robot=options.robot,
-            time_is_order=options.ordered,
-            path_known=options.path_known,
-            source=", ".join(path.name for path in paths),
-            warnings=tuple(warnings),
-        )
-        of_poses, of_points = poses.read_from(number_poses=one_file), points.read_from(number_poses=one_file)
-        point_table = points.table(number_poses=one_file)
-        if timed:
-            dataset, clock, odd, without = joined_by_time(dataset, point_table, options.further)
-            dataset = replace(dataset, warnings=(*warnings, *odd))
-            left_out = (*left_out, *without)
-            of_poses = {name: f"{source}, at the times of {points_file.file}" for name, source in of_poses.items()}
-            of_poses["time_s"] = f"{of_points.pop('time_s')}{clock}"
-            of_poses["pose"] = of_points["pose"] = "(number of the pose)"
-        else:
-            dataset = replace(dataset, points=points_of(point_table, dataset))
+        imported = import_tables(poses_file, points_file, options, timed=timed)
         if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
-            dataset = seen_by_tags(dataset)
-        read_from = {"poses.csv": of_poses, "points.csv": of_points}
-        return Imported(dataset, read_from, (*not_read, *left_out, *filter(None, [lost])))
+            imported = replace(imported, dataset=seen_by_tags(imported.dataset))
+        return replace(imported, left_out=(*left_out, *imported.left_out))
+
+
+def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOptions, *, timed: bool) -> Imported:
+    """A table of poses, and one of points, which may be the same, as a data set.
+
+    Args:
+        poses_file: Of the poses; where it is that of the points, too, they may repeat.
+        points_file: Of the points, of the sensor `options.sensor`.
+        options: How columns are read.
+        timed: Whether times say in which pose a point was measured, rather than the pose's name.
+
+    Raises:
+        UsageError: Columns or units are not stated; see `choose` and `joined_by_time`.
+        DataError: With file, row and column of what is wrong.
+    """
+    declared = sensor_format(options.sensor)
+    known = {POSES: pose_quantities(options), POINTS: point_quantities(declared, timed=timed)}
+    columns, not_read = choose({POSES: poses_file, POINTS: points_file}, known, options)
+    poses, points = columns[POSES], columns[POINTS]
+    measured, lost = without_lost(points_file, [points.chosen[name] for name in XYZ if name in points.chosen])
+    points = replace(points, file=measured)
+    one_file = poses_file is points_file
+    pose_table = poses.table(number_poses=one_file or timed)
+    if one_file:
+        pose_table = _each_once(pose_table, poses.chosen)
+    read, warnings = poses_of(with_quaternions(pose_table, options.euler), Path(), options.robot)
+    if options.ordered:
+        read = _in_order(read)
+    dataset = Dataset(
+        options.name,
+        read,
+        Points(np.empty(0, dtype=np.int64), ()),
+        kind=declared.kind,
+        robot=options.robot,
+        time_is_order=options.ordered,
+        path_known=options.path_known,
+        source=", ".join(dict.fromkeys((poses_file.file, points_file.file))),
+        warnings=tuple(warnings),
+    )
+    of_poses, of_points = poses.read_from(number_poses=one_file), points.read_from(number_poses=one_file)
+    point_table = points.table(number_poses=one_file)
+    if timed:
+        dataset, clock, without = joined_by_time(dataset, point_table, options.further, poses_file.file)
+        lost = (*without, *lost)
+        of_poses = {name: f"{source}, at the times of {points_file.file}" for name, source in of_poses.items()}
+        of_poses["time_s"] = f"{of_points.pop('time_s')}{clock}"
+        of_poses["pose"] = of_points["pose"] = "(number of the pose)"
+    else:
+        dataset = replace(dataset, points=points_of(point_table, dataset))
+    return Imported(dataset, {"poses.csv": of_poses, "points.csv": of_points}, (*not_read, *lost))
 
 
 def _is_timed(paths: Sequence[Path], options: ImportOptions) -> bool:
@@ -131,8 +146,7 @@ def _read(
     if timed or (len(tables) == 2 and (named or "pose" in tables[1])):
         return tables[0], tables[1], ()
     table = beside([with_axes(table) for table in tables]) if len(tables) > 1 else tables[0]
-    table, repeated = without_repeated_times(table, options.columns.get("time_s", "time_s"))
-    left_out = tuple(filter(None, [repeated]))
+    table, left_out = without_repeated_times(table, options.columns.get("time_s", "time_s"))
     points = _points_in_a_row(table, options, declared)
     if points:
         table = a_row_for_each(table, points)

@@ -1,18 +1,31 @@
-"""Readings at the times of measurements: matched within a tolerance and interpolated between the two around each."""
+"""Readings at the times of measurements, interpolated between the two around each; and two logs by two instruments."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, final
 
 import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.signal import correlate
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.csv_tables import finite
+from robolaser.data.csv_tables import CsvTable, finite
+from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.point_table import points_of
+from robolaser.data.sensor_format import QUATERNION, XYZ
 from robolaser.errors import DataError, UsageError
-from robolaser.geometry.rigid_motion import exp_so3, log_so3, pose
+from robolaser.geometry.rigid_motion import exp_so3, from_quaternion, log_so3, pose
 
 TOLERANCE: Final = "tolerance_s"  # option that says how far in time a reading may be from a measurement
 LONGEST_S = 10.0
+CLOCKS: Final = "clocks"  # option that says that two files were timed by different clocks
+SURE: Final = 5.0  # standard errors from which on an offset is said
+SPAN_S: Final = 0.3  # over which a turn is measured: long against the noise of one reading, short against a move
+FINEST_S: Final = 0.02  # grid of the search
+MOST_STEPS: Final = 200_000  # of that grid
+ALIKE: Final = 0.8  # agreement of turning speeds, of at most 1, from which both are of one motion: a judgement
+PARTS: Final = 20  # of the streams, whose scatter gives the standard error: neighbouring rows share readings
+FEWEST: Final = 2 * PARTS  # rows
 
 
 @final
@@ -103,3 +116,163 @@ def with_readings(
     without = len(known) - len(kept)
     left_out = f"{file}: {without} of {len(known)} {what}s, without readings of the arm within {tolerance_s:g} s"
     return kept, (f"{left_out} before and after",) if without else ()
+
+
+def joined_by_time(
+    log: Dataset, measured: CsvTable, further: Mapping[str, str], arm: str
+) -> tuple[Dataset, str, tuple[str, ...]]:
+    """What was measured, each with the arm's readings at its time, between the two around it.
+
+    Args:
+        log: The arm's log: a data set of its poses, with times.
+        measured: The columns of points.csv, with `time_s` in the place of `pose`.
+        further: Options: `tolerance_s`, and `clocks` where two clocks timed the logs.
+        arm: The file of the arm's log.
+
+    Returns:
+        The data set; what was added to the times that were measured; and what is left out.
+
+    Raises:
+        DataError: A log has no times, or nothing was measured near any of the arm's readings.
+        UsageError: No tolerance is stated; or clocks differ, and no bodies were measured, whose turns tell by how much.
+    """
+    tolerance = tolerance_of(further, measured.file)
+    if log.poses.time_s is None:
+        raise DataError(f"{arm} has no times: name their column with --column poses.time_s=NAME.", file=arm)
+    once = _increasing(log.poses.time_s)
+    left_out = _repeated(arm, len(log.poses) - len(once))
+    log = replace(log, poses=log.poses.take(once))
+    readings_s = log.poses.time_s
+    assert readings_s is not None
+    at_s = measured.numbers(["time_s"])[:, 0]
+    later_s, words, warnings = _clock(log, measured, at_s, tolerance, further.get(CLOCKS), arm)
+    at_s = at_s + later_s
+    found = match(readings_s, at_s, tolerance)
+    kept, without = with_readings(found.near, found.away_s, tolerance, file=measured.file, what="row")
+    times, number = np.unique(at_s[kept], return_inverse=True)
+    poses = _readings(log.poses, match(readings_s, times, tolerance), times)
+    seen = measured.take(kept).beside({"pose": tuple(poses.names[i] for i in number.tolist())})
+    if "repeat" not in seen:
+        first = {
+            shot: i for i, shot in reversed([*enumerate(zip(seen.cells("pose"), seen.texts("point"), strict=True))])
+        }
+        seen = seen.take(np.array(sorted(first.values())))
+        left_out += _repeated(measured.file, len(kept) - len(first))
+    dataset = replace(log, poses=poses, warnings=(*log.warnings, *warnings))
+    return replace(dataset, points=points_of(seen, dataset)), words, (*left_out, *without)
+
+
+def _repeated(file: str, count: int) -> tuple[str, ...]:
+    return (f"{file}: {count} rows, whose times repeat those of others",) if count else ()
+
+
+def _increasing(time_s: Array) -> Ints:
+    """Numbers of the rows in the order of their times, without those that repeat the time of the one before."""
+    order = np.argsort(time_s, kind="stable")
+    return order[np.diff(time_s[order], prepend=-np.inf) > 0]
+
+
+def _clock(
+    log: Dataset, measured: CsvTable, at_s: Array, tolerance_s: float, stated: str | None, arm: str
+) -> tuple[float, str, tuple[str, ...]]:
+    """What to add to the times (m,) of rows to have them by the arm's clock [s], in words too; and warnings."""
+    if QUATERNION[0] not in measured:
+        if stated is not None:
+            raise UsageError(
+                f"--set {CLOCKS}={stated}: points have no orientation, from which a clock difference is"
+                " estimated. Import bodies (--sensor pose), or correct the times."
+            )
+        return 0.0, "", ()
+    if stated not in (None, "differ"):
+        raise UsageError(f"--set {CLOCKS}={stated}: expected differ, or nothing where both files have one clock.")
+    order = _increasing(at_s)
+    T = pose(from_quaternion(measured.numbers(QUATERNION)[order]), measured.numbers(XYZ)[order])
+    assert log.poses.time_s is not None
+    found = _clock_offset(log.poses.time_s, log.flange(), at_s[order], T)
+    if found is None:
+        if stated is None:
+            return 0.0, "", ()
+        raise DataError(
+            f"The rotations of {measured.file} and {arm} agree at no offset of their clocks: at least {FEWEST} rows of"
+            " both must be of one motion that turns the flange.",
+            file=measured.file,
+        )
+    offset, std = found
+    words = f"{offset:.4f} ± {max(std, 1e-4):.4f} s"
+    if stated is not None:
+        return offset, f" + {words} (by the rotations of both)", ()
+    warning = (
+        f"The clocks of {arm} and {measured.file} seem to differ: their rotations agree if {words} is added to the"
+        f" times of {measured.file}. --set {CLOCKS}=differ does so."
+    )
+    return 0.0, "", (warning,) if abs(offset) >= max(SURE * std, tolerance_s / 10) else ()
+
+
+def _readings(arm: Poses, at: Match, times: Array) -> Poses:
+    def between(values: Array | None) -> Array | None:
+        return None if values is None else at.values(values)
+
+    return Poses(
+        tuple(str(i) for i in range(1, len(times) + 1)),
+        times,
+        q=between(arm.q),
+        qd=between(arm.qd),
+        T_base_flange=None if arm.T_base_flange is None else at.motions(arm.T_base_flange),
+        payload_kg=between(arm.payload_kg),
+        temperature_c=between(arm.temperature_c),
+        following={joint: at.values(values) for joint, values in arm.following.items()},
+        extra={name: tuple(cells[i] for i in at.before.tolist()) for name, cells in arm.extra.items()},
+    )
+
+
+def _clock_offset(to_s: Array, T_to: Array, from_s: Array, T_from: Array) -> tuple[float, float] | None:
+    """What to add to the times of one of two rigidly connected bodies to have them by the clock of the other.
+
+    The angle by which both turn is the same, whatever their frames are. A grid of offsets is searched by the
+    agreement of turning speeds; least squares of the angles then refine the best.
+
+    Args:
+        to_s: Times of the one by the clock that counts, increasing, (n,).
+        T_to: Its poses, (n, 4, 4).
+        from_s: Times of the other by its own clock, increasing, (m,).
+        T_from: Its poses, (m, 4, 4).
+
+    Returns:
+        The offset and its standard error [s]; None where the streams are too short or turn too little, or do not turn
+        alike at any offset.
+    """
+    if min(len(to_s), len(from_s)) < FEWEST:
+        return None
+    longest = max(np.ptp(to_s), np.ptp(from_s))
+    step = max(float(np.median(np.diff(to_s))), float(np.median(np.diff(from_s))), FINEST_S, longest / MOST_STEPS)
+    a, b = (
+        _rotation_angles(s, T, np.arange(s[0], s[-1] - step, step), step) for s, T in ((to_s, T_to), (from_s, T_from))
+    )
+    energy = correlate(a**2, np.ones_like(b)) + correlate(np.ones_like(a), b**2)
+    alike = np.where(energy > 0.5 * energy.max(), 2.0 * correlate(a, b) / np.maximum(energy, 1e-12), 0.0)
+    best = int(alike.argmax())
+    if alike[best] < ALIKE:
+        return None
+    start = to_s[0] - from_s[0] + (best - (len(b) - 1)) * step
+    span = max(SPAN_S, step)
+    at = from_s[from_s < from_s[-1] - span]
+    own = _rotation_angles(from_s, T_from, at, span)
+
+    def apart(offset: float) -> Array:
+        inside = (at + offset >= to_s[0]) & (at + offset + span <= to_s[-1])
+        return np.where(inside, _rotation_angles(to_s, T_to, at + offset, span) - own, 0.0)
+
+    # SciPy's tolerance grows with its variable, and clocks may be an epoch apart: what is searched is small
+    found = start + minimize_scalar(
+        lambda rest: np.square(apart(start + rest)).sum(), bounds=(-step, step), method="bounded",
+        options={"xatol": 1e-6},
+    ).x  # fmt: skip
+    slope = (apart(found + 0.1 * step) - apart(found - 0.1 * step)) / (0.2 * step)
+    scores = [float(part.sum()) for part in np.array_split(slope * apart(found), PARTS)]
+    return float(found), float(np.sqrt(np.square(scores).sum()) / np.square(slope).sum())
+
+
+def _rotation_angles(times_s: Array, T: Array, at_s: Array, span_s: float) -> Array:
+    """By how much a body turns from each time (k,) within a span [s], (k,) [rad]."""
+    R, later = (match(times_s, at, np.inf).motions(T)[:, :3, :3] for at in (at_s, at_s + span_s))
+    return np.asarray(np.linalg.norm(log_so3(np.swapaxes(R, -1, -2) @ later), axis=-1))

@@ -83,27 +83,28 @@ def a_row_for_each(table: CsvTable, points: Mapping[str, tuple[str, str, str]]) 
     return CsvTable(table.file, columns, np.repeat(np.array(table.lines), n).tolist())
 
 
-def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, str]:
-    """The rows whose points were measured, and a sentence on those that were not; empty where all were."""
+def without_lost(table: CsvTable, columns: Sequence[str]) -> tuple[CsvTable, tuple[str, ...]]:
+    """The rows whose points were measured, and what to say of those that were not."""
     lost = np.zeros(len(table), dtype=bool)
     for column in columns:
         lost |= np.fromiter((cell.lower() in LOST for cell in table.cells(column)), bool, len(table))
     if not lost.any() or lost.all():
-        return table, ""
+        return table, ()
     what = f"{table.file}: {lost.sum()} of {len(table)} points, which were not measured (empty cells)"
-    return table.take(np.flatnonzero(~lost)), what
+    return table.take(np.flatnonzero(~lost)), (what,)
 
 
-def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, str]:
-    """The rows of a table with one pose each without those that repeat the time of the row before, and a sentence."""
+def without_repeated_times(table: CsvTable, column: str) -> tuple[CsvTable, tuple[str, ...]]:
+    """Of a table with a pose in each row those that do not repeat the time before, and what to say of the others."""
     if column not in table or "pose" in table:
-        return table, ""
+        return table, ()
     cells = table.cells(column)
     again = np.array([False, *(after == before for before, after in pairwise(cells))])
     alike = [own for name, own in table.columns.items() if name != column]
     if not again.any() or any(own[i] == own[i - 1] for own in alike for i in np.flatnonzero(again)[:1]):
-        return table, ""  # rows of one pose
-    return table.take(np.flatnonzero(~again)), f"{table.file}: {again.sum()} rows, whose times repeat the row before"
+        return table, ()  # rows of one pose
+    said = f"{table.file}: {again.sum()} rows, whose times repeat the row before"
+    return table.take(np.flatnonzero(~again)), (said,)
 
 
 def joint_columns(table: CsvTable, joints: Sequence[str]) -> dict[str, str]:
