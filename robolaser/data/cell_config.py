@@ -16,14 +16,10 @@ from robolaser.robot.urdf.checking import unknown_frame
 
 FILE = "cell.toml"
 FORMAT = "robolaser-cell/1"
-USUAL_BAUD = 9600
-USUAL_SETTLE_S = 0.3
 Address = Annotated[int, Meta(ge=0, le=253)]  # of a servo; 254 is everybody's
-USUAL_MARGIN_M = 0.01  # more than the arm moves between two postures that are checked, and than a ruler errs
 Axes = Literal["er7", "er5plus"]
 UNATTENDED_S, MOST_UNATTENDED_S = 0.9, 1.0
 MOST_SETPOINT_HZ = 200.0  # as a line carries
-USUAL_SPEED_RAD_S = 0.3  # a quarter turn in five seconds: slow enough to reach the button
 
 
 @final
@@ -33,7 +29,7 @@ class ArmLine:
 
     kind: Text  # name of its language, see `robolaser.cell.arms.ARMS`
     port: Text  # a device or any URL that pyserial opens
-    baud: Annotated[int, Meta(ge=1)] = USUAL_BAUD  # bits a second
+    baud: Annotated[int, Meta(ge=1)] = 9600  # bits a second
     flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
     # addresses of the servos, base first, where the language has addresses; empty: 1, 2, ...
     ids: tuple[Address, ...] = ()
@@ -60,7 +56,7 @@ class CameraLine:
     # what is kept of a colour camera: grey, or the one of its colours that shows both board and laser
     channel: Literal["grey", "red", "green", "blue"] = "grey"
     bits: Literal[8, 10, 12, 14, 16] = 16  # how many it uses of images of sixteen bits
-    settle_s: Positive = USUAL_SETTLE_S  # wait between the arm's rest, or the laser's switching, and the shot [s]
+    settle_s: Positive = 0.3  # wait between the arm's rest, or the laser's switching, and the shot [s]
     kind: str = ""  # name under which an installed package announces it; empty: the source decides
 
 
@@ -77,9 +73,10 @@ class Limits:
     floor_m: float | None = None
     # farthest that the flange may be from the foot of the first joint [m]; None: as far as the arm goes
     reach_m: float | None = None
-    speed_rad_s: Positive = USUAL_SPEED_RAD_S  # fastest that any joint turns [rad/s or m/s]
-    # least distance between links, scanner and boxes that could hit each other [m]
-    margin_m: NotNegative = USUAL_MARGIN_M
+    speed_rad_s: Positive = 0.3  # fastest that any joint turns [rad/s or m/s]: slow enough to reach the button
+    # least distance between links, scanner and boxes that could hit each other [m]; by default more than the arm moves
+    # between two postures that are checked, and than a ruler errs
+    margin_m: NotNegative = 0.01
     # of links that the URDF draws no boxes, spheres or cylinders of [m]; None: by the arm's length
     link_radius_m: Positive | None = None
 

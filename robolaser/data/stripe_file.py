@@ -8,7 +8,6 @@ import io
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
-from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -34,22 +33,15 @@ def open_stripes(path: Path) -> Stripes:
         DataError: It is missing, cut off, no file of NumPy's, or holds another kind of array.
     """
     try:
-        with opened(path, CLOUD_BYTES) as file:
-            with warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
-                shape, dtype = _header(file)
-            start = file.tell()
+        with opened(path, CLOUD_BYTES), warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
+            found = np.load(path, mmap_mode="r", allow_pickle=False)
     except DAMAGE as error:
         raise unreadable(path, f"it is no whole file of NumPy's ({error})") from None
-    if dtype != STRIPE or len(shape) != 1 or shape[0] < 0:
+    if not isinstance(found, np.ndarray) or found.dtype != STRIPE or found.ndim != 1:
         raise DataError(
-            f"{path} holds {dtype} {shape}, expected {STRIPE} (n,). Write it again with `robolaser extract --force`.",
-            file=path,
+            f"{path} holds no line centres, {STRIPE} (n,). Write it again with `robolaser extract --force`.", file=path
         )
-    if path.stat().st_size < start + shape[0] * STRIPE.itemsize:
-        raise unreadable(path, f"it is truncated: its header promises {shape[0]} line centres")
-    if shape[0] == 0:
-        return np.empty(0, STRIPE)
-    return np.memmap(path, STRIPE, mode="r", offset=start, shape=shape)
+    return found
 
 
 def write_stripes(path: Path, blocks: Iterable[Stripes]) -> int:
@@ -74,10 +66,3 @@ def _announced(count: int) -> bytes:
     head = io.BytesIO()
     npy.write_array_header_1_0(head, {"descr": npy.dtype_to_descr(STRIPE), "fortran_order": False, "shape": (count,)})
     return head.getvalue()
-
-
-def _header(file: IO[Any]) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    if npy.read_magic(file) != (1, 0):
-        raise ValueError("a later version of NumPy's format")
-    shape, _, dtype = npy.read_array_header_1_0(file)
-    return shape, dtype

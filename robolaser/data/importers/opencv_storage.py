@@ -44,7 +44,7 @@ class OpenCVStorage(Importer):
         """Read one file, or several whose lists belong together."""
         nodes: dict[str, list[Array]] = {}
         for path in paths:
-            for key, values in _storage(path).items():
+            for key, values in read_storage(path).items():
                 if nodes.setdefault(key, values) is not values:
                     raise DataError(f"{path.name}: {key} is in another of the files too.", file=path, column=key)
         file = ", ".join(path.name for path in paths)
@@ -61,7 +61,7 @@ class OpenCVStorage(Importer):
         return pairs_dataset(pairs, mount, options, left_out)
 
 
-def _storage(path: Path) -> dict[str, list[Array]]:
+def read_storage(path: Path) -> dict[str, list[Array]]:
     """The matrices of each key, in order; `NAME_0`, `NAME_1` and so on are the list NAME.
 
     Raises:

@@ -93,10 +93,10 @@ def test_joints_and_limits_are_those_of_the_table(tmp_path: Path) -> None:
     [
         ([], "no joint that moves"),
         ([{**PLAIN, "kind": "fixed"}], "no joint that moves"),
-        ([PLAIN, PLAIN], "two joints are named 'a'"),
+        ([PLAIN, PLAIN], "two joints named 'a'"),
         ([{**PLAIN, "kind": "prismatic"}], "'a' slides without limits"),
-        ([{**PLAIN, "lower": 1.0, "upper": -1.0}], "lower limit 1 above its upper -1"),
-        ([PLAIN, {**PLAIN, "name": "t", "kind": "fixed", "mass_kg": 1.0}], "'t' is fixed and has a mass"),
+        ([{**PLAIN, "lower": 1.0, "upper": -1.0}], "lower limit 1 above its upper limit -1"),
+        ([PLAIN, {**PLAIN, "name": "t", "kind": "fixed", "mass_kg": 1.0}], "row 2 is fixed and has a mass"),
     ],
 )
 def test_a_table_that_is_no_arm_is_refused_with_the_reason(rows: list[Row], said: str, tmp_path: Path) -> None:

@@ -178,7 +178,6 @@ def test_a_table_of_dh_numbers_is_the_same_arm_as_csv_and_toml(tmp_path: Path) -
         (CSV.replace("250", "nan"), DEG, "row 2, column a_mm: 'nan', expected a number"),
         (CSV.replace(",theta", "").replace(",0,-170", ",-170"), DEG, "row [23]: [67] cells"),
         ("", DescriptionOptions("standard"), "arm.csv is empty"),
-        (CSV.replace("name", "convention"), DescriptionOptions(), "several conventions: one, two"),
     ],
 )
 def test_what_a_table_leaves_open_is_asked_for_and_what_is_wrong_is_named(

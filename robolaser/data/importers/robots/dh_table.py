@@ -1,6 +1,5 @@
 """A file with Denavit-Hartenberg numbers, CSV or TOML, written as a URDF; its units and convention are stated."""
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -20,7 +19,6 @@ LIMITS = ("lower", "upper")
 CENTRE = ("com_x", "com_y", "com_z")
 MEASURED = (*QUANTITIES, *LIMITS, *CENTRE)
 OTHERS = ("name", "kind", "mass_kg")
-MOST_ROWS = 100
 LARGEST = 1e4  # m or rad: beyond it a number is a slip
 SETTINGS = ("convention", "units")
 
@@ -30,7 +28,7 @@ def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str
 
     A row, from the base to the flange, is "standard" (Denavit, Hartenberg 1955) or "modified" (Craig), see `rows_urdf`.
     A CSV file has a row for each joint with the columns `a`, `alpha`, `d` and `theta`, and perhaps `name`, `kind`,
-    `lower`, `upper`, `mass_kg`, `com_x`, `com_y`, `com_z`, `convention`; a TOML file has `[[joint]]` tables with these
+    `lower`, `upper`, `mass_kg`, `com_x`, `com_y`, `com_z`; a TOML file has `[[joint]]` tables with these
     keys, `convention` and `units`. A unit may end a name: `d_mm`, `alpha_deg`.
 
     Args:
@@ -39,8 +37,8 @@ def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str
         units: Of lengths and angles, likewise.
 
     Raises:
-        RobotError: With row and column of what is wrong or missing; there is no moving joint, two share a name, a
-            prismatic one has no limits, lower is above upper, or a fixed row has a mass.
+        RobotError: With row and column of what is wrong or missing; there is no moving joint, a prismatic one has no
+            limits, or a fixed row has a mass.
         UsageError: The convention or a unit is stated nowhere.
         DataError: The file cannot be read, or is no table.
     """
@@ -60,26 +58,16 @@ def read_dh_table(path: Path, convention: str | None = None, units: Sequence[str
     of_file = settings.get("units", units)
     names = of_file.split(",") if isinstance(of_file, str) else of_file if isinstance(of_file, Sequence) else [of_file]
     stated_units = Units.of([str(name).strip() for name in names], path.name).stated
-    if len(rows) > MOST_ROWS:
-        raise RobotError(f"{path.name} has {len(rows)} rows: too many for a robot. Is it the right file?")
-    table = [_row(cells, number, stated_units, path) for number, cells in enumerate(rows, 1)]
-    joints = [row["joint"] for row in table if "joint" in row]
-    if not joints:
-        raise RobotError(f"{path.stem}: the table has no joint that moves.")
-    for joint in joints:
-        if joints.count(joint) > 1:
-            raise RobotError(f"{path.stem}: two joints are named '{joint}'. Rename one.")
+    table = [_row(cells, number, stated_units, path.name) for number, cells in enumerate(rows, 1)]
+    if not any("joint" in row for row in table):
+        raise RobotError(f"{path.name}: the table has no joint that moves.")
     return rows_urdf(table, known, path.stem, "base", FLANGE, first=1)
 
 
 def _from_csv(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
     table = read_table(path)
     cells = zip(*map(table.cells, table.columns), strict=True)
-    rows: list[dict[str, object]] = [dict(zip(table.columns, row, strict=True)) for row in cells]
-    stated = {str(row.pop("convention")) for row in rows if "convention" in row}
-    if len(stated) > 1:
-        raise RobotError(f"{path.name}: the rows state several conventions: {', '.join(sorted(stated))}.")
-    return rows, {"convention": stated.pop()} if stated else {}
+    return [dict(zip(table.columns, row, strict=True)) for row in cells], {}
 
 
 def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
@@ -93,9 +81,9 @@ def _from_toml(path: Path) -> tuple[list[dict[str, object]], dict[str, object]]:
     return rows, contents
 
 
-def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], path: Path) -> dict[str, Any]:
+def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], file: str) -> dict[str, Any]:
     """A row as `rows_urdf` has it: a fixed one, as of a tool or a base, has no joint."""
-    where, table = f"{path.name}, row {number}", path.stem
+    where = f"{file}, row {number}"
     kind = str(cells.get("kind") or "revolute")
     if kind not in JOINT_KINDS:
         raise RobotError(f"{where}: kind is {kind!r}.{near(kind, JOINT_KINDS)}")
@@ -125,20 +113,16 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], pat
     row: dict[str, Any] = {f"{name}_{'m' if of == LENGTH else 'rad'}": found[name] for name, of in QUANTITIES.items()}
     joint, stated = str(cells.get("name") or f"joint_{number}"), cells.get("mass_kg")
     mass = 0.0 if stated in (None, "") else _number(stated, f"{where}, column mass_kg")
-    lower, upper = found.get("lower", -math.inf), found.get("upper", math.inf)
-    if lower > upper:
-        raise RobotError(f"{table}: joint '{joint}' has its lower limit {lower:g} above its upper {upper:g}.")
     if kind == "fixed":
         if mass > 0:
-            raise RobotError(f"{table}: row '{joint}' is fixed and has a mass. Add it to the link of the joint before.")
+            raise RobotError(f"{where} is fixed and has a mass. Add it to the link of the joint before.")
         return row
     slides = kind == "prismatic"
-    if slides and not (math.isfinite(lower) and math.isfinite(upper)):
-        raise RobotError(f"{table}: joint '{joint}' slides without limits. State its lower and upper limit.")
-    unit, com = "m" if slides else "rad", [found.get(axis, 0.0) for axis in CENTRE]
-    return row | {
-        "joint": joint, "slides": slides, "mass_kg": mass, "com_m": com, f"lower_{unit}": lower, f"upper_{unit}": upper
-    }  # fmt: skip
+    if slides and not set(LIMITS) <= found.keys():
+        raise RobotError(f"{where}: joint '{joint}' slides without limits. State its lower and upper limit.")
+    limits = {f"{end}_{'m' if slides else 'rad'}": found[end] for end in LIMITS if end in found}
+    com = [found.get(axis, 0.0) for axis in CENTRE]
+    return row | limits | {"joint": joint, "slides": slides, "mass_kg": mass, "com_m": com}
 
 
 def _split(column: str) -> tuple[str, str]:
