@@ -41,20 +41,20 @@ def export(
     """
     from robolaser.bounded_reading import ROBOT_BYTES, read_text
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.export.held_commands import less_hold
     from robolaser.export.into import motion_into, placements_into, zeros_into
+    from robolaser.export.servo_table import less_hold
     from robolaser.motion.reading import load_motion
     from robolaser.results.contents import read_result
 
     log = None if replay is None else load_motion(replay)
-    _, contents = read_result(result)
+    contents, folder = read_result(result)
     text = read_text(into, ROBOT_BYTES)
     if into.suffix == ".json":
         written = zeros_into(text, contents["effects"], into.name)
     elif contents.get("kind") == "motion":
         written = motion_into(text, less_hold(contents["effects"], contents.get("step_s", 0.0)), into.name)
     else:
-        corrected = (result if result.is_dir() else result.parent) / "robot_corrected.urdf"
+        corrected = folder / "robot_corrected.urdf"
         if not corrected.is_file():
             raise DataError(
                 f"{result} has no robot_corrected.urdf: it has neither joint_offset nor link_geometry, or its errors"

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from robolaser.data.csv_tables import table_text
-from robolaser.export.held_commands import less_hold
 
 FILE: Final = "servos.csv"
 HEADER: Final = ("joint", "effect", "number", "value", "unit", "probability", "isaac_lab", "ros")
@@ -36,6 +35,9 @@ WORDS: Final[Mapping[tuple[str, str], tuple[str, str]]] = {
 """By effect and number: what Isaac Lab's actuators and ROS call the number, 0, or one over it, 1; empty where they have
 no such thing."""
 
+LATE: Final = (("dead_time", "delay"), ("lag", "time"))
+"""Effects, and their numbers, that make a joint late; at low frequencies their sum is what counts."""
+
 
 def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> str:
     """A row for each number, CSV; all numbers are there, also those for which neither simulator has a word.
@@ -57,3 +59,26 @@ def servo_table(effects: Sequence[Mapping[str, Any]], step_s: float = 0.0) -> st
 def _with_number(words: str, value: float) -> str:
     """Words with a number in them; none of the stiffness of what does not give way."""
     return "" if "{1" in words and not value > 0.0 else words.format(value, 1.0 / (value or 1.0))
+
+
+def less_hold(effects: Sequence[Mapping[str, Any]], step_s: float) -> list[dict[str, Any]]:
+    """Effects whose dead times, then lags, are shorter by what a held command is late itself: for simulators.
+
+    A model of a log has each command at work from the row before on, so that an arm without delay is where it is told
+    to be. Simulators hold each command until the next one, which is a row late by itself: to have the delay of the log,
+    they need a row less.
+
+    Args:
+        effects: As `effects` of diagnosis.json or calibration.json.
+        step_s: The time from row to row.
+    """
+    left = {one["where"]: step_s for one in effects}
+    found = [dict(one) for one in effects]
+    for effect, number in LATE:
+        for one in found:
+            if one["effect"] == effect and number in one["parameters"]:
+                known = one["parameters"][number]
+                taken = min(left[one["where"]], known["value"])
+                left[one["where"]] -= taken
+                one["parameters"] = {**one["parameters"], number: {**known, "value": known["value"] - taken}}
+    return found

@@ -13,7 +13,7 @@ from robolaser.report.calibration import page as of_calibration
 from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult
-from robolaser.results.contents import json_text, numbers_of, read_back, robot_in
+from robolaser.results.contents import json_text, numbers_of, read_result, robot_in
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
 
@@ -115,5 +115,5 @@ def load_calibration(path: str | Path) -> CalibrationResult:
         >>> robolaser.load_calibration("result").value("f")
         0.008
     """
-    contents, folder = read_back(Path(path), "calibration.json", FORMAT)
+    contents, folder = read_result(Path(path), FORMAT)
     return CalibrationResult(contents, folder=folder)

@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_json, read_text
 from robolaser.calibration.result import FORMAT as CALIBRATION
-from robolaser.data.dataset_file import check_format
 from robolaser.diagnosis.result_json import FORMAT as DIAGNOSIS
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
@@ -20,30 +19,27 @@ def json_text(contents: Mapping[str, Any]) -> str:
     return json.dumps(contents, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def read_back(path: Path, name: str, expected: str) -> tuple[dict[str, Any], Path]:
-    """The contents of a JSON file of a format, given itself or its folder; and that folder."""
-    file = path / name if path.is_dir() else path
-    contents = read_json(file)
-    contents = contents if isinstance(contents, dict) else {}
-    check_format(contents, expected, file.name)
-    return contents, file.parent
+def read_result(path: Path, *formats: str) -> tuple[dict[str, Any], Path]:
+    """The contents of a result's JSON file, given itself or its folder, and that folder.
 
-
-def read_result(path: Path) -> tuple[str, Mapping[str, Any]]:
-    """Format and contents of a result in a folder, or of its JSON file.
+    Args:
+        path: The file or folder.
+        formats: One of which it must have; default: that of a calibration or a diagnosis.
 
     Raises:
-        DataError: It cannot be read, or is no calibration and no diagnosis.
+        DataError: It cannot be read, or is of another format.
     """
-    there = [path / name for name in FILES.values() if (path / name).is_file()] if path.is_dir() else [path]
+    known = formats or tuple(FILES)
+    names = [FILES[one] for one in known]
+    there = [path / name for name in names if (path / name).is_file()] if path.is_dir() else [path]
     if not there:
-        raise DataError(f"{path} holds no result: neither {' nor '.join(FILES.values())} is there.")
+        raise DataError(f"{path} holds no {' and no '.join(names)}.", file=path)
     file = there[-1]  # of a diagnosis, which has both
     contents = read_json(file)
     found = contents.get("format") if isinstance(contents, dict) else None
-    if found not in FILES or not isinstance(contents, dict):
-        raise DataError(f"{file}: expected the format {' or '.join(FILES)}, not {found!r}.", file=file.name)
-    return found, contents
+    if found not in known:
+        raise DataError(f"{file}: expected the format {' or '.join(known)}, not {found!r}.", file=file.name)
+    return contents, file.parent
 
 
 def robot_in(folder: Path | None) -> Robot | None:

@@ -19,7 +19,7 @@ from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult, Record
 from robolaser.results.calibration import CALIBRATION_FILES
-from robolaser.results.contents import json_text, read_back, robot_in
+from robolaser.results.contents import json_text, read_result, robot_in
 from robolaser.results.delivered import Delivered, delivered
 from robolaser.robot.kinematics import Robot
 
@@ -148,5 +148,5 @@ def load_diagnosis(path: str | Path) -> DiagnosisResult:
         >>> robolaser.load_diagnosis("why").effects
         []
     """
-    contents, folder = read_back(Path(path), "diagnosis.json", FORMAT)
+    contents, folder = read_result(Path(path), FORMAT)
     return DiagnosisResult(contents, folder=folder)

@@ -60,7 +60,7 @@ def difference(first: str | Path, second: str | Path) -> Difference:
         DataError: One cannot be read, or is no calibration and no diagnosis.
         UsageError: One is a calibration, the other a diagnosis.
     """
-    before, after = ({**_of_run(Path(each)), **read_result(Path(each))[1]} for each in (first, second))
+    before, after = ({**_of_run(Path(each)), **read_result(Path(each))[0]} for each in (first, second))
     arms = [robot_in(each if each.is_dir() else each.parent) for each in (Path(first), Path(second))]
     return between(before, after, arms, (str(first), str(second)))
 

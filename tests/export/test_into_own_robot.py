@@ -11,8 +11,8 @@ import pytest
 import robolaser
 from robolaser.cli import main
 from robolaser.errors import RobotError
-from robolaser.export.held_commands import less_hold
 from robolaser.export.into import motion_into, placements_into
+from robolaser.export.servo_table import less_hold
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.simulation import simulate

@@ -1,6 +1,6 @@
 """The tree of frames that ROS calls tf, over time."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Self, final
 
@@ -14,26 +14,13 @@ from robolaser.geometry.rigid_motion import inverse
 
 @final
 @dataclass(frozen=True)
-class Edge:
-    """A frame on its parent."""
-
-    parent: str  # the parent's name
-    time_s: Array  # times of the motions, sorted, (n,) [s]; empty where it never changes
-    T: Array  # T_parent_frame, (n, 4, 4); one motion where it never changes
-
-    @property
-    def moves(self) -> bool:
-        """Whether it was published over time."""
-        return len(self.time_s) > 0
-
-
-@final
-@dataclass(frozen=True)
 class Transforms:
     """All frames of a recording."""
 
     file: str  # where they are from
-    edges: Mapping[str, Edge]  # by the name of the frame that is placed
+    parents: Mapping[str, str]  # of each frame
+    # T_parent_frame of each frame, (n, 4, 4), and its times, sorted, (n,) [s]; one motion without a time: it is static
+    motions: Mapping[str, tuple[Array, Array]]
 
     @classmethod
     def of(cls, file: str, stamped: Iterable[tuple[str, str, float | None, Array]]) -> Self:
@@ -47,12 +34,16 @@ class Transforms:
             DataError: A frame has two parents.
         """
         parents: dict[str, str] = {}
-        rows: dict[str, list[tuple[float | None, Array]]] = {}
+        rows: dict[str, dict[float | None, Array]] = {}
         for parent, frame, time, T in stamped:
             if parents.setdefault(frame, parent) != parent:
                 raise DataError(f"{file}: the frame {frame} is placed on {parents[frame]} and on {parent}.", file=file)
-            rows.setdefault(frame, []).append((time, T))
-        return cls(file, {frame: _edge(parents[frame], entries) for frame, entries in rows.items()})
+            rows.setdefault(frame, {})[time] = T
+        motions = {}
+        for frame, found in rows.items():
+            times = sorted(time for time in found if time is not None)
+            motions[frame] = np.array([found[time] for time in times] or [found[None]]), np.array(times)
+        return cls(file, parents, motions)
 
     def lookup(self, target: str, source: str, at_s: Array, tolerance_s: float) -> tuple[Array, Bools, Array]:
         """T_target_source at times (m,): (m, 4, 4), whether all that moves was known then, (m,), and how far off, (m,).
@@ -65,14 +56,13 @@ class Transforms:
         for chain in self._chains(target, source):
             T = np.broadcast_to(np.eye(4), (len(at_s), 4, 4))
             for frame in chain:
-                edge = self.edges[frame]
-                if edge.moves:
-                    found = match(edge.time_s, at_s, tolerance_s)
+                moved, time_s = self.motions[frame]
+                if len(time_s):
+                    found = match(time_s, at_s, tolerance_s)
                     known &= found.near
                     away = np.maximum(away, found.away_s)
-                    T = found.motions(edge.T) @ T
-                else:
-                    T = edge.T[0] @ T
+                    moved = found.motions(moved)
+                T = moved @ T
             motions.append(T)
         return inverse(motions[0]) @ motions[1], known, away
 
@@ -84,8 +74,9 @@ class Transforms:
         """
         up, down = self._chains(target, source)
         for frame in (*down, *reversed(up)):
-            if self.edges[frame].moves:
-                return self.edges[frame].time_s
+            _, time_s = self.motions[frame]
+            if len(time_s):
+                return time_s
         raise DataError(f"{self.file}: nothing moves between the frames {target} and {source}.", file=self.file)
 
     def _chains(self, target: str, source: str) -> tuple[list[str], list[str]]:
@@ -98,20 +89,12 @@ class Transforms:
 
     def _above(self, frame: str) -> list[str]:
         """The frame and all above it, up to the root."""
-        known = {*self.edges, *(edge.parent for edge in self.edges.values())}
+        known = {*self.parents, *self.parents.values()}
         if frame not in known:
             raise DataError(f"{self.file} has no frame {frame} in tf.{near(frame, sorted(known), 12)}", file=self.file)
         found = [frame]
-        while found[-1] in self.edges:
-            found.append(self.edges[found[-1]].parent)
-            if len(found) > len(self.edges) + 1:
+        while found[-1] in self.parents:
+            found.append(self.parents[found[-1]])
+            if len(found) > len(self.parents) + 1:
                 raise DataError(f"{self.file}: the frames above {frame} form a loop.", file=self.file)
         return found
-
-
-def _edge(parent: str, entries: Sequence[tuple[float | None, Array]]) -> Edge:
-    timed = {time: T for time, T in entries if time is not None}
-    if not timed:
-        return Edge(parent, np.empty(0), entries[-1][1][None])
-    order = sorted(timed)
-    return Edge(parent, np.array(order), np.array([timed[time] for time in order]))
