@@ -58,20 +58,11 @@ def find_robot(
         >>> robolaser.find_robot("ur5e").joints[0]
         'shoulder_pan_joint'
     """
-    read = partial(load_description, options=options)
+    read = partial(_urdf_of, stated=options or DescriptionOptions())
     return by_name.find_robot(name_or_path, flange=flange, joints=joints, gravity=gravity, read=read)
 
 
-def load_description(path: Path, options: DescriptionOptions | None = None) -> str:
-    """A robot's file as a URDF: a URDF itself, a xacro file, an MJCF file, or a table of Denavit-Hartenberg numbers.
-
-    Raises:
-        RobotError: The file is not what it seems to be.
-        UsageError: It leaves open what no option says.
-        DataError: It cannot be read.
-        DependencyMissing: A package that reads it is not installed.
-    """
-    stated = options or DescriptionOptions()
+def _urdf_of(path: Path, stated: DescriptionOptions) -> str:
     if path.suffix in (".csv", ".toml"):
         return read_dh_table(path, stated.dh, stated.units)
     text = read_text(path, ROBOT_BYTES)
