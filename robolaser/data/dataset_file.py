@@ -208,11 +208,7 @@ def check_format(contents: Mapping[str, Any], expected: str, file: str) -> None:
     if "format" not in contents:
         raise lacking(file, "format", f': expected "{expected}"')
     if contents["format"] != expected:
-        raise DataError(
-            f"{file} has format {contents['format']!r}, but this program reads '{expected}'.",
-            file=file,
-            column="format",
-        )
+        raise refused(file, "format", f"{contents['format']!r}, but this program reads '{expected}'.")
 
 
 def inside(folder: Path, path: str, where: str) -> Path:
@@ -254,10 +250,10 @@ def _check(read: DatasetFile, declared: SensorFormat) -> None:
     if read.robot is not None and len(set(read.robot.joints)) < len(read.robot.joints):
         raise wrong(FILE, ("robot", "joints"), list(read.robot.joints), "a list of different names")
     if read.robot is None and declared.needs_robot:
-        raise DataError(f"{FILE} lacks [robot]: a {declared.title} needs joint angles.", file=FILE, column="robot")
+        raise lacking(FILE, "[robot]", f": a {declared.title} needs joint angles")
     for table in declared.required:
         if getattr(read, table) is None:
-            raise DataError(f"{FILE} lacks [{table}], which a {declared.title} needs.", file=FILE, column=table)
+            raise lacking(FILE, f"[{table}]", f", which a {declared.title} needs")
     if read.board is not None:
         _check_board(read.board)
     if read.target.distances_m and not declared.named_points:

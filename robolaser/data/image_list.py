@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from robolaser.data.csv_tables import bad_row
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.dataset_file import inside
-from robolaser.errors import DataError
 
 LIT = "image"  # column of poses.csv with the first image taken with the laser on
 UNLIT = "image_off"  # column with the image taken with the laser off
@@ -58,21 +58,12 @@ def images_of_poses(recording: Dataset) -> list[PoseImages]:
         if LIT in lit:
             files = tuple(file(column, path) for column, path in lit.items())
             if shown.setdefault(files[0], pose) != pose:
-                raise DataError(
-                    f"poses.csv, pose {pose}: {files[0].name} is the image of pose {shown[files[0]]} already. Name the"
-                    " image that was taken at this pose, or delete one of the two.",
-                    file="poses.csv",
-                    row=row + 2,
-                    column=LIT,
+                said = (
+                    f"pose {pose}: {files[0].name} is the image of pose {shown[files[0]]} already. Name the image that"
                 )
+                raise bad_row("poses.csv", row + 2, f"{said} was taken at this pose, or delete one of the two.", LIT)
             shots.append(PoseImages(row, pose, files, file(UNLIT, unlit[row]) if unlit[row] else None))
         elif lit or unlit[row]:
-            column = next(iter(lit), UNLIT)
-            raise DataError(
-                f"poses.csv, pose {pose}: column {column} names an image, but column image is empty. Name the image"
-                " with the laser on in column image, or leave all image columns of that pose empty.",
-                file="poses.csv",
-                row=row + 2,
-                column=LIT,
-            )
+            said = f"pose {pose}: column {next(iter(lit), UNLIT)} names an image, but this one is empty."
+            raise bad_row("poses.csv", row + 2, f"{said} Name the image with the laser on, or leave all empty.", LIT)
     return shots

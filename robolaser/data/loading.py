@@ -13,8 +13,7 @@ from robolaser.data.point_table import read_points
 from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
 from robolaser.data.several_sensors import with_points_of
-from robolaser.data.toml_schema import wrong
-from robolaser.errors import DataError
+from robolaser.data.toml_schema import lacking, refused, wrong
 
 
 def load(folder: str | Path) -> Dataset:
@@ -61,24 +60,16 @@ def _check_distances(dataset: Dataset, known: list[str]) -> None:
 def _check_radii(dataset: Dataset, balls: list[str], file: str) -> None:
     missing = [ball for ball in balls if ball not in dataset.radius_m]
     if dataset.format.balls and missing:
-        raise DataError(
-            f"{FILE}, [target] radius_m lacks {', '.join(missing)}: {file} has points on"
-            f" {'balls of these names' if len(missing) > 1 else 'a ball of this name'}. State the radius"
-            f" of each ball in metres, as in radius_m = {{ {missing[0]} = 0.0127 }}.",
-            file=FILE,
-            column="[target] radius_m",
-        )
+        on = f"{file} has points on {'balls of these names' if len(missing) > 1 else 'a ball of this name'}"
+        how = f"State the radius of each ball in metres, as in radius_m = {{ {missing[0]} = 0.0127 }}"
+        raise lacking(FILE, f"[target] radius_m of {', '.join(missing)}", f": {on}. {how}")
 
 
 def _sessions(described: Dataset, poses: Poses) -> Sessions | None:
     if poses.session is None:
         if described.sessions is not None:
-            raise DataError(
-                f"{FILE} has [sessions], but {pose_table.FILE} has no column session. Add the column, with the name of"
-                " each pose's campaign, or delete [sessions].",
-                file=FILE,
-                column="[sessions]",
-            )
+            how = "Add the column, with the name of each pose's campaign, or delete [sessions]"
+            raise lacking(pose_table.FILE, "column session", f", but {FILE} has [sessions]. {how}")
         return None
     names = tuple(dict.fromkeys(poses.session))
     return Sessions(names) if described.sessions is None else replace(described.sessions, names=names)
@@ -91,13 +82,9 @@ def _check_sessions(dataset: Dataset) -> None:
     counts = np.bincount(seen, minlength=len(dataset.sessions.names))
     for name, count in zip(dataset.sessions.names, counts.tolist(), strict=True):
         if count < FEWEST_POSES:
-            raise DataError(
-                f"{pose_table.FILE}, column session: '{name}' has {count} pose{'s' * (count != 1)} with points, but"
-                f" a session needs at least {FEWEST_POSES}. Is the name misspelt? Otherwise"
-                " measure more poses, or delete these.",
-                file=pose_table.FILE,
-                column="session",
-            )
+            few = f"'{name}' has {count} pose{'s' * (count != 1)} with points, but a session needs at least"
+            how = f"{FEWEST_POSES}. Is the name misspelt? Otherwise measure more poses, or delete these."
+            raise refused(pose_table.FILE, "column session", f"{few} {how}")
 
 
 def _silent(dataset: Dataset) -> list[str]:

@@ -11,7 +11,7 @@ from robolaser.data.csv_tables import CsvTable, bad_cell, bad_row, read_table
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.pose_table import check_quaternions, not_too_far
 from robolaser.data.toml_schema import wrong
-from robolaser.errors import DataError, meant
+from robolaser.errors import meant
 
 LARGEST_REPEAT = 1e9
 
@@ -59,13 +59,8 @@ def _numbers_of(table: CsvTable, in_pose: Sequence[str], poses: Sequence[str]) -
     strangers = set(in_pose) - set(number)
     if strangers:
         row = min(map(in_pose.index, strangers))
-        raise DataError(
-            f"{table.file}, row {table.lines[row]}: no pose {in_pose[row]!r} in poses.csv, which has {len(poses)}."
-            f"{meant(in_pose[row], poses)} Add the pose or delete the row.",
-            file=table.file,
-            row=table.lines[row],
-            column="pose",
-        )
+        there = f"no pose {in_pose[row]!r} in poses.csv, which has {len(poses)}.{meant(in_pose[row], poses)}"
+        raise bad_row(table.file, table.lines[row], f"{there} Add the pose or delete the row.", "pose")
     return np.fromiter(map(number.__getitem__, in_pose), np.int64, len(in_pose))
 
 

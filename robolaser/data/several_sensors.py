@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset, Points, SensorData
-from robolaser.data.toml_schema import typed, wrong
+from robolaser.data.toml_schema import refused, typed, wrong
 from robolaser.errors import DataError
 
 FILE = "dataset.toml"
@@ -46,9 +46,7 @@ def described_members(
     """
     entries = contents["sensors"]
     if "sensor" in contents:
-        raise DataError(
-            f"{FILE} has both [sensor] and [[sensors]]: keep the one or the other.", file=FILE, column="sensors"
-        )
+        raise refused(FILE, "[[sensors]]", "there is [sensor], too. Keep the one or the other.")
     if not isinstance(entries, list) or len(entries) < 2 or not all(isinstance(entry, dict) for entry in entries):
         raise wrong(FILE, ("sensors",), entries, "two or more tables [[sensors]]; one sensor is [sensor]")
     members = [_member(number, entry, contents, described) for number, entry in enumerate(entries)]

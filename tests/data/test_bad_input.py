@@ -162,7 +162,7 @@ MISTAKES = {
     "degrees": (cell("poses.csv", 2, "q_joint_3", "41.2"), ["row 2: q_joint_3 is 41.2 rad", "Are these degrees?"]),
     "millimetres": (cell("points.csv", 2, "x_m", "462.1"), ["row 2, column x_m", "millimetres"]),
     "pixel outside": (cell("points.csv", 2, "v_px", "481"), ["points.csv, row 2: pixel", "640 x 480"]),
-    "unknown pose": (cell("points.csv", 2, "pose", "77"), ["points.csv, row 2: no pose '77'"]),
+    "unknown pose": (cell("points.csv", 2, "pose", "77"), ["points.csv, row 2, column pose: no pose '77'"]),
     "pose twice": (edited("poses.csv", lambda rows: [*rows, rows[1]]), ["poses.csv, row 7", "already in row 2"]),
     "point twice": (
         edited("points.csv", lambda rows: [*rows, rows[2]]),

@@ -219,7 +219,7 @@ def test_a_table_of_sessions_without_the_column_is_an_error(tmp_path):
     save(session(cell().dataset, "session-1"), tmp_path / "cell")
     with (tmp_path / "cell" / "dataset.toml").open("a") as file:
         file.write('\n[sessions]\nown = ["tool.*"]\n')
-    with pytest.raises(DataError, match=r"poses\.csv has no column session"):
+    with pytest.raises(DataError, match=r"poses\.csv lacks column session"):
         load(tmp_path / "cell")
 
 

@@ -136,7 +136,9 @@ def test_it_is_saved_and_loaded(mount: str, tmp_path: Path) -> None:
     described.write_text(
         described.read_text().replace("radius_m = { 0 = 0.0127, 1 = 0.0127 }", "radius_m = { 0 = 0.0127 }")
     )
-    with pytest.raises(DataError, match=r"radius_m lacks 1: points\.csv has points on a ball of this name"):
+    with pytest.raises(
+        DataError, match=r"lacks \[target\] radius_m of 1: points\.csv has points on a ball of this name"
+    ):
         robolaser.load(tmp_path / "cell")
 
 

@@ -196,7 +196,11 @@ def test_what_is_written_reads_the_same(trackers: Dataset, tmp_path: Path) -> No
         ('name = "right"', 'name = "left"', "'left', expected different ones for all sensors"),
         ('points = "right.csv"', 'points = "left.csv"', "'left.csv', expected different ones for all sensors"),
         ('points = "right.csv"', "", "points"),
-        ('[[sensors]]\nname = "left"', '[sensor]\nkind = "point"\n[[sensors]]\nname = "left"', "both [sensor] and"),
+        (
+            '[[sensors]]\nname = "left"',
+            '[sensor]\nkind = "point"\n[[sensors]]\nname = "left"',
+            "[[sensors]]: there is [sensor], too",
+        ),
         ('kind = "point"', 'kind = "pointt"', "sensor left"),
     ],
 )
