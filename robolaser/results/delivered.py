@@ -16,14 +16,16 @@ from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
 from robolaser.estimation.robust_reweighting import fit
+from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld
 from robolaser.export.python_module import OF_THE_ARM
+from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.results.file_readers import by_description, by_module, by_mujoco, by_table, by_urdf
+from robolaser.results.file_readers import by_arm, by_module, by_mujoco, flange_by_urdf
 
 Writer = Callable[[Calibration], str | None]
 Reader = Callable[[str, Dataset, Bools], Array]
@@ -76,11 +78,11 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
     files: dict[str, tuple[Reader | None, tuple[CandidateEffect, ...]]] = {
         "corrected.py": (by_module, own),
-        "robot_corrected.urdf": (by_urdf, in_urdf),
+        "robot_corrected.urdf": (by_arm(flange_by_urdf), in_urdf),
         "robot_corrected.xml": (by_mujoco if find_spec("mujoco") else None, in_mjcf),
         "robot_corrected.sdf": (None, in_urdf),
-        "controller.csv": (by_table, in_urdf),
-        "calibration.yaml": (by_description, in_urdf),
+        "controller.csv": (by_arm(flange_by_table), in_urdf),
+        "calibration.yaml": (by_arm(flange_by_ur_calibration), in_urdf),
     }
     whole = _Replay(calibration)
     fewer = {chosen for _, chosen in files.values() if chosen not in (own, ())}

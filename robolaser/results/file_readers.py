@@ -1,5 +1,6 @@
 """The flange by each file of a corrected arm, as the program sees it that the file is for."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, Final
 
@@ -7,8 +8,6 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
-from robolaser.export.controller_table import flange_by_table
-from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.robot.kinematics import Robot
 
 BEFORE: Final = 3
@@ -34,22 +33,14 @@ def by_module(text: str, data: Dataset, held: Bools) -> Array:
     return np.asarray(module["forward"](q[held], **given))
 
 
-def by_urdf(text: str, data: Dataset, held: Bools) -> Array:
-    """The same by Pinocchio from a URDF."""
-    robot, q = data.arm
-    return np.asarray(Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).forward(q[None, held])[0])
+def by_arm(read: Callable[[str, Robot, Array], Array]) -> Callable[[str, Dataset, Bools], Array]:
+    """The same by what reads a file and computes with the arm's joint values alone."""
+    return lambda text, data, held: read(text, data.arm[0], data.arm[1][held])
 
 
-def by_table(text: str, data: Dataset, held: Bools) -> Array:
-    """The same by a controller's own arithmetic."""
-    robot, q = data.arm
-    return flange_by_table(text, robot, q[held])
-
-
-def by_description(text: str, data: Dataset, held: Bools) -> Array:
-    """The same by the description of Universal Robots' arms."""
-    robot, q = data.arm
-    return flange_by_ur_calibration(text, robot, q[held])
+def flange_by_urdf(text: str, robot: Robot, q: Array) -> Array:
+    """T_base_flange by Pinocchio from a URDF, (n, j) -> (n, 4, 4)."""
+    return np.asarray(Robot.from_urdf(text, flange=robot.flange, joints=robot.joints).forward(q[None])[0])
 
 
 def by_mujoco(text: str, data: Dataset, held: Bools) -> Array:

@@ -15,6 +15,7 @@ from robolaser.geometry.rigid_motion import inverse
 
 SUFFIXES = (".samples", ".calib", ".yaml", ".yml", ".json")
 KEYS = ("tracking_base_frame", "hand_world_samples", "samples:", '"samples"')
+SAMPLES, RESULTS = ("samples", "hand_world_samples"), ("transform", "transformation")
 MOUNTS: Mapping[object, Mount] = {"eye_in_hand": "flange", "eye_on_base": "base", True: "flange", False: "base"}
 """What `calibration_type` (easy_handeye2) and `eye_on_hand` (easy_handeye) say."""
 
@@ -41,35 +42,27 @@ class EasyHandeye(Importer):
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read samples, and the result that belongs to them."""
-        samples: tuple[str, Any] | None = None
-        result: tuple[str, Any] | None = None
+        holders: dict[str, tuple[str, Mapping[str, Any]]] = {}
         for path in paths:
             contents, file = read_yaml(path), path.name
-            if isinstance(contents, Mapping) and {"samples", "hand_world_samples"} & contents.keys():
-                if samples is not None:
-                    raise UsageError(f"{samples[0]} and {file} both hold samples: import one after the other.")
-                samples = file, contents
-            elif isinstance(contents, Mapping) and {"transform", "transformation"} & contents.keys():
-                result = file, contents
-            else:
+            held = [key for key in (*SAMPLES, *RESULTS) if isinstance(contents, Mapping) and key in contents]
+            if not held:
                 raise DataError(f"{file} holds neither samples nor a result of easy_handeye.", file=file)
-        if samples is None:
-            raise DataError(
-                f"{paths[0].name} is a result without its samples. Give the samples too (easy_handeye2: NAME.samples).",
-                file=paths[0].name,
-            )
-        file, contents = samples
-        mount = mount_of(options, file, _stated(contents) or (_stated(result[1]) if result else None))
+            what = "samples" if held[0] in SAMPLES else "result"
+            if what in holders:
+                raise UsageError(f"{holders[what][0]} and {file} both hold {what}: import one after the other.")
+            holders[what] = file, contents
+        if "samples" not in holders:
+            said = "is a result without its samples. Give the samples too (easy_handeye2: NAME.samples)."
+            raise DataError(f"{paths[0].name} {said}", file=paths[0].name)
+        file, contents = holders["samples"]
+        result_file, result = holders.get("result", ("", {}))
+        mount = mount_of(options, file, _stated(contents) or _stated(result))
         robot, tracking, fields = _pairs(contents, file)
-        pairs = Pairs(
-            file,
-            flange_poses(robot if mount == "flange" else inverse(robot)),
-            tracking,
-            fields[0] if mount == "flange" else f"{fields[0]}, inverted",
-            fields[1],
-            guess=None if result is None else _result(*result),
-        )
-        return pairs_dataset(pairs, mount, options)
+        guess = next((motion(result[key], result_file, key) for key in RESULTS if key in result), None)
+        flange_from = fields[0] if mount == "flange" else f"{fields[0]}, inverted"
+        poses = flange_poses(robot if mount == "flange" else inverse(robot))
+        return pairs_dataset(Pairs(file, poses, tracking, flange_from, fields[1], guess), mount, options)
 
 
 def _pairs(contents: Mapping[str, Any], file: str) -> tuple[Array, Array, tuple[str, str]]:
@@ -99,8 +92,3 @@ def _stated(contents: Mapping[str, Any]) -> Mount | None:
         return None
     type_stated = parameters.get("calibration_type") or parameters.get("eye_on_hand")
     return MOUNTS.get(type_stated) if isinstance(type_stated, str | bool) else None
-
-
-def _result(file: str, contents: Mapping[str, Any]) -> Array:
-    key = "transform" if "transform" in contents else "transformation"
-    return motion(contents[key], file, key)

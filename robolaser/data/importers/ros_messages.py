@@ -23,17 +23,8 @@ ARRAY = "std_msgs/msg/Float64MultiArray"
 STATIC = "/tf_static"
 STAMPS: Final = "stamps"  # option that says which of a message's two times counts
 RECEIVED: Final = "received"
-CHANNEL_COUNTS = {
-    "mono8": 1,
-    "8UC1": 1,
-    "mono16": 1,
-    "16UC1": 1,
-    "bgr8": 3,
-    "rgb8": 3,
-    "8UC3": 3,
-    "bgra8": 4,
-    "rgba8": 4,
-}
+GREY, COLOUR = ("mono8", "8UC1", "mono16", "16UC1"), ("bgr8", "rgb8", "8UC3")
+CHANNEL_COUNTS = {**dict.fromkeys(GREY, 1), **dict.fromkeys(COLOUR, 3), "bgra8": 4, "rgba8": 4}
 BAYER = {"bayer_rggb8": "BayerBG", "bayer_bggr8": "BayerRG", "bayer_gbrg8": "BayerGR", "bayer_grbg8": "BayerGB"}
 """ROS names a pattern by its first row, OpenCV by its second row's second and third pixels."""
 
@@ -161,17 +152,23 @@ class Bag:
         return JointTrack(np.array(times), q, qd, effort, partial)
 
     def transforms(self) -> Transforms:
-        """All frames of the topics of tf."""
+        """All frames of the topics of tf.
 
-        def stamped() -> Iterator[tuple[str, str, float | None, Array]]:
-            for topic, received, message in self.messages(self.topics(*TF)):
-                for one in message.transforms:
-                    parent, frame = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
-                    static = topic.endswith(STATIC)
-                    time = None if static else self.time_of(one.header, received, topic)
-                    yield parent, frame, time, self._motion(one.transform.translation, one.transform.rotation, topic)
-
-        return Transforms.of(self.file, stamped())
+        Raises:
+            DataError: A frame has two parents.
+        """
+        parents: dict[str, str] = {}
+        found: dict[str, dict[float | None, Array]] = {}
+        for topic, received, message in self.messages(self.topics(*TF)):
+            for one in message.transforms:
+                parent, frame = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
+                if parents.setdefault(frame, parent) != parent:
+                    said = f"{self.file}: the frame {frame} is placed on {parents[frame]} and on {parent}."
+                    raise DataError(said, file=self.file)
+                time = None if topic.endswith(STATIC) else self.time_of(one.header, received, topic)
+                T = self._motion(one.transform.translation, one.transform.rotation, topic)
+                found.setdefault(frame, {})[time] = T
+        return Transforms.of(self.file, parents, found)
 
     def poses(self, topic: str) -> tuple[Array, Array]:
         """Times (n,) [s], sorted, and motions (n, 4, 4) of a topic of poses."""

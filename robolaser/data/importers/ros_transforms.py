@@ -1,6 +1,6 @@
 """The tree of frames that ROS calls tf, over time."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self, final
 
@@ -23,26 +23,12 @@ class Transforms:
     motions: Mapping[str, tuple[Array, Array]]
 
     @classmethod
-    def of(cls, file: str, stamped: Iterable[tuple[str, str, float | None, Array]]) -> Self:
-        """Build the tree.
-
-        Args:
-            file: Where it is from.
-            stamped: Parent, frame, time (None: static) and T_parent_frame of each message.
-
-        Raises:
-            DataError: A frame has two parents.
-        """
-        parents: dict[str, str] = {}
-        rows: dict[str, dict[float | None, Array]] = {}
-        for parent, frame, time, T in stamped:
-            if parents.setdefault(frame, parent) != parent:
-                raise DataError(f"{file}: the frame {frame} is placed on {parents[frame]} and on {parent}.", file=file)
-            rows.setdefault(frame, {})[time] = T
+    def of(cls, file: str, parents: Mapping[str, str], found: Mapping[str, Mapping[float | None, Array]]) -> Self:
+        """The tree of each frame's parent and T_parent_frame by time; None: static."""
         motions = {}
-        for frame, found in rows.items():
-            times = sorted(time for time in found if time is not None)
-            motions[frame] = np.array([found[time] for time in times] or [found[None]]), np.array(times)
+        for frame, by_time in found.items():
+            times = sorted(time for time in by_time if time is not None)
+            motions[frame] = np.array([by_time[time] for time in times] or [by_time[None]]), np.array(times)
         return cls(file, parents, motions)
 
     def lookup(self, target: str, source: str, at_s: Array, tolerance_s: float) -> tuple[Array, Bools, Array]:
