@@ -303,34 +303,26 @@ def _parameters(table: Mapping[str, Any], declared: SensorFormat) -> dict[str, P
         if not isinstance(values, dict):
             raise wrong(FILE, at, values, "{ nominal = ..., lower = ..., upper = ... }")
         entry = typed(values, ParameterEntry, file=FILE, at=at)
-        lower, upper = (_bound(entry, end, at) for end in ("lower", "upper"))
-        reason = _implausible(name, entry, lower, upper, declared)
+        reason = _fault(name, entry, declared)
         if reason:
             raise refused(FILE, f"[parameters] {name}", reason)
+        lower, upper = (entry.nominal if end is None else end for end in (entry.lower, entry.upper))
         found[name] = Parameter(name, declared.unit_of(name), entry.nominal, lower, upper)
     return found
 
 
-def _bound(entry: ParameterEntry, end: str, at: tuple[str, str]) -> float:
-    """One end of a parameter's range; of a fixed one the nominal value."""
-    value: float | None = getattr(entry, end)
-    key = f"[{at[0]}] {at[1]}.{end}"
-    if entry.fixed:
-        if value is not None:
-            reason = "the parameter is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper."
-            raise refused(FILE, key, reason)
-        return entry.nominal
-    if value is None:
-        expected = "a finite number, or fixed = true to hold the parameter at its nominal value"
-        raise lacking(FILE, key, f": expected {expected}")
-    return value
-
-
-def _implausible(name: str, entry: ParameterEntry, lower: float, upper: float, declared: SensorFormat) -> str:
+def _fault(name: str, entry: ParameterEntry, declared: SensorFormat) -> str:
     """What is wrong with a parameter's numbers; "" where nothing is."""
-    nominal = entry.nominal
-    if not entry.fixed and (not lower < upper or not lower <= nominal <= upper):
-        why = "lower must be below upper" if not lower < upper else "the nominal value must lie between the bounds"
+    nominal, lower, upper = entry.nominal, entry.lower, entry.upper
+    if entry.fixed:
+        if (lower, upper) != (None, None):
+            return "it is fixed at its nominal value, and has no bounds. Delete fixed, or lower and upper."
+        lower = upper = nominal
+    elif lower is None or upper is None:
+        missing = "lower" if lower is None else "upper"
+        return f"{missing} is missing: expected a number, or fixed = true to hold it at its nominal value."
+    elif not lower <= nominal <= upper or lower == upper:
+        why = "the nominal value must lie between the bounds" if lower < upper else "lower must be below upper"
         return f"nominal {nominal:g}, lower {lower:g}, upper {upper:g}; {why}."
     if name in declared.positive and lower <= 0:
         return f"lower is {lower:g}, but this parameter is positive. Give a lower bound above zero."

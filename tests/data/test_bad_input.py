@@ -118,7 +118,7 @@ MISTAKES = {
     "no width": (replaced("dataset.toml", "width_px = 640", ""), ["lacks [image] width_px"]),
     "swapped bounds": (replaced("dataset.toml", "upper = 0.01 ", "upper = 0.001 "), ["[parameters] f", "below upper"]),
     "nominal outside": (replaced("dataset.toml", "nominal = 0.008", "nominal = 0.08"), ["nominal 0.08", "between"]),
-    "no upper": (replaced("dataset.toml", ", upper = 0.01 ", ""), ["[parameters] f.upper"]),
+    "no upper": (replaced("dataset.toml", ", upper = 0.01 ", ""), ["[parameters] f: upper is missing"]),
     "bound not finite": (replaced("dataset.toml", "upper = 0.01 ", "upper = inf "), ["f.upper", "finite"]),
     "degrees in bounds": (
         replaced("dataset.toml", "lower = 0.0, upper = 0.785", "lower = 0.0, upper = 45.785"),
