@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.errors import UsageError, near
+from robolaser.errors import UsageError, near, unreadable
 from robolaser.plugins import announced
 
 GROUP: Final = "robolaser.importers"  # entry points under which installed packages announce importers
@@ -36,10 +36,14 @@ def importer_for(paths: Sequence[Path], kind: str | None = None) -> Importer:
     """The importer of that name or, without one, the only one that recognises all files.
 
     Raises:
-        UsageError: There is none, or more than one.
+        DataError: A file is not there.
+        UsageError: There is no such importer, or more than one.
         PluginError: What an installed package announces cannot be used.
     """
     known = importers()
+    for path in paths:
+        if not path.exists():
+            raise unreadable(path, "no such file or folder")
     if kind is not None:
         if kind not in known:
             raise UsageError(f"No importer '{kind}'.{near(kind, known)}")

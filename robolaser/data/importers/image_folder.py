@@ -14,7 +14,7 @@ from robolaser.data.importers.importer import Imported, Importer, ImportOptions
 from robolaser.data.importers.industrial_calibration import FILE as CAL_DATA
 from robolaser.data.importers.tables import SUFFIXES as TABLES
 from robolaser.data.pose_table import poses_of
-from robolaser.errors import DataError, UsageError, near
+from robolaser.errors import UsageError, near
 
 IMAGE: Final = "image"
 
@@ -37,9 +37,6 @@ class ImageFolder(Importer):
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read the table, and see that every image is one."""
-        for path in paths:
-            if not path.exists():
-                raise DataError(f"Cannot read {path}: no such file or folder.", file=path)
         if len(paths) > 2 or not paths[0].is_dir() or (len(paths) == 1 and len(_tables(paths[0])) != 1):
             raise UsageError("Name a folder with images and one table, or the folder of images and then the table.")
         folder, file = paths[0], paths[1] if len(paths) == 2 else _tables(paths[0])[0]

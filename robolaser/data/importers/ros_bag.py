@@ -53,9 +53,6 @@ class RosBag(Importer):
 
     def read(self, paths: Sequence[Path], options: ImportOptions) -> Imported:
         """Read what was measured, and the arm's readings at those times."""
-        for path in paths:
-            if not path.exists():
-                raise DataError(f"Cannot read {path}: no such file.", file=path)
         with Bag.opened(paths, options.further.get(STAMPS)) as bag:
             stated = [name for name in (IMAGE_TOPIC, MARKER, POSE_TOPIC) if name in options.further]
             images, poses = bag.topics(*IMAGES), bag.topics(*POSES, ODOMETRY)
