@@ -9,10 +9,11 @@ import numpy as np
 
 from robolaser.data.board import Board
 from robolaser.data.dataset import Poses
+from robolaser.data.dataset_file import inside
 from robolaser.data.importers.camera_recording import SUFFIXES, camera_recording, image_files
 from robolaser.data.importers.hand_eye_pairs import MOUNT, Mount, mount_of, placed_camera
 from robolaser.data.importers.importer import Imported, Importer, ImportOptions
-from robolaser.data.importers.yaml_file import motion, numbers, peek, read_yaml, under
+from robolaser.data.importers.yaml_file import motion, number, peek, read_yaml, under
 from robolaser.errors import DataError, UsageError
 from robolaser.parameters import Parameter
 
@@ -60,12 +61,12 @@ class IndustrialCalibration(Importer):
             raise DataError(f"{file}, data: expected a list of images and poses.", file=file, column="data")
         T, images, renamed = [], [], []
         for i, entry in enumerate(entries, 1):
-            pose_file = _beside(folder, under(entry, "pose", file, f"data, entry {i}"), file)
+            where = f"data, entry {i}"
+            pose_file, image = (inside(folder, str(under(entry, key, file, where)), file) for key in ("pose", "image"))
             T.append(motion(read_yaml(pose_file), f"{pose_file.parent.name}/{pose_file.name}", "pose"))
-            stated = _beside(folder, under(entry, "image", file, f"data, entry {i}"), file)
-            images.append(_image(stated, file))
-            if images[-1] != stated:
-                renamed.append(f"{stated.name} is {images[-1].name}")
+            images.append(_image(image, file))
+            if images[-1] != image:
+                renamed.append(f"{image.name} is {images[-1].name}")
         paths_of, held, size_px = image_files(images)
         names = tuple(image.stem for image in images)
         if len(set(names)) < len(images):
@@ -93,10 +94,7 @@ class IndustrialCalibration(Importer):
 
 def _pinhole(values: Any, file: str) -> dict[str, Parameter]:
     """fx, fy, cx and cy of a camera without distortion, within wide bounds."""
-    read = {
-        name: float(numbers(under(values, name, file), 1, file, f"intrinsics.{name}")[0])
-        for name in ("fx", "fy", "cx", "cy")
-    }
+    read = {name: number(values, name, file, INTRINSICS) for name in ("fx", "fy", "cx", "cy")}
     span = SPAN * max(read["fx"], read["fy"])
     return {name: Parameter(name, "px", value, value - span, value + span) for name, value in read.items()}
 
@@ -106,17 +104,14 @@ def _board(finder: Any, file: str) -> Board:
     kind = str(under(finder, "type", file, "target_finder")).rpartition("::")[2]
 
     def length(key: str) -> float:
-        return float(numbers(under(finder, key, file, "target_finder"), 1, file, f"target_finder.{key}")[0])
-
-    def count(key: str) -> int:
-        return int(length(key))
+        return number(finder, key, file, "target_finder")
 
     if kind.startswith("CharucoGrid"):
-        dictionary = _dictionary(count("dictionary"), file)
-        square, marker = length("chessboard_dim"), length("aruco_marker_dim")
-        return Board(count("cols") - 1, count("rows") - 1, square, "charuco", marker, dictionary)
+        markers = length("aruco_marker_dim"), _dictionary(int(length("dictionary")), file)
+        corners = int(length("cols")) - 1, int(length("rows")) - 1
+        return Board(*corners, length("chessboard_dim"), "charuco", *markers)
     if kind.startswith("ModifiedCircleGrid"):
-        return Board(count("cols"), count("rows"), length("spacing"), "modified_circles")
+        return Board(int(length("cols")), int(length("rows")), length("spacing"), "modified_circles")
     raise DataError(
         f"{file}, target_finder.type: {kind} is a board that robolaser does not find in images; it finds ChArUco boards"
         " and grids of circles.",
@@ -133,13 +128,6 @@ def _dictionary(number: int, file: str) -> str:
     if not names:
         raise DataError(f"{file}, target_finder.dictionary: OpenCV has no dictionary {number}.", file=file)
     return min(names, key=len)
-
-
-def _beside(folder: Path, name: Any, file: str) -> Path:
-    path = folder / str(name)
-    if "\0" in str(name) or not path.resolve().is_relative_to(folder.resolve()):
-        raise DataError(f"{file}: {name} leaves the folder of {file}.", file=file)
-    return path
 
 
 def _image(stated: Path, file: str) -> Path:

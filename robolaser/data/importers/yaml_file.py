@@ -77,19 +77,25 @@ def numbers(values: Any, count: int, file: str, where: str) -> Array:
     return found
 
 
+def number(values: Any, key: str, file: str, where: str) -> float:
+    """The finite number under a key.
+
+    Raises:
+        DataError: There is none.
+    """
+    return float(numbers(under(values, key, file, where), 1, file, f"{where}.{key}")[0])
+
+
 def motion(values: Any, file: str, where: str) -> Array:
     """A rigid motion of the keys x y z qx qy qz qw, or ROS's translation and rotation, (4, 4).
 
     Raises:
         DataError: A key is missing, or the quaternion's length is not one.
     """
+    parts: list[tuple[Any, Sequence[str]]] = [(values, MOTION)]
     if isinstance(values, Mapping) and "translation" in values:
         parts = [(under(values, "translation", file, where), "xyz"), (under(values, "rotation", file, where), "xyzw")]
-        seven = [
-            numbers(under(part, key, file, where), 1, file, f"{where}.{key}")[0] for part, keys in parts for key in keys
-        ]
-    else:
-        seven = [numbers(under(values, key, file, where), 1, file, f"{where}.{key}")[0] for key in MOTION]
+    seven = [number(part, key, file, where) for part, keys in parts for key in keys]
     return motion_of_seven(np.array(seven), file, where)
 
 

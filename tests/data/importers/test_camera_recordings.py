@@ -106,7 +106,7 @@ def test_a_wrong_image_is_named(tmp_path: Path) -> None:
         ("dictionary: 10", "dictionary: 1000", "OpenCV has no dictionary 1000"),
         ("cols: 5", "cols: five", "target_finder.cols: five, expected a finite number"),
         ("  cols: 5\n", "", "target_finder lacks cols"),
-        ("poses/1.yaml", "../1.yaml", "leaves the folder"),
+        ("poses/1.yaml", "../1.yaml", "leaves the data set's folder"),
         ("poses/1.yaml", "poses/7.yaml", "7.yaml"),
         ("images/1.png", "images/7.png", "images/7.png is not there"),
         ("static_camera: true\n", "", "--set mount=flange"),
