@@ -172,13 +172,10 @@ def _unlisted(table: CsvTable, q_columns: list[str]) -> list[str]:
 
 def _no_coordinates(table: CsvTable, poses: Poses) -> list[str]:
     """Warnings of further columns that no gap can be sought along: neither numbers nor empty throughout."""
-    return [
-        f"{table.file}, column {name} is not a number in every row (row {_first_text(table, cells)}): it is kept, but"
-        " the diagnosis does not look for a gap along it."
-        for name, cells in poses.extra.items()
-        if name not in poses.coordinates and any(cells) and not name.startswith((IMAGES, COMMAND))
-    ]
-
-
-def _first_text(table: CsvTable, cells: tuple[str, ...]) -> int:
-    return table.lines[[bool(np.isfinite(finite(cell))) for cell in cells].index(False)]
+    warnings = []
+    for name, cells in poses.extra.items():
+        if name not in poses.coordinates and any(cells) and not name.startswith((IMAGES, COMMAND)):
+            row = next(row for row, cell in zip(table.lines, cells, strict=True) if not np.isfinite(finite(cell)))
+            odd = f"{table.file}, column {name} is not a number in every row (row {row}): it is kept"
+            warnings.append(f"{odd}, but the diagnosis does not look for a gap along it.")
+    return warnings

@@ -54,11 +54,9 @@ def point_quantities(declared: SensorFormat, *, timed: bool = False) -> Quantiti
     """
     columns = [column for group in declared.columns.values() for column in group]
     when: dict[str, str | None] = {"time_s": TIME} if timed else {"pose": TEXT}
-    return {**when, "point": TEXT, "repeat": NONE, **{name: _by_suffix(name) for name in columns}}
-
-
-def _by_suffix(column: str) -> str:
-    return {"m": LENGTH, "rad": ANGLE, "s": TIME}.get(column.rpartition("_")[2], NONE)
+    by_suffix = {"m": LENGTH, "rad": ANGLE, "s": TIME}
+    measured = {name: by_suffix.get(name.rpartition("_")[2], NONE) for name in columns}
+    return {**when, "point": TEXT, "repeat": NONE, **measured}
 
 
 @final

@@ -87,6 +87,8 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], fil
     kind = str(cells.get("kind") or "revolute")
     if kind not in JOINT_KINDS:
         raise RobotError(f"{where}: kind is {kind!r}.{near(kind, JOINT_KINDS)}")
+    slides = kind == "prismatic"
+    quantities = {**QUANTITIES, **dict.fromkeys(LIMITS, LENGTH if slides else ANGLE), **dict.fromkeys(CENTRE, LENGTH)}
     found: dict[str, float] = {}
     for column, cell in cells.items():
         name, unit = _split(column)
@@ -96,7 +98,7 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], fil
             raise RobotError(f"{where}: no such column: {column}.{near(column, [*MEASURED, *OTHERS])}")
         if name in found:
             raise RobotError(f"{where}: {name} is there twice, in different units. Delete one.")
-        quantity = _quantity(name, kind)
+        quantity = quantities[name]
         value = _number(cell, f"{where}, column {column}")
         unit = unit or units.get(quantity, "")
         if unit not in FACTORS[quantity] and (unit or value):
@@ -117,7 +119,6 @@ def _row(cells: Mapping[str, object], number: int, units: Mapping[str, str], fil
         if mass > 0:
             raise RobotError(f"{where} is fixed and has a mass. Add it to the link of the joint before.")
         return row
-    slides = kind == "prismatic"
     if slides and not set(LIMITS) <= found.keys():
         raise RobotError(f"{where}: joint '{joint}' slides without limits. State its lower and upper limit.")
     limits = {f"{end}_{'m' if slides else 'rad'}": found[end] for end in LIMITS if end in found}
@@ -129,12 +130,6 @@ def _split(column: str) -> tuple[str, str]:
     """A column's name, and the unit at its end or ""."""
     name, _, unit = column.rpartition("_")
     return (name, unit) if name in MEASURED and any(unit in known for known in FACTORS.values()) else (column, "")
-
-
-def _quantity(name: str, kind: str) -> str:
-    if name in LIMITS:
-        return LENGTH if kind == "prismatic" else ANGLE
-    return LENGTH if name in CENTRE else QUANTITIES[name]
 
 
 def _number(cell: object, where: str) -> float:
