@@ -100,8 +100,8 @@ class Points:
     An array that must be there is `points["pixel"]`, `points["xyz"]` or `points[name]`.
     """
 
-    pose: Ints
-    names: tuple[str, ...]
+    pose: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    names: tuple[str, ...] = ()
     repeat: Ints | None = None
     pixel: Array | None = None
     xyz: Array | None = None
@@ -226,7 +226,7 @@ class Dataset:
 
     name: str
     poses: Poses
-    points: Points
+    points: Points = field(default_factory=Points)
     kind: str = "stripe"
     robot: Robot | None = None
     parameters: Mapping[str, Parameter] = field(default_factory=dict)

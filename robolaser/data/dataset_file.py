@@ -10,7 +10,7 @@ from msgspec import Meta
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
 from robolaser.data.board import Board
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.sensor_format import SensorFormat, format_of_several, sensor_format
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.several_sensors import described_members
@@ -172,7 +172,6 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         options=options if declared.options else None,
         robot=None if read.robot is None else read_robot(read.robot, folder),
         poses=Poses(()),
-        points=Points(np.empty(0, dtype=np.int64), ()),
         parameters=_parameters(read.parameters, declared),
         stripe_axis=getattr(options, "stripe_axis", "u"),
         bracket_quat=read.scanner.bracket_quat,

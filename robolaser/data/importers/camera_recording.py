@@ -5,13 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Final, get_args
 
-import numpy as np
-
 from robolaser.bounded_reading import IMAGE_BYTES, decoded, read_bytes
 from robolaser.data.atomic_write import Contents, written_later
 from robolaser.data.board import Board, Printed
 from robolaser.data.csv_tables import finite
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.importers.hand_eye_pairs import Mount
 from robolaser.data.importers.importer import ImportOptions
 from robolaser.data.sensor_format import sensor_format
@@ -34,7 +32,6 @@ def camera_recording(
     return Dataset(
         options.name,
         poses,
-        Points(np.empty(0, dtype=np.int64), ()),
         kind="camera",
         robot=options.robot,
         options=declared.options(mount=mount),

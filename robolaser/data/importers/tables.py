@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.data.csv_tables import CsvTable, bad_row
-from robolaser.data.dataset import Dataset, Points, Poses
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.importers.array_files import ARRAY_FILES, array_table
 from robolaser.data.importers.column_choice import (
     POINTS,
@@ -102,7 +102,6 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
     dataset = Dataset(
         options.name,
         read,
-        Points(np.empty(0, dtype=np.int64), ()),
         kind=declared.kind,
         robot=options.robot,
         time_is_order=options.ordered,
