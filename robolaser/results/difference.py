@@ -1,6 +1,6 @@
 """Two results of one kind side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
@@ -23,6 +23,8 @@ POSTURES: Final = 200
 """At which two arms are compared."""
 OF_THE_DATA: Final = ("dataset", "poses", "run")
 """What a diagnosis, or a calibration, says of the data that it is of."""
+Fact = tuple[Any, str, float | None]
+"""What a result says under a name: a value, its unit, and its standard error."""
 ERRORS: Final = ("objective_m2", "rms_m", "max_m", "held_out_rms_m")
 
 
@@ -96,30 +98,32 @@ def between(
     kind, other = (each["format"] for each in (before, after))
     if kind != other:
         raise UsageError(f"{names[0]} is of the format {kind}, {names[1]} of {other}: compare results of one kind.")
-    words = [] if "verdict" not in before else [_row("verdict", before["verdict"], after.get("verdict"))]
-    rows = [*words, *_errors(before, after), *_at_flange(arms)]
-    rows += [*_numbers(before, after), *_probabilities(before, after)]
+    rows = [*_compared(_errors(before), _errors(after)), *_at_flange(arms)]
+    rows += [*_compared(_numbers(before), _numbers(after)), *_compared(_probabilities(before), _probabilities(after))]
     sets = [before.get("dataset"), after.get("dataset")]
     same = all(before.get(key) == after.get(key) for key in OF_THE_DATA)
     return Difference({"format": FORMAT, "kind": kind, "results": sets, "same_data": same, "rows": rows})
 
 
-def _row(name: str, first: Any, second: Any, unit: str = "", errors: float | None = None) -> dict[str, Any]:
-    are_numbers = all(isinstance(value, int | float) for value in (first, second))
-    change = {"change": second - first, "errors": errors} if are_numbers else {}
-    return {"name": name, "first": first, "second": second, **({"unit": unit} if unit else {}), **change}
+def _compared(before: Mapping[str, Fact], after: Mapping[str, Fact]) -> Iterator[dict[str, Any]]:
+    nothing: Fact = (None, "", None)
+    for name in dict.fromkeys([*before, *after]):
+        (first, unit, std), (second, other_unit, other_std) = before.get(name, nothing), after.get(name, nothing)
+        row = {"name": name, "first": first, "second": second}
+        if unit or other_unit:
+            row["unit"] = unit or other_unit
+        if isinstance(first, int | float) and isinstance(second, int | float):
+            whole = 0.0 if std is None or other_std is None else float(np.hypot(std, other_std))
+            row |= {"change": second - first, "errors": (second - first) / whole if whole > 0.0 else None}
+        yield row
 
 
-def _errors(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _errors(result: Mapping[str, Any]) -> dict[str, Fact]:
+    verdict = {"verdict": (result["verdict"], "", None)} if "verdict" in result else {}
     units = {"objective_m2": "m²"}
-    rows = [
-        _row(name, before.get(name), after.get(name), units.get(name, "m"))
-        for name in ERRORS
-        if name in before or name in after
-    ]
-    gaps = [result.get("gap_mm", {}) for result in (before, after)]
-    known = [name for name in dict.fromkeys([*gaps[0], *gaps[1]]) if not name.endswith("ci95")]
-    return [*rows, *(_row(f"gap_mm.{name}", gaps[0].get(name), gaps[1].get(name), "mm") for name in known)]
+    errors = {name: (result[name], units.get(name, "m"), None) for name in ERRORS if name in result}
+    gaps = result.get("gap_mm", {}).items()
+    return {**verdict, **errors, **{f"gap_mm.{name}": (gap, "mm", None) for name, gap in gaps if name != "after_ci95"}}
 
 
 def _at_flange(arms: Sequence[Robot | None]) -> list[dict[str, Any]]:
@@ -134,28 +138,11 @@ def _at_flange(arms: Sequence[Robot | None]) -> list[dict[str, Any]]:
     return [{"name": "flange of the corrected arm", "first": None, "second": None, **moved}]
 
 
-def _numbers(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[dict[str, Any]]:
-    rows, numbers = [], [numbers_of(before), numbers_of(after)]
-    for name in dict.fromkeys([*numbers[0], *numbers[1]]):
-        one, two = (each.get(name) for each in numbers)
-        deviations = [each["std"] for each in (one, two) if each is not None]
-        is_known = one is not None and two is not None and all(deviation is not None for deviation in deviations)
-        whole = float(np.hypot(*deviations)) if is_known else 0.0
-        errors = (two["value"] - one["value"]) / whole if one and two and whole > 0.0 else None
-        unit = (one or two or {}).get("unit", "")
-        rows.append(_row(name, one and one["value"], two and two["value"], unit, errors))
-    return rows
+def _numbers(result: Mapping[str, Any]) -> dict[str, Fact]:
+    return {name: (one["value"], one.get("unit", ""), one["std"]) for name, one in numbers_of(result).items()}
 
 
-def _probabilities(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[dict[str, Any]]:
-    def of(result: Mapping[str, Any]) -> dict[str, float]:
-        effects = {
-            f"probability of {one['effect']} at {one['where']}": one["probability"]
-            for one in result.get("effects", ())
-            if "probability" in one
-        }
-        classes = {f"probability of class {one['class']}": one["probability"] for one in result.get("classes", ())}
-        return effects | classes
-
-    first, second = of(before), of(after)
-    return [_row(name, first.get(name), second.get(name)) for name in dict.fromkeys([*first, *second])]
+def _probabilities(result: Mapping[str, Any]) -> dict[str, Fact]:
+    of = {f"{one['effect']} at {one['where']}": one.get("probability") for one in result.get("effects", ())}
+    of |= {f"class {one['class']}": one["probability"] for one in result.get("classes", ())}
+    return {f"probability of {name}": (each, "", None) for name, each in of.items() if each is not None}
