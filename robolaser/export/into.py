@@ -180,7 +180,7 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
         RobotError: The user's file is no URDF, has none of the joints, or has them elsewhere.
     """
     wanted, there = _origins(read_xml(corrected), "robot_corrected.urdf"), _origins(read_xml(text, source), source)
-    shared = {name: T for name, T in wanted.items() if name in there and name not in _fixed(read_xml(text, source))}
+    shared = {name: T for name, T in wanted.items() if name in there}
     pairs = [(one["effect"], one["where"]) for one in effects]
     found = [pair for pair in pairs if pair[0] in OF_PLACEMENTS]
     written = tuple(pair for pair in found if shared and pair[1] in (*shared, "base"))
@@ -198,15 +198,12 @@ def placements_into(text: str, corrected: str, effects: Sequence[Mapping[str, An
 
 
 def _origins(robot: ET.Element, source: str) -> dict[str, Array]:
+    """Where the joints that move stand."""
     return {
         name: origin_of(joint, f"joint '{name}'", source)
         for joint in robot.findall("joint")
-        if (name := joint.get("name", ""))
+        if (name := joint.get("name", "")) and joint.get("type") != "fixed"
     }
-
-
-def _fixed(robot: ET.Element) -> set[str]:
-    return {joint.get("name", "") for joint in robot.findall("joint") if joint.get("type") == "fixed"}
 
 
 def zeros_into(text: str, effects: Sequence[Mapping[str, Any]], source: str) -> Written:

@@ -119,7 +119,7 @@ class Importer(ABC):
     """A kind of files that can become a data set.
 
     Nothing is guessed: what the files leave open and no option says is an error that names the option. Nothing is
-    written either; see `write`.
+    written either; see `Imported.write`.
 
     Attributes:
         name: By which it is chosen.
@@ -145,9 +145,11 @@ class Importer(ABC):
                 raise UsageError(
                     f"--set {name}: the importer {self.name} has no such option.{near(name, self.further)}"
                 )
-        default = ImportOptions()
-        for name in (one.name for one in fields(options) if one.name not in (*GENERAL, *(self.takes or ()))):
-            if self.takes is not None and getattr(options, name) != getattr(default, name):
+        if self.takes is None:
+            return
+        taken, default = (*GENERAL, *self.takes), ImportOptions()
+        for name in (one.name for one in fields(options) if one.name not in taken):
+            if getattr(options, name) != getattr(default, name):
                 option = {"columns": "column", "units_of_file": "units"}.get(name, name).replace("_", "-")
                 raise UsageError(f"--{option}: the importer {self.name} has no use for it. Leave it out.")
 

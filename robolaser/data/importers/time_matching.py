@@ -153,10 +153,9 @@ def joined_by_time(
     poses = _readings(log.poses, match(readings_s, times, tolerance), times)
     seen = measured.take(kept).beside({"pose": tuple(poses.names[i] for i in number.tolist())})
     if "repeat" not in seen:
-        first = {
-            shot: i for i, shot in reversed([*enumerate(zip(seen.cells("pose"), seen.texts("point"), strict=True))])
-        }
-        seen = seen.take(np.array(sorted(first.values())))
+        shots = np.array([seen.cells("pose"), seen.texts("point")])
+        _, first = np.unique(shots, axis=1, return_index=True)
+        seen = seen.take(np.sort(first))
         left_out += _repeated(measured.file, len(kept) - len(first))
     dataset = replace(log, poses=poses, warnings=(*log.warnings, *warnings))
     return replace(dataset, points=points_of(seen, dataset)), words, (*left_out, *without)
