@@ -3,18 +3,17 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from itertools import chain
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robolaser.data.dataset import Dataset, Points, Poses, Table
+from robolaser.data.fingerprint import fingerprint
 from robolaser.data.sessions import OWN, Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import DataError
 from robolaser.parameters import Parameter
 
-A = TypeVar("A", bound=np.generic)
 SAME = 1e-6  # [m, and of rotation matrices] URDFs that round their digits differ by less
 
 
@@ -73,20 +72,16 @@ def with_poses_of(dataset: Dataset, further: Dataset) -> Dataset:
 
 def poses_beyond(dataset: Dataset, longer: Dataset) -> Dataset | None:
     """The poses of a longer data set that are not in one with which it begins; None where it does not begin so."""
-    n, rows = len(dataset.poses), len(dataset.points)
-    if len(longer.poses) < n or len(longer.points) < rows or (longer.points.pose[rows:] < n).any():
+    old = np.arange(len(longer.poses)) < len(dataset.poses)
+    if len(longer.poses) < len(dataset.poses) or _measured(longer.of_poses(old)) != _measured(dataset):
         return None
-    poses, some = longer.poses.take(np.arange(n)), longer.points.take(slice(rows))
-    pairs = [
-        (poses.q, dataset.poses.q),
-        (poses.T_base_flange, dataset.poses.T_base_flange),
-        (some.pose, dataset.points.pose),
-        *((some.arrays.get(name), dataset.points.arrays.get(name)) for name in {*some.arrays, *dataset.points.arrays}),
-    ]
-    names = (poses.names, some.names) == (dataset.poses.names, dataset.points.names)
-    if not names or not all(_equal(*pair) for pair in pairs):
-        return None
-    return longer.of_poses(np.arange(len(longer.poses)) >= n)
+    return longer.of_poses(~old)
+
+
+def _measured(dataset: Dataset) -> str:
+    """A digest of the readings and of what was seen at them."""
+    poses, points = dataset.poses, dataset.points
+    return fingerprint(poses.names, poses.q, poses.T_base_flange, points.pose, points.names, points.arrays)
 
 
 def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
@@ -107,10 +102,6 @@ def check_same_arm(one: Dataset, other: Dataset, purpose: str) -> None:
             " and kind of sensor.",
             file=other.folder or other.name,
         )
-
-
-def _equal(one: NDArray[A] | None, other: NDArray[A] | None) -> bool:
-    return one is other or (one is not None and other is not None and np.array_equal(one, other))
 
 
 def _poses(datasets: Mapping[str, Dataset]) -> Poses:
