@@ -159,7 +159,7 @@ def _refuse_motion(sensor: object) -> None:
 def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
     """A data set of one sensor."""
     read = typed(contents, DatasetFile, file=FILE)
-    declared = sensor_format(_kind(read))
+    declared = sensor_format(read.sensor.get("kind", "stripe"))
     _check(read, declared)
     own_keys = {key: value for key, value in read.sensor.items() if key != "kind"}
     options: Any = typed(own_keys, declared.options or SensorTable, file=FILE, at=("sensor",))
@@ -233,13 +233,6 @@ def no_rotation(where: str, length: float, file: str, row: int | None = None) ->
         file=file,
         row=row,
     )
-
-
-def _kind(read: DatasetFile) -> str:
-    kind = read.sensor.get("kind", "stripe")
-    if not isinstance(kind, str):
-        raise wrong(FILE, ("sensor", "kind"), kind, "a text")
-    return kind
 
 
 def _check(read: DatasetFile, declared: SensorFormat) -> None:

@@ -111,7 +111,7 @@ def sensor_format(kind: str) -> SensorFormat:
         DataError: There is no sensor of that kind.
     """
     known = import_module(SENSORS).REGISTERED
-    if kind not in known:
+    if not isinstance(kind, str) or kind not in known:  # a file may state anything
         kinds = sensor_kinds()
         if kind not in kinds:
             expected = " or ".join(f'"{known}"' for known in kinds)
