@@ -3,13 +3,14 @@
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.bounded_reading import TABLE_BYTES, opened
 from robolaser.data.csv_tables import CsvTable
-from robolaser.errors import DataError, UsageError, unreadable
+from robolaser.errors import DataError, RobolaserError, UsageError, unreadable
 
 
 def read_arrays(path: Path) -> dict[str, Array]:
@@ -20,9 +21,12 @@ def read_arrays(path: Path) -> dict[str, Array]:
         UsageError: A library for it is not installed.
     """
     try:
-        found = ARRAY_FILES[path.suffix.lower()](path)
-    except (OSError, ValueError, TypeError, NotImplementedError) as error:
-        raise unreadable(path, str(error)) from None
+        with opened(path, TABLE_BYTES) as file:
+            found = ARRAY_FILES[path.suffix.lower()](file)
+    except RobolaserError:
+        raise
+    except Exception as error:  # whatever a damaged file makes its library do
+        raise unreadable(path, " ".join(str(error).split()) or type(error).__name__) from None
     out: dict[str, Array] = {}
     for name, read in found.items():
         values = read.ravel() if read.ndim == 2 and 1 in read.shape else read
@@ -52,31 +56,31 @@ def _text(value: Any) -> str:
     return "" if value is None or (isinstance(value, float) and math.isnan(value)) else str(value)
 
 
-def _npz(path: Path) -> dict[str, Array]:
-    with np.load(path, allow_pickle=False) as found:
+def _npz(file: IO[bytes]) -> dict[str, Array]:
+    with np.load(file, allow_pickle=False) as found:
         return {name: found[name] for name in found.files if found[name].dtype.kind in "fiuU"}
 
 
-def _mat(path: Path) -> dict[str, Array]:
+def _mat(file: Any) -> dict[str, Array]:
     from scipy.io import loadmat  # noqa: PLC0415 - slow to import
 
-    found: dict[str, Any] = loadmat(path, squeeze_me=True)
+    found: dict[str, Any] = loadmat(file, squeeze_me=True)
     return {name: each for name, each in found.items() if isinstance(each, np.ndarray) and each.dtype.kind in "fiuU"}
 
 
-def _parquet(path: Path) -> dict[str, Array]:
+def _parquet(file: IO[bytes]) -> dict[str, Array]:
     try:
         from pyarrow.parquet import read_table  # noqa: PLC0415 - an extra
     except ImportError:
-        raise UsageError(f"{path.name}: Parquet needs pyarrow: pip install pyarrow") from None
-    table = read_table(path)
+        raise UsageError("Parquet needs pyarrow: pip install pyarrow") from None
+    table = read_table(file)
     found = {name: table[name].to_pylist() for name in table.column_names}
     return {
         name: np.array(v, dtype=np.str_ if any(isinstance(x, str) for x in v) else float) for name, v in found.items()
     }
 
 
-ARRAY_FILES: Final[Mapping[str, Callable[[Path], dict[str, Array]]]] = {
+ARRAY_FILES: Final[Mapping[str, Callable[[IO[bytes]], dict[str, Array]]]] = {
     ".npz": _npz,
     ".mat": _mat,
     ".parquet": _parquet,

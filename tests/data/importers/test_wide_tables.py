@@ -131,3 +131,19 @@ def test_commanded_angles_are_kept_beside_those_read_in_radians() -> None:
     joint = ROBOT.joints[2]
     found = imported("log.csv", "--column", f"q_command_{joint}=C3")
     np.testing.assert_allclose(found.poses.following[joint], np.radians(0.5), atol=1e-9)
+
+
+@pytest.mark.parametrize("file", ["log.npz", "log.mat", "log.parquet"])
+@pytest.mark.parametrize("kept", [0, 40, 400])
+def test_a_damaged_file_of_arrays_is_named(file: str, kept: int, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = dict(zip("abcdef", measured()[0].T, strict=True))
+    if file == "log.npz":
+        np.savez(file, **columns)
+    elif file == "log.mat":
+        savemat(file, columns)
+    else:
+        pytest.importorskip("pyarrow")
+        pandas.DataFrame(columns).to_parquet(file)
+    Path(file).write_bytes(Path(file).read_bytes()[:kept])
+    assert main(["import", file, "--robot", "ur5", "--output", "cell"]) == 1
+    assert f"Cannot read {file}" in capsys.readouterr().err
