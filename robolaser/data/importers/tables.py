@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.data.csv_tables import CsvTable, bad_row
-from robolaser.data.dataset import Dataset, Poses
+from robolaser.data.dataset import Dataset
 from robolaser.data.importers.array_files import ARRAY_FILES, array_table
 from robolaser.data.importers.column_choice import (
     POINTS,
@@ -65,7 +65,9 @@ class Tables(Importer):
             raise UsageError(
                 f"--set {MOUNT} is only for a camera that sees tags, whose poses are read with --sensor {TAGGED}."
             )
-        timed = _is_timed(paths, options)
+        timed = bool({TOLERANCE, CLOCKS} & options.further.keys())
+        if timed and len(paths) != 2:
+            raise UsageError(f"--set {TOLERANCE} and {CLOCKS} are for two files, the arm's log and what was measured.")
         poses_file, points_file, left_out = _read(paths, options, declared, timed=timed)
         imported = import_tables(poses_file, points_file, options, timed=timed)
         if MOUNT in options.further and mount_of(options, points_file.file) == "flange":
@@ -97,8 +99,11 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
     if one_file:
         pose_table = _each_once(pose_table, poses.chosen)
     read, warnings = poses_of(with_quaternions(pose_table, options.euler), Path(), options.robot)
+    if options.ordered and read.time_s is not None:
+        said = "--ordered is for files without times, but time_s is read from a column. Leave one of them out."
+        raise UsageError(said)
     if options.ordered:
-        read = _in_order(read)
+        read = replace(read, time_s=np.arange(float(len(read))))
     dataset = Dataset(
         options.name,
         read,
@@ -120,18 +125,6 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
     else:
         dataset = replace(dataset, points=points_of(point_table, dataset))
     return Imported(dataset, {"poses.csv": of_poses, "points.csv": of_points}, (*not_read, *lost))
-
-
-def _is_timed(paths: Sequence[Path], options: ImportOptions) -> bool:
-    """Whether two files are brought together by time.
-
-    Raises:
-        UsageError: Options say so, but there are not two files.
-    """
-    said = [name for name in (TOLERANCE, CLOCKS) if name in options.further]
-    if said and len(paths) != 2:
-        raise UsageError(f"--set {said[0]} is for two files, the arm's log and that of what was measured.")
-    return bool(said)
 
 
 def _read(
@@ -162,14 +155,6 @@ def _points_in_a_row(
         return {}
     known = {*pose_quantities(options), *point_quantities(declared), *options.columns.values()}
     return points_side_by_side(table, known)
-
-
-def _in_order(poses: Poses) -> Poses:
-    if poses.time_s is not None:
-        raise UsageError(
-            "--ordered is for files without times, but time_s is read from a column. Leave one of them out."
-        )
-    return replace(poses, time_s=np.arange(float(len(poses))))
 
 
 def _each_once(table: CsvTable, chosen: Mapping[str, str]) -> CsvTable:
