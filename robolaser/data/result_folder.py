@@ -87,11 +87,10 @@ def write_results(folder: Path, contents: Mapping[str, str | Contents | None]) -
     Raises:
         OutputError: The disk or the rights say no.
     """
-    for home in {(folder / name).parent for name, file in contents.items() if file is not None}:
+    there = {name: file for name, file in contents.items() if file is not None}
+    files = {name: file.encode() if isinstance(file, str) else file for name, file in there.items()}
+    for home in {(folder / name).parent for name in files}:
         make_folder(home)
-    files = {
-        name: file.encode() if isinstance(file, str) else file for name, file in contents.items() if file is not None
-    }
     write_together(folder, files, list(contents)[::-1])
 
 
@@ -128,12 +127,10 @@ def _refuse_what_is_not_its_own(path: Path, owner: str | None, commands: Sequenc
 def _manifest(folder: Path) -> dict[str, str]:
     """The command that wrote each file; a manifest that cannot be read owns nothing."""
     try:
-        files = read_json(folder / MANIFEST)["files"]
-    except (DataError, KeyError, TypeError):
+        files = read_json(folder / MANIFEST)["files"].items()
+    except (DataError, LookupError, TypeError, AttributeError):
         return {}
-    if not isinstance(files, dict):
-        return {}
-    return {name: owner for name, owner in files.items() if isinstance(owner, str)}
+    return {name: owner for name, owner in files if isinstance(owner, str)}
 
 
 def _note(folder: Path, owners: Mapping[str, str]) -> None:
