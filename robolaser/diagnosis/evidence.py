@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.diagnosis.arm_geometry import placements_of_arm
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
@@ -115,14 +115,21 @@ def _alternatives_refitted(
     return ((one, fit) for one, fit in refitted if not fit.exceeds_bounds(one))
 
 
-def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:
+def aliases(refits: Refits, final: Fit, held_out: HeldOut) -> list[CandidateEffect]:
     """Effects that only imitate what a larger one leaves, the least explaining first.
 
-    The geometry of a whole arm is a constant: it has no form that could differ and leave something to imitate.
+    One without which held-out poses are certainly predicted worse is no alias: a tracker's scale is as real beside a
+    joint's large error as alone. The geometry of a whole arm is a constant: it has no form that could differ and leave
+    something to imitate.
     """
     arm = placements_of_arm(final.effects)
     explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects if one not in arm}
     largest = max(explained.values(), default=0.0)
+
+    def predicts(one: CandidateEffect) -> bool:
+        without = held_out.errors(refits.refit(final, removed=one))
+        return is_lower(without, held_out.errors(final), final.model.dataset.points.pose)
+
     return [
         one
         for one in sorted(explained, key=lambda one: explained[one])
@@ -130,6 +137,7 @@ def aliases(refits: Refits, final: Fit) -> list[CandidateEffect]:
         or (
             explained[one] < SMALL_SHARE * largest
             and is_alias(explained[one], largest, len(_other_locations(refits, final, one)))
+            and not predicts(one)
         )
     ]
 

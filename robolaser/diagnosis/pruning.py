@@ -58,7 +58,7 @@ def prune(
         doubtful = _above(unmodelled, EVEN) if final.has_optics else []
         if not doubtful:
             unexplained = sum(place.likelihood_ratio for place in left)
-            doubtful = aliases(refits, final) or _incredible(refits, final, unmodelled, unexplained)
+            doubtful = aliases(refits, final, held_out) or _incredible(refits, final, unmodelled, unexplained)
         if doubtful:
             final = _without_half(refits, final, doubtful)
             continue

@@ -44,7 +44,8 @@ def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int
             left = tuple(one for one in fit.effects if one is not removed)
             return SimpleNamespace(effects=left, chi2=fit.chi2 + explained)
 
-    found = aliases(Refitted(), SimpleNamespace(effects=effects, chi2=0.0))  # type: ignore[arg-type]
+    final = SimpleNamespace(effects=effects, chi2=0.0)
+    found = aliases(Refitted(), final, held_out=None)  # type: ignore[arg-type]
     assert (eccentric in found) == expected
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -49,3 +50,12 @@ def test_a_trackers_scale_is_certainly_one_of_lengths_and_not_certainly_the_trac
     (one,) = found.findings
     assert one.candidate_effect.effect.name in {"tracker_scale", "arm_scale"}
     assert {each.name: each.probability for each in found.classes}["measuring_system"] > 0.99
+
+
+def test_a_small_scale_beside_a_large_effect_is_found_where_it_predicts_new_poses() -> None:
+    effects = {"joint_coupling:panda_joint2": 1.5e-3, "tracker_scale:measuring_system": 3e-5}
+    noise = Noise(point_m=2e-5, joint_rad=1e-5)
+    made = simulate(find_robot("panda"), kind="point", poses=24, noise=noise, effects=effects, seed=1)
+    found = examine(made.dataset, seed=1)
+    assert {each.name: each.probability for each in found.classes}["measuring_system"] > 0.9
+    assert found.gap.after_m < 1.1 * found.gap.noise_floor_m
