@@ -61,7 +61,6 @@ class Calibration:
         evaluations: Candidates evaluated in all.
         seconds: Time taken.
         warnings: Warnings for the user.
-        loss: "square", "huber" or "cauchy".
         unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
         fitted: The model of the rows that were fitted; None where these are all.
         weighted: Their weights by noise; None where rows weigh alike, and where they were not kept.
@@ -86,7 +85,6 @@ class Calibration:
     evaluations: int
     seconds: float
     warnings: tuple[str, ...]
-    loss: str = "square"
     unseen: FoldFits | None = None
     fitted: Model | None = None
     weighted: NoiseWeightedFit | None = None

@@ -17,6 +17,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.bounded_step import EPS, bounded_steps
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_loss import of_numbers
 
 TOLERANCE = 1e-13
 SHARE, ENOUGH = 1e-5, 1e-2
@@ -294,8 +295,7 @@ class _Descents:
             second = self._of_batch(i, probe, active) - r - PROBE * (step[:, None] @ J)[:, 0]
             second *= 2.0 / PROBE**2
             if not part.loss.is_square:
-                counts = np.diff(part.starts, append=r.shape[1])
-                second *= np.repeat(part.loss.weights(r, part.starts), counts, axis=1)
+                second *= of_numbers(part.loss.weights(r, part.starts), r, part.starts)
             with np.errstate(invalid="ignore"):
                 curvature += (J @ second[..., None])[..., 0]
         self._evaluations += len(active)
