@@ -32,8 +32,8 @@ FITS = 4
 ROUNDS = 8
 """Reweightings of the free motion of a pose."""
 TAIL = 2.385
-"""Scale of Cauchy's loss, in standard deviations, at which 5 % of the efficiency is lost where all errors are normal and
-lie along a line, as a scanner's nearly do; less is lost where they lie all around."""
+"""Scale of Cauchy's loss, in standard deviations: 5 % of the efficiency is lost where all errors are normal and lie
+along a line, as a scanner's nearly do; less where they lie all around."""
 MEDIAN = 0.6745  # median length of such errors, in standard deviations
 UNUSED = 0.5
 """Numbers of a row that its errors do not fill on average: two pixels make the three coordinates of a stripe's row."""

@@ -11,8 +11,8 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 
 LEAST_CURVATURE = 0.01
-"""Of the loss along a residual, relative to its slope, at the least: beyond the scale it curves the other way, and steps
-towards a saddle would not lead down."""
+"""Of the loss along a residual, relative to its slope, at the least: beyond the scale it curves the other way, and
+steps towards a saddle would not lead down."""
 
 
 @final
