@@ -23,23 +23,14 @@ of it, where a model leaves much."""
 @final
 @dataclass(frozen=True, eq=False)
 class NoiseWeightedFit:
-    """Rows with their weights, and the parameters that fit them.
-
-    Attributes:
-        data: The rows.
-        outliers: Marks the gross errors, (rows of points.csv,).
-        shots: Noise of each row of points.csv, as far as weights rest on it.
-        problem: What was minimised.
-        x: Its optimum, (d,).
-        evaluations: Residual vectors evaluated.
-    """
+    """Rows with their weights, and the parameters that fit them."""
 
     data: AveragedData
-    outliers: Bools
-    shots: NoiseModel
-    problem: Problem
-    x: Array
-    evaluations: int
+    outliers: Bools  # marks the gross errors, (rows of points.csv,)
+    shots: NoiseModel  # of each row of points.csv, as far as weights rest on it
+    problem: Problem  # what was minimised
+    x: Array  # its optimum, (d,)
+    evaluations: int  # residual vectors evaluated
 
     def held_out(self, folds: Folds) -> FoldFits:
         """Errors on poses left out of the fit."""
