@@ -116,11 +116,6 @@ class Calibration:
         """The model of the rows that were fitted."""
         return self.model if self.fitted is None else self.fitted
 
-    @property
-    def held_out_rows(self) -> Array | None:
-        """`held_out` in the sensor's unit, (m', k); None where it was not kept."""
-        return None if self.unseen is None else self.unseen.errors
-
     @cached_property
     def robot(self) -> Robot | None:
         """The corrected arm, as the exported URDF has it: `forward`, `jacobian` and `inverse`, in batches.
@@ -157,7 +152,7 @@ class Calibration:
 
     def _of_rows(self, name: str, rows: Ints, unit: str, angles: int) -> Iterator[RowErrors]:
         """The errors of one sensor's rows, and of their angles."""
-        blocks, held_out = self.model.blocks, self.held_out_rows
+        blocks, held_out = self.model.blocks, self.unseen and self.unseen.errors
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
             held_out = None if angles else self.held_out
         fitted = blocks.own_rows(self.residuals, name)
