@@ -148,12 +148,9 @@ class _Descents:
         self._evaluations, self._curved = c, False
         batches = problem.batches
         self._r = [self._of_batch(i, x, np.arange(c)) for i in range(len(batches))]
-        self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if self._keeps else []
+        keeps = sum(r.size for r in self._r) * d <= KEPT
+        self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if keeps else []
         self._cost = self._costs(x, self._r)
-
-    @property
-    def _keeps(self) -> bool:
-        return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
 
     def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""

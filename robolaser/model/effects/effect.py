@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
@@ -246,11 +246,7 @@ class CandidateEffect:
 
 def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
     """The effects of a model, each at its stage; at a shared stage they act in the order of the list."""
-    return Perturbation(tuple((effect.stage_in(run.dataset), _step(effect, run)) for effect in effects))
-
-
-def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
-    return lambda value: acted(effect, value, run)
+    return Perturbation(tuple((effect.stage_in(run.dataset), partial(_acted, effect, run)) for effect in effects))
 
 
 @cache
@@ -259,7 +255,7 @@ def _parameters(kind: type[Effect]) -> tuple[str, ...]:
     return tuple(kind.units())
 
 
-def acted(effect: Effect, value: Array, run: Run) -> Array:
+def _acted(effect: Effect, run: Run, value: Array) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
     if not is_dual(value) and any(is_dual(getattr(effect, name)) for name in _parameters(type(effect))):
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy

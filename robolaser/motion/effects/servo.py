@@ -28,10 +28,6 @@ def _beyond(trace: Trace) -> tuple[bool, bool]:
     return bool(low > least), bool(high > least)
 
 
-def _range_untested(trace: Trace) -> str:
-    return "" if any(_beyond(trace)) else "no command exceeds the range that the joint reached"
-
-
 def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
     """At the readings' ends that commands go beyond."""
     ends = zip(numbers, (np.nanmin(trace.q), np.nanmax(trace.q)), _beyond(trace), strict=True)
@@ -140,7 +136,7 @@ TRACKING = (
         ),
         remedy="Give the simulated joint these limits, or widen the controller's.",
         reference=HOBBY,
-        untested=_range_untested,
+        untested=lambda trace: "" if any(_beyond(trace)) else "no command exceeds the range that the joint reached",
         begins=_range_begins,
     ),
     of_servo(
