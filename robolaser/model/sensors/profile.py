@@ -10,7 +10,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
-from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
+from robolaser.geometry.rigid_motion import apply, carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
 from robolaser.model.sensors.in_cell import InCell, Mounting, stands
@@ -74,9 +74,8 @@ class Profile(Sensor):
         seen = perturb(Stage.TARGET, self._measured)
         of_pose = self.dataset.points.pose
         _, first, profile = np.unique(of_pose * len(self.balls) + self.ball, return_index=True, return_inverse=True)
-        each = range(common_length(seen, T_base_flange))
         found = []
-        for candidate in each:
+        for candidate in range(max(len(seen), len(T_base_flange))):
             centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
             some = np.flatnonzero(enough)
             some = some[evenly(len(some), ENOUGH_PROFILES)]
