@@ -60,14 +60,12 @@ def outliers_within_poses(problem: Problem, x: Array) -> Bools:
     """
     model = problem.model
     of_pose = model.dataset.points.pose
-    values = problem.parameters.values(x[None])
     root = _roots(problem)
     r = (root @ problem.plain(x[None])[0][..., None])[..., 0]
     enough = np.bincount(of_pose, minlength=len(model.dataset.poses)) >= FREE_POSE_ROWS
     if not enough.any():
         return outliers_of(problem, x)
-    perturb = model.perturb(values)
-    shifts, turns = moved_with_pose(model.blocks, values, model.flange(values, perturb), perturb)
+    shifts, turns = moved_with_pose(model.blocks, *model.at(x))
     moves = FREE_POSE_M * np.concatenate([shifts, turns / LEVER_M], axis=-1)
     B = root @ moves * enough[of_pose, None, None]
     left = r

@@ -75,10 +75,7 @@ def _comparable(model: Model, x: Array) -> NoiseModel | None:
     """
     if not any(angles for *_, angles in model.blocks.kinds_of_rows.values()):
         return None
-    values = model.parameters.values(x[None])
-    perturb = model.perturb(values)
-    sources = row_errors(model.blocks, values, model.flange(values, perturb), perturb)
-    residuals = model.residuals_at(values)[0]
+    sources, residuals = row_errors(model.blocks, *model.at(x)), model.residuals(x[None])[0]
     sigmas = {}
     for source in sources:
         moved = (source.effect**2).sum(axis=(1, 2)) > 0.0  # others are another sensor's
