@@ -1,8 +1,8 @@
 """Other ways to read a data set: what the files of people who measured well have wrong."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import Final, Literal, final
 
 import numpy as np
@@ -31,8 +31,15 @@ LENGTHS: Final = {
 }
 """What lengths may be instead of metres, and the metres of one; or instead of what they were converted from."""
 MIRRORED: Final = "mirrored"
+MOST_NAMES: Final = 6
+"""Names of points of which all orders are tried."""
+MOST_LISTED: Final = 4  # poses that a sentence names
 SHIFTS: Final = {1: "after", -1: "before"}
 ROWS: Final = "the rows of poses.csv or points.csv"
+FAR_APART: Final = 10.0
+"""Times the usual deviation of a distance, from which a pose's distances are others, and below which they fit."""
+LEAST_M: Final = 2e-4
+"""The same at least. A judgement: distances on a tool differ by millimetres, trackers err by less."""
 
 
 @final
@@ -52,9 +59,11 @@ class Hypothesis:
 def read_otherwise(dataset: Dataset) -> Iterator[Hypothesis]:
     """All that may be wrong with files whose points are centimetres off.
 
-    Rows one pose off, flange poses the other way round, the sensor at the other end; lengths in other units, a
-    left-handed frame, transposed rotations; joints exchanged, reversed or in degrees.
+    Points of some poses exchanged; rows one pose off, flange poses the other way round, the sensor at the other end;
+    lengths in other units, a left-handed frame, transposed rotations; joints exchanged, reversed or in degrees.
     """
+    if names := exchanged_points(dataset):
+        yield Hypothesis(with_names(dataset, names), fault_text(names, dataset.poses.names), "points.csv")
     yield from _of_rows_and_ends(dataset)
     yield from _of_lengths(dataset)
     if dataset.robot is not None and dataset.poses.q is not None:
@@ -159,3 +168,60 @@ def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, A
     yield every, np.where(turning, DEGREE, 1.0), "All angles of poses.csv seem to be in degrees"
     divided = "All angles of poses.csv seem to be divided by 57.3, as if they had been in degrees"
     yield every, np.where(turning, 1 / DEGREE, 1.0), divided
+
+
+def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
+    """What points of some poses are called, and should be: those on one rigid body keep their distances.
+
+    Args:
+        dataset: With points that a tracker measured; nothing is said of others, nor where distances are alike.
+    """
+    points = dataset.points
+    names = list(dict.fromkeys(points.names))
+    if points.xyz is None or points.pixel is not None or not 2 < len(names) <= MOST_NAMES or points.columns:
+        return {}
+    number = np.array([names.index(name) for name in points.names])
+    cells = points.pose * len(names) + number
+    size = len(dataset.poses) * len(names)
+    count = np.bincount(cells, minlength=size)
+    sums = np.stack([np.bincount(cells, axis, minlength=size) for axis in points.xyz.T], axis=-1)
+    places = np.where(count[:, None] > 0, sums / np.maximum(count, 1)[:, None], np.nan).reshape(-1, len(names), 3)
+    apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1)
+    whole = np.isfinite(apart).all(axis=(1, 2))
+    if whole.sum() < 2 * MOST_NAMES:
+        return {}
+    usual = np.median(apart[whole], axis=0)
+    off = np.abs(apart - usual).max(axis=(1, 2))
+    enough = max(FAR_APART * float(np.median(off[whole])), LEAST_M)
+    if enough > _least_between(usual):
+        return {}
+    orders = [list(order) for order in permutations(range(len(names)))]
+    found: dict[int, Mapping[str, str]] = {}
+    for at in np.flatnonzero(whole & (off > enough)).tolist():
+        misfits = [np.abs(apart[at][np.ix_(order, order)] - usual).max() for order in orders]
+        if min(misfits) <= enough:
+            order = orders[int(np.argmin(misfits))]
+            found[at] = {names[was]: names[i] for i, was in enumerate(order) if was != i}
+    return found
+
+
+def _least_between(usual: Array) -> float:
+    """How far two distances of a body differ at least [m]: where some are alike, an exchange changes nothing."""
+    distances = np.sort(usual[np.triu_indices(len(usual), 1)])
+    return float(np.diff(distances).min())
+
+
+def with_names(dataset: Dataset, names: Mapping[int, Mapping[str, str]]) -> Dataset:
+    """The data set with points of some poses called otherwise."""
+    points = dataset.points
+    called = zip(points.pose.tolist(), points.names, strict=True)
+    right = tuple(names.get(at, {}).get(name, name) for at, name in called)
+    return replace(dataset, points=replace(points, names=right))
+
+
+def fault_text(names: Mapping[int, Mapping[str, str]], poses: Sequence[str]) -> str:
+    """The beginning of a sentence: which points of which poses."""
+    which = ", ".join(sorted({name for one in names.values() for name in one}))
+    where = [poses[number] for number in names]
+    listed = ", ".join(where[:MOST_LISTED]) + (" and others" if len(where) > MOST_LISTED else "")
+    return f"The points {which} of pose{'s' if len(where) > 1 else ''} {listed} seem to be exchanged"

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any, final
 
 import numpy as np
-from msgspec import to_builtins
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import setup_warning
@@ -241,7 +240,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "unidentifiable": [{"parameters": list(u.parameters), "reason": u.reason} for u in calibration.unidentifiable],
         "model": description,
         "effects": _effect_entries(calibration),
-        "run": to_builtins(RunSummary.of(dataset)),
+        "run": RunSummary.of(dataset).as_json(),
         "objective_m2": calibration.objective_m2 if model.blocks.unit == "m" else None,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),

@@ -1,4 +1,4 @@
-"""What a person should know of the noise: where it is not as stated, or grows with range."""
+"""What a person should know of the noise: where it is not as stated, shared by an image, or grows with range."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -13,7 +13,7 @@ from robolaser.diagnosis.thresholds import (
     ONE_MEASUREMENT,
 )
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
-from robolaser.model.noise.repeats import pixel_repeats
+from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats
 
 KEYS: Final = {
     "pixel": "pixel_px",
@@ -37,7 +37,13 @@ def noise_remarks(final: Fit, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
     """
     remarks = []
     for sensor in shots.sensors:
-        remarks += [*_contradicted(final, sensor.data, sensor.prefix), *_smaller(final, sensor.data)]
+        part = sensor.data
+        repeats = pixel_repeats(part)
+        remarks += [
+            *_contradicted(final, part, sensor.prefix),
+            *_smaller(final, part, repeats),
+            *_shared(part, repeats),
+        ]
     return (*dict.fromkeys(remarks), *(_growing(final) if fits else ()))
 
 
@@ -53,8 +59,8 @@ def _contradicted(final: Fit, shots: Dataset, prefix: str) -> Iterator[str]:
             )
 
 
-def _smaller(final: Fit, shots: Dataset) -> Iterator[str]:
-    stated, repeats = shots.noise.pixel_px, pixel_repeats(shots)
+def _smaller(final: Fit, shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:
+    stated = shots.noise.pixel_px
     if stated and repeats and Excess.of(repeats.freedoms * (repeats.sigma_px / stated) ** 2, repeats.freedoms).is_below:
         yield (
             f"[noise] states pixel_px = {stated:.2g}, but repeated shots scatter by {repeats.sigma_px:.2g} only: the"
@@ -70,6 +76,17 @@ def _smaller(final: Fit, shots: Dataset) -> Iterator[str]:
             else f"The rows of a pose scatter only {row_excesses.ratio:.2g} times as much as [noise] states: the stated"
             " value is used, and may hide effects."
         )
+
+
+def _shared(shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:
+    if repeats is None:
+        return
+    for axis, size, sigma in zip("uv", repeats.shared_px, repeats.shared_z, strict=True):
+        if sigma > NOISE_CONTRADICTED_SIGMA:
+            yield (
+                f"All rows of an image move together along {axis} by {size:.2g} px from shot to shot: more rows do not"
+                " average that out, more shots do. It counts as scatter of whole poses."
+            )
 
 
 def _growing(final: Fit) -> Iterator[str]:

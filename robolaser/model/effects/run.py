@@ -95,6 +95,11 @@ class Run:
         return self.dataset.paths
 
     @cached_property
+    def order(self) -> Ints:
+        """Numbers of the poses as they followed one another, one session after the other, (n,)."""
+        return np.concatenate(self.paths)
+
+    @cached_property
     def progress(self) -> Array:
         """Share of its session that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
         if self.course is not None:

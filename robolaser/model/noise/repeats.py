@@ -5,6 +5,7 @@ from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.model.grouped_rows import group_sums
 
@@ -20,6 +21,8 @@ class PixelRepeats:
 
     sigma_px: float  # pooled standard deviation
     freedoms: int  # independent differences that it rests on
+    shared_px: Array  # standard deviation of what all rows of an image share, along u and v, (2,)
+    shared_z: Array  # standard deviations by which the logarithm of its variance ratio exceeds that of chance, (2,)
 
 
 def pixel_from_repeats(dataset: Dataset) -> float | None:
@@ -49,4 +52,24 @@ def pixel_repeats(dataset: Dataset) -> PixelRepeats | None:
     kept = ~gross
     degrees = 2 * int((count - 1)[kept].sum())
     sigma = float(np.sqrt((deviation[kept[group]] ** 2).sum() / degrees))
-    return PixelRepeats(sigma, degrees)
+    return PixelRepeats(sigma, degrees, *_shared(dataset, deviation, kept[group] & repeated))
+
+
+def _shared(dataset: Dataset, deviation: Array, rows: Bools) -> tuple[Array, Array]:
+    """What the rows of an image share, by an analysis of variance of their deviations, and how far that is from chance.
+
+    Means of images scatter by the noise of a row over their number, unless something moves all rows of an image.
+    """
+    points = dataset.points
+    assert points.repeat is not None  # whose deviations these are
+    image = np.unique(np.column_stack([points.pose, points.repeat])[rows], axis=0, return_inverse=True)[1].reshape(-1)
+    poses, own = len(np.unique(points.pose[rows])), deviation[rows]
+    count = np.bincount(image)[:, None]
+    means = group_sums(own, image) / count
+    between, within = len(count) - poses, len(own) - len(np.unique(points.place[rows])) - (len(count) - poses)
+    if min(between, within) < LEAST_REPEATS:
+        return np.zeros(2), np.zeros(2)
+    inner = ((own - means[image]) ** 2).sum(axis=0) / within
+    ratio = (count * means**2).sum(axis=0) / between / np.maximum(inner, np.finfo(float).tiny)
+    shared = np.sqrt(np.maximum(ratio - 1.0, 0.0) * inner / count.mean())
+    return shared, np.log(np.maximum(ratio, np.finfo(float).tiny)) / np.sqrt(2.0 / between + 2.0 / within)
