@@ -80,7 +80,7 @@ def calibrate(
 
     Raises:
         EstimationError, DataError: The data are insufficient for a calibration.
-        EffectError, UsageError: An effect, location, algorithm or loss is unknown.
+        EffectError, UsageError: An effect, location or algorithm is unknown.
 
     Examples:
         >>> found = robolaser.calibrate(dataset, effects=["laser_roll"])

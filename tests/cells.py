@@ -8,13 +8,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points, Poses
-from robolaser.geometry.camera import metric, project, rays, undistort
+from robolaser.geometry.camera import metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_angles, inverse, pose
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion
 from robolaser.model.sensors.stripe import SCANNER, Stripe
-from robolaser.parameters import Parameter
+from robolaser.parameters import Parameter, Values
 from robolaser.robot.by_name import find_robot
 
 TRUTH = {
@@ -199,3 +199,33 @@ def _stood(rng: np.random.Generator, poses: int, robot: str | None) -> Poses:
         return Poses(names=names, q=rng.uniform(-1.0, 1.0, (poses, len(find_robot(robot).joints))))
     T = pose(exp_so3(rng.normal(0, 0.7, (poses, 3))), rng.normal(0, 0.2, (poses, 3)))
     return Poses(names=names, T_base_flange=T)
+
+
+def project(point: Array, values: Values, stripe_axis: str) -> Array:
+    """Pixels that see given points: the way back through the camera.
+
+    The radial polynomial is inverted by Newton's method.
+
+    Args:
+        point: In the camera frame, (c, m, 3) [m].
+        values: Uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `k`.
+        stripe_axis: As in `rays`.
+
+    Returns:
+        (c, m, 2) [px]; NaN behind the camera and where the distortion has no inverse.
+    """
+    x, y = (point[..., i] / point[..., 2] * values["f"][:, None] for i in (0, 1))
+    undistorted = np.stack([-y, x] if stripe_axis == "u" else [x, y], axis=-1)
+    k = values["k"][:, None]
+    radius = np.linalg.norm(undistorted, axis=-1)
+    distorted = radius.copy()
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        for _ in range(12):
+            slope = 1.0 + 3.0 * k * distorted**2
+            distorted = distorted - (distorted * (1.0 + k * distorted**2) - radius) / slope
+        missed = ~(np.abs(distorted * (1.0 + k * distorted**2) - radius) <= 1e-12 + 1e-9 * radius)
+        shrink = np.where(radius > 0, distorted / radius, 1.0)
+    shrink = np.where(missed | (point[..., 2] <= 0) | (distorted < 0), np.nan, shrink)
+    pitch = np.stack([values["s_u"], values["s_v"]], axis=-1)[:, None]
+    centre = np.stack([values["u_0"], values["v_0"]], axis=-1)[:, None]
+    return undistorted * shrink[..., None] / pitch + centre

@@ -89,7 +89,7 @@ def test_every_file_of_the_package_has_its_place_in_the_architecture() -> None:
 
 
 def test_every_member_of_a_family_has_its_word_in_the_docs() -> None:
-    numbers = [number for effect in EFFECTS for number, *_ in effect.amplitudes() + effect.nonlinear_parameters()]
+    numbers = [number for effect in EFFECTS for number in effect.units()]
     assert missing([*(effect.name for effect in EFFECTS), *numbers], "reference/effects.md") == []
     assert missing((effect.name for effect in EFFECTS), "reference/gallery.md") == []
     assert missing((effect.name for effect in MOTION_EFFECTS), "reference/gallery.md") == []

@@ -18,8 +18,8 @@ from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.identifiability import standard_errors, unidentifiable
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit, fit_by_noise
+from robolaser.estimation.plain_fit import fit
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.robust_reweighting import fit, outlier_warnings
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 
@@ -43,7 +43,7 @@ def calibrate(
 
     Raises:
         EstimationError, DataError: The data are insufficient for a calibration.
-        EffectError, UsageError: An effect, location, algorithm or loss is unknown.
+        EffectError, UsageError: An effect, location or algorithm is unknown.
 
     Examples:
         >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
@@ -87,10 +87,10 @@ def calibrated(
     if plan.polish:
         tell("fitting", 0.5)
         if plan.weights == "noise":
-            weighted = fit_by_noise(model, x, seed=plan.seed, loss=plan.loss)
+            weighted = fit_by_noise(model, x, seed=plan.seed)
             problem, x, more = weighted.problem, weighted.x, weighted.evaluations
         else:
-            problem, x, more = fit(model, x, loss=plan.loss)
+            problem, x, more = fit(model, x)
         evaluations += more
     residuals = model.residuals(x[None])[0]
     if not np.isfinite(residuals).all():
@@ -99,7 +99,7 @@ def calibrated(
     tell("holding poses out", 0.5)
     folds = assign_folds(problem.model, plan.seed)
     unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
-    sigmas = noise_of(model, x, problem.inliers(x) if weighted is None else ~weighted.outliers).sigmas
+    sigmas = noise_of(model, x, None if weighted is None else ~weighted.outliers).sigmas
     known = information(problem, x, sigmas, None if weighted is None else weighted.data.shots)
     parameters, on_bound = model.parameters, problem.on_bound(x)
     stated = np.array([item.fixed for item in parameters.items])
@@ -108,7 +108,6 @@ def calibrated(
         model=model,
         algorithm=start.algorithm,
         weights=plan.weights,
-        loss=plan.loss,
         seed=plan.seed,
         x=x,
         std=standard_errors(known, fixed=problem.fixed, bounded=np.where(on_bound, problem.scale, 0.0)),
@@ -126,7 +125,6 @@ def calibrated(
             *model.dataset.warnings,
             *start.warnings,
             *(_unused_warnings(weighted) if weighted else ()),
-            *outlier_warnings(problem, x),
             *_bound_warnings(model, on_bound),
             *travel_warnings(model, dict.fromkeys(name for group in groups for name in group.parameters)),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),

@@ -111,9 +111,7 @@ def check_target(model: Model) -> None:
     Raises:
         DataError: It lies behind it.
     """
-    values = model.parameters.values(model.parameters.nominal[None])
-    perturb = model.perturb(values)
-    behind = ~model.blocks.in_view(values, model.flange(values, perturb), perturb)
+    behind = ~model.blocks.in_view(*model.at(model.parameters.nominal))
     if model.dataset.placed and behind.mean() > 0.5:
         pose = model.dataset.points.pose
         row = int(np.argmax(behind))

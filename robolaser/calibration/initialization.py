@@ -109,7 +109,7 @@ def _multistart(model: Model, seed: int, tell: Progress) -> Start:
     """The global optimum: first without effects, then with them, last with those that have nonlinear parameters."""
 
     def optimum(part: Model, starts: Array | None) -> Optimum:
-        return multistart(part, seed=seed, starts=starts, progress=lambda so_far: tell("searching", so_far.share))
+        return multistart(part, seed=seed, starts=starts, progress=lambda share, *_: tell("searching", share))
 
     nonlinear = with_nonlinear_grid(model)
     plain = _without(model, nonlinear)

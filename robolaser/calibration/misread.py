@@ -1,18 +1,31 @@
 """Data that do not mean what they say: read otherwise, they fit far better."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import final
 
 import numpy as np
 
+from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
-from robolaser.calibration.other_readings import other_arms, read_otherwise
-from robolaser.calibration.result import rms
-from robolaser.calibration.slipped_rows import short_fit, slipped
+from robolaser.calibration.other_readings import (
+    FEWEST_POSES,
+    ROWS,
+    SHIFTS,
+    Hypothesis,
+    other_arms,
+    read_otherwise,
+    with_rows_moved,
+)
+from robolaser.calibration.result import rms, rms_of_poses
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly, rows_of_each, subsampled
+from robolaser.errors import RobolaserError
 from robolaser.estimation.multistart import SEARCH_POINTS
+from robolaser.estimation.problem import Problem
+from robolaser.estimation.solver import after, solve
+from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 
 FALLS = 5.0
@@ -23,6 +36,8 @@ BEST = 3.0  # factor by which the error of any other hypothesis must be larger: 
 OTHER_ARM_RMS_M = 2e-3
 """Error above which another arm of the same joints is tried. A judgement: effects leave less, as a rule; generations of
 an arm differ by centimetres."""
+STEPS = 12  # of each descent; an error that has not fallen by then is no sign
+COARSE = 1e-6
 
 
 @final
@@ -50,7 +65,7 @@ def misread(model: Model, rms_m: float) -> Misread | None:
 def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
     """The same of a large error; the last answer is kept, since a diagnosis asks what its calibration has asked."""
     few = _some(model.dataset)
-    readings = [*other_arms(few), *((*read_otherwise(few), *slipped(few)) if in_every_way else ())]
+    readings = [*other_arms(few), *((*read_otherwise(few), *_slipped(few)) if in_every_way else ())]
     if not readings:
         return None
     as_read = _error(few)
@@ -82,7 +97,7 @@ def _some(dataset: Dataset) -> Dataset:
 
 def _error(dataset: Dataset) -> float:
     """Root-mean-square error of the points after a short fit [m]; infinite where there is none."""
-    if (found := short_fit(dataset)) is None:
+    if (found := _short_fit(dataset)) is None:
         return np.inf
     model, x = found
     error = rms(model.in_metres(x, model.residuals(x[None])[0]))
@@ -91,3 +106,62 @@ def _error(dataset: Dataset) -> float:
 
 def _millimetres(length_m: float) -> str:
     return f"{1e3 * length_m:.0f} mm" if length_m >= 0.01 else f"{1e3 * length_m:.2g} mm"
+
+
+def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
+    """The model without effects, and its parameters (d,) a few steps from its own start; None where there is none."""
+    try:
+        model = Model(dataset)
+        start = model.fix_gauge(model.parameters.nominal)
+        return model, solve(Problem.of(model), start[None], tol=COARSE, hopeless=after(STEPS)).x[0]
+    except (RobolaserError, np.linalg.LinAlgError):
+        return None
+
+
+def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
+    """The rows from some pose on at the pose after theirs, and before: a pose was lost there or counted twice.
+
+    The first third of the poses is fitted as it is read, and the last third where it then belongs: one of the two is
+    on one side of the slip. By either fit the slip is where it makes the errors of all poses smallest.
+
+    Args:
+        dataset: With poses in the order in which they were measured.
+    """
+    poses = np.unique(dataset.points.pose)
+    if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses):
+        return
+    third = len(poses) // 3
+    of_first = _short_fit(_of(dataset, poses[:third]))
+    for shift, which in SHIFTS.items():
+        moved = with_rows_moved(dataset, shift)
+        fits = of_first, _short_fit(_of(moved, poses[-third:] + shift))
+        found = [_likeliest(dataset, moved, shift, *fit) for fit in fits if fit is not None]
+        gain, first = max(found, default=(0.0, 0))
+        if gain > 0.0 and first > poses[0]:
+            name = dataset.poses.names[first]
+            fault = f"From pose {name} on, the points, or images, seem to belong to the pose {which} theirs"
+            yield Hypothesis(with_rows_moved(dataset, shift, first), fault, ROWS, shift)
+
+
+def _of(dataset: Dataset, poses: Ints) -> Dataset:
+    return replace(dataset, points=dataset.points.take(np.flatnonzero(np.isin(dataset.points.pose, poses))))
+
+
+def _names_differ(dataset: Dataset, poses: Ints) -> bool:
+    """Whether a third of the poses shows other points than all do: what stands where is then not found from it."""
+    third = len(poses) // 3
+    ends = (_of(dataset, some).points.names for some in (poses[:third], poses[-third:]))
+    return any(set(names) != set(dataset.points.names) for names in ends)
+
+
+def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Array) -> tuple[float, int]:
+    """By how much a slip shrinks the errors, as a sum of logarithms over the poses, and the first pose behind it."""
+    count = len(as_read.poses)
+    here, there = (_errors(of_data(model, each), x, count) for each in (as_read, moved))
+    ratio = np.nan_to_num(np.log(here) - np.log(np.roll(there, -shift)))
+    gains = np.cumsum(ratio[::-1])[::-1]
+    return float(gains.max()), int(np.argmax(gains))
+
+
+def _errors(model: Model, x: Array, count: int) -> Array:
+    return rms_of_poses(model.in_metres(x, model.residuals(x[None])[0]), model.dataset.points.pose, count)

@@ -45,21 +45,14 @@ LEAST_M: Final = 2e-4
 @final
 @dataclass(frozen=True)
 class Hypothesis:
-    """A data set read otherwise.
+    """A data set read otherwise."""
 
-    Attributes:
-        dataset: Read so.
-        fault: What is then wrong with the files: the beginning of a sentence.
-        where: What is to be corrected.
-        shift: By how many poses the rows of points.csv are off.
-        alike: What it has in common with others that no data can tell from it: points in inches, and flange poses in
-            an inch of metres. Empty: nothing.
-    """
-
-    dataset: Dataset
-    fault: str
-    where: str = "poses.csv, or the file that it was made from"
-    shift: int = 0
+    dataset: Dataset  # read so
+    fault: str  # what is then wrong with the files: the beginning of a sentence
+    where: str = "poses.csv, or the file that it was made from"  # what is to be corrected
+    shift: int = 0  # by how many poses the rows of points.csv are off
+    # what it has in common with others that no data can tell from it, as points in inches and flange poses in an inch
+    # of metres have; "": nothing
     alike: str = ""
 
 

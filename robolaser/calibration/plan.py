@@ -23,7 +23,6 @@ class Plan:
             for trackers and sockets, whose parameters start from a closed form.
         polish: Whether local refinement follows the search.
         weights: "plain" minimises J; "noise" weights residuals by the covariance of their noise.
-        loss: "square"; "huber" and "cauchy" reduce the weight of gross errors, on a scale estimated from the residuals.
         effects: Names, as `EFFECT[:WHERE]`, or classes.
         seed: Seed of the search.
         generations: Number of generations, for searches that have any.
@@ -32,14 +31,13 @@ class Plan:
         UsageError: The weights are unknown.
 
     Examples:
-        >>> robolaser.Plan(effects=("laser_roll",), loss="huber").weights
+        >>> robolaser.Plan(effects=("laser_roll",)).weights
         'plain'
     """
 
     algorithm: str | None = None
     polish: bool = True
     weights: str = "plain"
-    loss: str = "square"
     effects: tuple[str | type[Effect], ...] = ()
     seed: int = 1
     generations: int = GENERATIONS

@@ -61,7 +61,6 @@ class Calibration:
         evaluations: Candidates evaluated in all.
         seconds: Time taken.
         warnings: Warnings for the user.
-        loss: "square", "huber" or "cauchy".
         unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
         fitted: The model of the rows that were fitted; None where these are all.
         weighted: Their weights by noise; None where rows weigh alike, and where they were not kept.
@@ -86,7 +85,6 @@ class Calibration:
     evaluations: int
     seconds: float
     warnings: tuple[str, ...]
-    loss: str = "square"
     unseen: FoldFits | None = None
     fitted: Model | None = None
     weighted: NoiseWeightedFit | None = None
@@ -116,11 +114,6 @@ class Calibration:
     def fitted_model(self) -> Model:
         """The model of the rows that were fitted."""
         return self.model if self.fitted is None else self.fitted
-
-    @property
-    def held_out_rows(self) -> Array | None:
-        """`held_out` in the sensor's unit, (m', k); None where it was not kept."""
-        return None if self.unseen is None else self.unseen.errors
 
     @cached_property
     def robot(self) -> Robot | None:
@@ -158,7 +151,7 @@ class Calibration:
 
     def _of_rows(self, name: str, rows: Ints, unit: str, angles: int) -> Iterator[RowErrors]:
         """The errors of one sensor's rows, and of their angles."""
-        blocks, held_out = self.model.blocks, self.held_out_rows
+        blocks, held_out = self.model.blocks, self.unseen and self.unseen.errors
         if held_out is None and self.held_out is not None and unit == "m" and len(rows) == len(self.residuals):
             held_out = None if angles else self.held_out
         fitted = blocks.own_rows(self.residuals, name)

@@ -17,7 +17,6 @@ def calibrate(
     algorithm: Annotated[str | None, Parameter(metavar="NAME")] = None,
     polish: Annotated[bool, Parameter(negative="--no-polish")] = True,
     weights: Literal["plain", "noise"] = "plain",
-    loss: Literal["square", "huber", "cauchy"] = "square",
     effects: Annotated[tuple[str, ...], Parameter(name="--with", metavar="EFFECT[:WHERE]")] = (),
     generations: Count | None = None,
     seed: Seed = 1,
@@ -39,7 +38,6 @@ def calibrate(
         algorithm: Search with one of `robolaser list algorithms`. Default: screening.
         polish: Refine the result of the search by least squares.
         weights: Minimise J, the sum of squares (plain), or weight each row by its noise.
-        loss: Loss of a row; huber and cauchy reduce the influence of gross errors.
         effects: Add an effect to the model; may be given again.
         generations: Number of generations of a genetic algorithm.
         seed: Seed of the search.
@@ -50,7 +48,7 @@ def calibrate(
     from robolaser.motion.reading import is_motion, load_motion
 
     if is_motion(dataset):
-        of_poses = {"--weights": weights != "plain", "--loss": loss != "square", "--no-polish": not polish}
+        of_poses = {"--weights": weights != "plain", "--no-polish": not polish}
         searches = {"--algorithm": algorithm, "--generations": generations, "--resume": resume}
         unused = [option for option, given in (searches | of_poses).items() if given]
         if unused:
@@ -91,7 +89,6 @@ def calibrate(
         algorithm=algorithm,
         polish=polish,
         weights=weights,
-        loss=loss,
         effects=effects,
         seed=seed,
         generations=generations or GENERATIONS,

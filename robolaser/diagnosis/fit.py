@@ -47,7 +47,7 @@ def problem_of(model: Model, noise: NoiseModel, sensor: Parameters) -> Problem:
         sensor: The sensor's parameters, those of all rows where the model holds some of them.
     """
     parameters = sensor + model.effect_parameters
-    nonlinear = [one.key(name) for one in model.effects for name, *_ in one.effect.nonlinear_parameters()]
+    nonlinear = [one.key(each.name) for one in model.effects for each in one.effect.nonlinear_parameters()]
     prior = np.where(np.isin(parameters.names, nonlinear), np.inf, UNIFORM * parameters.width)
     for one in placements_of_arm(model.effects):
         for amplitude in one.effect.amplitudes():

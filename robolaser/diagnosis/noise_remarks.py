@@ -92,9 +92,7 @@ def _shared(shots: Dataset, repeats: PixelRepeats | None) -> Iterator[str]:
 def _growing(final: Fit) -> Iterator[str]:
     """By a score test of squared whitened residuals against the logarithm of the range (Cook, Weisberg 1983)."""
     model = final.model
-    values = final.problem.parameters.values(final.x[None])
-    perturb = model.perturb(values)
-    ranges = model.blocks.ranges(values, model.flange(values, perturb), perturb)
+    ranges = model.blocks.ranges(*model.at(final.x))
     if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_RANGE_SPREAD:
         return
     squares = np.square(final.at.white.reshape(len(ranges), -1)).sum(axis=1) / model.blocks.row_numbers

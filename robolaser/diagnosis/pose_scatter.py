@@ -174,9 +174,7 @@ def _scattering_parts(fit: Fit, found: NoiseEstimate) -> Iterator[_Part]:
     if elsewhere:
         yield _Part(FLANGE, elsewhere)
         return
-    values = fit.problem.parameters.values(fit.x[None])
-    perturb = fit.model.perturb(values)
-    shifts, turns = moved_with_pose(fit.model.blocks, values, fit.model.flange(values, perturb), perturb)
+    shifts, turns = moved_with_pose(fit.model.blocks, *fit.model.at(fit.x))
     of_pose = fit.model.dataset.points.pose
     further = (
         ErrorSource("flange", shifts, of_pose, level="pose"),

@@ -92,10 +92,6 @@ def _broadcast_to(array: Dual, shape: tuple[int, ...]) -> Dual:
     return joined(value, [(array.of, padded(array.slopes, value.ndim))])
 
 
-def _clip(array: Any, low: Any, high: Any) -> Any:
-    return np.minimum(np.maximum(array, low), high)
-
-
 RULES: dict[Any, Callable[..., Any]] = {
     np.concatenate: _concatenate,
     np.stack: _stack,
@@ -112,7 +108,7 @@ RULES: dict[Any, Callable[..., Any]] = {
     np.take: Dual.take,
     np.take_along_axis: _take_along_axis,
     np.reshape: Dual.reshape,
-    np.clip: _clip,
+    np.clip: lambda array, low, high: np.minimum(np.maximum(array, low), high),
     np.max: Dual.max,
     np.sum: Dual.sum,
     np.mean: Dual.mean,

@@ -15,19 +15,12 @@ from robolaser.model.grouped_rows import group_sums
 @final
 @dataclass(frozen=True)
 class AveragedData:
-    """A data set with one row for each point of each pose.
+    """A data set with one row for each point of each pose."""
 
-    Attributes:
-        raw: The data set as it was measured, each shot a row.
-        dataset: With repeats averaged.
-        shots: Rows of points.csv behind each row, (m,).
-        group: The row here that each row of points.csv went into, (rows of points.csv,); -1 for gross errors.
-    """
-
-    raw: Dataset
-    dataset: Dataset
-    shots: Ints
-    group: Ints
+    raw: Dataset  # as it was measured, each shot a row
+    dataset: Dataset  # with repeats averaged
+    shots: Ints  # rows of points.csv behind each row, (m,)
+    group: Ints  # the row here that each row of points.csv went into, (rows of points.csv,); -1 for gross errors
 
     @classmethod
     def of(cls, dataset: Dataset, outliers: Bools | None = None) -> "AveragedData":

@@ -1,6 +1,5 @@
 """Postures from which a camera or a scanner sees its whole board, whichever of the two the arm carries."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self, final
@@ -30,51 +29,18 @@ ASIDE = 0.3  # the stripe crosses the image's middle, or this share of its half 
 ALONG = 7  # points of the stripe that stand for all of them
 
 
+@final
 @dataclass(frozen=True)
-class BoardObserver(ABC):
-    """What sees a board, one of the two on the flange."""
+class CameraBoard:
+    """A camera and its board, one of the two on the flange."""
 
     robot: Robot
     board: Board
-
-    error: ClassVar[float]  # usual error of a row [its unit]
-
-    @abstractmethod
-    def tried(self, count: int, rng: np.random.Generator) -> Array:
-        """Postures that bring the board somewhere before the camera, (≤ count, j)."""
-
-    @abstractmethod
-    def sees(self, q: Array) -> Bools:
-        """Whether all that is needed is in the image, and not too slanted, (n,)."""
-
-    @abstractmethod
-    def points(self, q: Array) -> Points:
-        """What is seen from postures (n, j), as much from each, one after the other."""
-
-    @abstractmethod
-    def with_board_moved(self, shift: Array) -> Self:
-        """The same with the board elsewhere, by (3,) [m] in the frame that its placement is stated in."""
-
-    @abstractmethod
-    def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
-        """A sentence on why not enough postures were found."""
-
-    def _touching(self, carried: Array, goal: Array, start: Array) -> Array:
-        """Postures near others (n, j) that bring a point on the flange to places in the base frame, (≤ n, j)."""
-        q, reached = touching(self.robot, carried, goal, start)
-        return q[reached]
-
-
-@final
-@dataclass(frozen=True)
-class CameraBoard(BoardObserver):
-    """A camera and its board."""
-
     values: Values  # intrinsics, `hand_eye.*` and `target.*`, one candidate
     image_px: tuple[int, int]  # width and height
     rides: bool  # whether the flange carries the camera
 
-    error = 0.2
+    error: ClassVar[float] = 0.2  # usual one of a row [px]
 
     @property
     def corners(self) -> Array:
@@ -83,7 +49,7 @@ class CameraBoard(BoardObserver):
         return self.board.square_m * np.pad(grid.reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)))
 
     def tried(self, count: int, rng: np.random.Generator) -> Array:
-        """With the board's middle before the camera."""
+        """Postures that bring the board's middle somewhere before the camera, (≤ count, j)."""
         size = np.ptp(self.corners, axis=0)[:2].max()
         filling = size * float(self.values["fx"][0]) / min(self.image_px)
         ahead = np.array([0.0, 0.0, filling * rng.uniform(NEAR, FAR)])
@@ -91,10 +57,10 @@ class CameraBoard(BoardObserver):
         carried, goal = (seeing, seen) if self.rides else (seen, seeing)
         start = random_configurations(self.robot, count, rng)
         start = start[-self._board_in_camera(start)[:, 2, 2] < -np.cos(2 * TILT)]
-        return self._touching(carried, goal + rng.uniform(-size / 4, size / 4, (len(start), 3)), start)
+        return _touching(self.robot, carried, goal + rng.uniform(-size / 4, size / 4, (len(start), 3)), start)
 
     def sees(self, q: Array) -> Bools:
-        """The whole board."""
+        """Whether the whole board is in the image, and not too slanted, (n,)."""
         T = self._board_in_camera(q)
         size = np.array(self.image_px) - 1.0
         with np.errstate(invalid="ignore"):
@@ -102,19 +68,19 @@ class CameraBoard(BoardObserver):
         return np.asarray((T[:, 2, 2] > np.cos(SLANT)) & inside.all(axis=(1, 2)))
 
     def points(self, q: Array) -> Points:
-        """Every corner."""
+        """Every corner, seen from postures (n, j), one after the other."""
         n, k = len(q), len(self.corners)
         names = tuple(map(str, range(k))) * n
         pixel = self._pixels(self._board_in_camera(q)).reshape(-1, 2)
         return Points(np.repeat(np.arange(n), k), names, pixel=pixel, xyz=np.tile(self.corners, (n, 1)))
 
     def with_board_moved(self, shift: Array) -> Self:
-        """On the flange or in the cell."""
+        """The same with the board elsewhere, by (3,) [m], on the flange or in the cell."""
         moved = {f"target.{axis}": self.values[f"target.{axis}"] + by for axis, by in zip("xyz", shift, strict=True)}
         return replace(self, values={**self.values, **moved})
 
     def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
-        """With what may be stated wrongly."""
+        """A sentence on why not enough postures were found: what may be stated wrongly."""
         return (
             f"In {seeing} of {tried} configurations of {self.robot.name} that were tried the camera sees the"
             f" whole board, {allowed} of them are allowed, but {wanted} are wanted. Ask for fewer poses, or correct"
@@ -136,13 +102,15 @@ class CameraBoard(BoardObserver):
 
 @final
 @dataclass(frozen=True)
-class ScannerBoard(BoardObserver):
+class ScannerBoard:
     """A stripe scanner on the flange, and a board in the cell on which the stripe falls."""
 
+    robot: Robot
+    board: Board
     view: View
     T_base_target: Array
 
-    error = 1e-4
+    error: ClassVar[float] = 1e-4  # usual one of a row [m]
 
     @property
     def size_m(self) -> Array:
@@ -150,15 +118,15 @@ class ScannerBoard(BoardObserver):
         return self.board.square_m * np.array([self.board.columns - 1, self.board.rows - 1])
 
     def tried(self, count: int, rng: np.random.Generator) -> Array:
-        """With the stripe on the board."""
+        """Postures that bring the stripe somewhere onto the board, (≤ count, j)."""
         start = random_configurations(self.robot, count, rng)
         start = start[np.abs(self._cameras(start)[:, 2, 2]) > np.cos(2 * TILT)]
         inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
         goal = apply(self.T_base_target, np.pad(inner, ((0, 0), (0, 1))))
-        return self._touching(self._in_flange(ASIDE * float(rng.choice([-1.0, 0.0, 1.0]))), goal, start)
+        return _touching(self.robot, self._in_flange(ASIDE * float(rng.choice([-1.0, 0.0, 1.0]))), goal, start)
 
     def sees(self, q: Array) -> Bools:
-        """The whole board and the stripe on it."""
+        """Whether the whole board and the stripe on it are in the image, (n,)."""
         T = self._cameras(q)
         facing = np.sign(T[:, 2, 3])
         good: Bools = -facing * T[:, 2, 2] > np.cos(TILT)
@@ -170,7 +138,7 @@ class ScannerBoard(BoardObserver):
         return np.asarray(good & np.isfinite(self._illuminated(T)).all(axis=(1, 2)))
 
     def points(self, q: Array) -> Points:
-        """Some along the stripe."""
+        """Some along the stripe, seen from postures (n, j), one after the other."""
         T = self._cameras(q)
         illuminated = self._illuminated(T)
         pixel, xyz = self.view.pixels(illuminated), apply(T[:, None], illuminated)
@@ -179,13 +147,13 @@ class ScannerBoard(BoardObserver):
         return Points(of_pose, names, pixel=pixel.reshape(-1, 2), xyz=xyz.reshape(-1, 3))
 
     def with_board_moved(self, shift: Array) -> Self:
-        """In the cell."""
+        """The same with the board elsewhere, by (3,) [m]."""
         T = self.T_base_target.copy()
         T[:3, 3] += shift
         return replace(self, T_base_target=T)
 
     def too_few(self, wanted: int, tried: int, seeing: int, allowed: int) -> str:
-        """With what may be in the way."""
+        """A sentence on why not enough postures were found: what may be in the way."""
         limits = f", and {allowed} of these are allowed" if allowed < seeing else ""
         narrow = "widen [limits] in cell.toml if it may, take a smaller --run-up, " if 2 * allowed < seeing else ""
         return (
@@ -210,6 +178,15 @@ class ScannerBoard(BoardObserver):
     def _illuminated(self, T_target_camera: Array) -> Array:
         along = np.linspace(*self.view.stripe_range(), ALONG)[None]
         return self.view.illuminated(T_target_camera, 0.0, along)
+
+
+BoardObserver = CameraBoard | ScannerBoard
+
+
+def _touching(robot: Robot, carried: Array, goal: Array, start: Array) -> Array:
+    """Postures near others (n, j) that bring a point on the flange to places in the base frame, (≤ n, j)."""
+    q, reached = touching(robot, carried, goal, start)
+    return q[reached]
 
 
 def board_observer(description: Dataset) -> BoardObserver:

@@ -32,27 +32,20 @@ class Information:
     reach: Array  # largest derivative by each parameter, (d,)
 
     @classmethod
-    def of(
-        cls, J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None, row_weights: Array | None = None
-    ) -> "Information":
+    def of(cls, J: Array, noise: NoiseModel, *, weights: NoiseModel | None = None) -> "Information":
         """The information of some rows of the data.
 
         Args:
             J: Plain residuals by all parameters, (d, m, k).
             noise: Of the residuals.
             weights: The noise by which the minimised residuals were whitened; None for plain ones.
-            row_weights: Weight that a robust loss gives each row, (m,); 1 when absent.
         """
-        d, _, k = J.shape
-        flat = J.reshape(d, -1)
+        flat = J.reshape(len(J), -1)
         plain, reach = triangle(flat.T), np.abs(flat).max(axis=1, initial=0.0)
-        if weights is None and row_weights is None:
+        if weights is None:
             return cls(plain, plain, noise.seen_through(flat.T), reach)
-        share = np.ones(flat.shape[1]) if row_weights is None else row_weights.repeat(k)
-        white = flat if weights is None else weights.whiten(J)
-        weighted = share * white
-        weighed = weighted if weights is None else weights.weigh(weighted)
-        return cls(plain, triangle((np.sqrt(share) * white).T), noise.seen_through(weighed.T), reach)
+        white = weights.whiten(J)
+        return cls(plain, triangle(white.T), noise.seen_through(weights.weigh(white).T), reach)
 
     @classmethod
     def of_known_distances(cls, model: Model, x: Array, number_scale: float = 1.0) -> "Information":
@@ -142,5 +135,4 @@ def information(problem: Problem, x: Array, sigmas: Mapping[str, float], shots: 
 
 def _of_batch(batch: Problem, x: Array, sigmas: Mapping[str, float], shots: Ints | None) -> Information:
     noise = NoiseModel(error_sources(batch.model, x, shots), sigmas)
-    weights = None if batch.loss.is_square else batch.loss.weights(batch.residuals(x[None]), batch.starts)[0]
-    return Information.of(jacobian(batch.model, x[None])[0], noise, weights=batch.noise, row_weights=weights)
+    return Information.of(jacobian(batch.model, x[None])[0], noise, weights=batch.noise)

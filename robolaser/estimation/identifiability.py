@@ -15,13 +15,12 @@ LOADING = 1e-4
 what the numerical error of the direction can be."""
 FEW = 3  # null directions, up to which all choices of pivots are tried
 STEADY = 1e-3  # smallest singular value of the pivot block, so that dividing by it magnifies no numerical error
-WEAK = 1.0 / np.sqrt(12.0)
-"""Standard deviation of a direction, in units of the bounds' width, from which on the data add nothing to the bounds:
-that of a uniform distribution between them."""
 WEAK_LOADING = 0.2
 """Share of the largest, in units of the bounds' width, from which on a parameter takes part in a weak direction."""
 
-UNIFORM = 12**-0.5  # standard deviation of a number that lies anywhere in an interval, as a share of its width
+UNIFORM = 12**-0.5
+"""Standard deviation of a number that lies anywhere in an interval, over its width. From there on the data on a
+direction, in units of the bounds' width, add nothing to the bounds."""
 
 
 @final
@@ -110,7 +109,7 @@ def unidentifiable(
     spread = known.covariance(columns) / width[columns] / width[columns][:, None]
     variances, directions = np.linalg.eigh(spread)
     for variance, direction in zip(variances[::-1], directions.T[::-1], strict=True):
-        if variance >= WEAK**2:
+        if variance >= UNIFORM**2:
             parts = columns[np.abs(direction) > WEAK_LOADING * np.abs(direction).max()]
             found.append(_weak([names[i] for i in parts], float(np.sqrt(variance))))
     return found

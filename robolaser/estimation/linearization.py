@@ -99,10 +99,10 @@ class Linearization:
         s, Vt = self._svd
         return np.linalg.qr(self.J @ (Vt.T / s))[0]
 
-    def step(self, r: Array | None = None) -> Array:
-        """The undamped step against `r`, or against other residuals (K + e,), as changes of the parameters, (d,)."""
+    def step(self, r: Array) -> Array:
+        """The undamped step against residuals (K + e,), as changes of the parameters, (d,)."""
         s, Vt = self._svd
-        moved: Array = -Vt.T @ ((Vt @ (self.J.T @ (self.r if r is None else r))) / s**2)
+        moved: Array = -Vt.T @ ((Vt @ (self.J.T @ r)) / s**2)
         return moved * self.problem.scale
 
     def project(self, columns: Array) -> Array:
@@ -111,15 +111,6 @@ class Linearization:
         tall[: len(columns)] = columns
         return np.asarray(tall - self.Q @ (self.Q.T @ tall))
 
-    def score(self, columns: Array) -> float:
-        """By how much the cost would fall with further linear parameters, whose derivatives (K, q) are given.
-
-        The score statistic (Rao 1948): chi-squared with q degrees of freedom where they are not at work.
-        """
-        U, s, _ = np.linalg.svd(self.project(columns), full_matrices=False)
-        along = U[:, s > RANK * s.max(initial=0.0)].T @ self.r
-        return float(along @ along)
-
     def columns(self, effect: CandidateEffect, shapes: Array | None = None) -> Array:
         """Derivatives of `white` by the amplitudes of an effect that the model lacks, (g, K, q) per SI unit.
 
@@ -127,7 +118,9 @@ class Linearization:
             effect: Is zero here.
             shapes: Values of its nonlinear parameters to try, (g, s); the nominal ones when absent.
         """
-        problem, shapes = self.problem, np.atleast_2d(_nominal_shapes(effect) if shapes is None else shapes)
+        problem = self.problem
+        if shapes is None:
+            shapes = np.array([[one.nominal for one in effect.effect.nonlinear_parameters()]])
         model = problem.model.with_effects((*problem.model.effects, effect))
         names, q = effect.parameters.names, len(effect.effect.amplitudes())
         values = problem.parameters.values(np.tile(self.x, (len(shapes), 1)))
@@ -148,7 +141,3 @@ class Linearization:
         s, Vt = self._svd
         inverse = Vt.T / s
         return self.problem.scale[:, None] * (inverse @ inverse.T) * self.problem.scale
-
-
-def _nominal_shapes(effect: CandidateEffect) -> Array:
-    return np.array([[one.nominal for one in effect.effect.nonlinear_parameters()]])

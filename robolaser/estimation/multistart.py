@@ -42,20 +42,8 @@ class Optimum:
     agreeing: int  # how many of them ended there
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class SoFar:
-    """How far the search has come."""
-
-    share: float  # of the rounds that it may take
-    evaluations: int  # candidates evaluated
-    # the best of the round's candidates, then of all that have gone downhill, (d,), by the cost of the rows that are
-    # searched on
-    x: Array
-
-
 def multistart(
-    model: Model, *, seed: int, starts: Array | None = None, progress: Callable[[SoFar], None] = lambda so_far: None
+    model: Model, *, seed: int, starts: Array | None = None, progress: Callable[[float, int, Array], None] | None = None
 ) -> Optimum:
     """Find the lowest J of a model within its bounds.
 
@@ -63,8 +51,10 @@ def multistart(
         model: Any; many rows are searched on subsampled, see `subsampled`.
         seed: Of the candidates.
         starts: Candidates that go downhill before any are sampled, (k, d); the nominal values by default.
-        progress: Is called twice in each round, after the sampling and after the descents.
+        progress: Is called twice in each round with the finished share of the rounds that it may take, the candidates
+            evaluated, and the best one by the rows searched on: of the round's, then of all that have gone downhill.
     """
+    tell = progress or (lambda share, evaluations, x: None)
     rng = np.random.default_rng(seed)
     problem = Problem.of(subsampled(model))
     starts = model.parameters.nominal[None] if starts is None else starts
@@ -73,11 +63,11 @@ def multistart(
         times = 1 if round_number else FIRST_ROUND
         x = _sampled(problem, rng, times)
         evaluations += times * CANDIDATES
-        progress(SoFar(round_number / MOST_ROUNDS, evaluations, x[0]))
+        tell(round_number / MOST_ROUNDS, evaluations, x[0])
         more_ends, more_costs, evaluated = _descended(problem, x if round_number else np.vstack([starts, x]))
         ends, costs = np.vstack([ends, more_ends]), np.append(costs, more_costs)
         evaluations += evaluated
-        progress(SoFar((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))]))
+        tell((round_number + 1) / MOST_ROUNDS, evaluations, ends[int(np.argmin(costs))])
         agreeing = int(_same(costs, costs.min()).sum())
         if agreeing >= AGREEING and np.isfinite(costs.min()):
             break

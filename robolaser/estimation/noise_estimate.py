@@ -42,15 +42,10 @@ one variance it is at least half of what the likelihood gains, however far the v
 @final
 @dataclass(frozen=True)
 class Excess:
-    """How much residuals scatter beyond the noise that they should have.
+    """How much residuals scatter beyond the noise that they should have."""
 
-    Attributes:
-        ratio: Of standard deviations.
-        sigma: How far that is from one, in standard deviations of chance.
-    """
-
-    ratio: float
-    sigma: float
+    ratio: float  # of standard deviations
+    sigma: float  # how far that is from one, in standard deviations of chance
 
     @classmethod
     def of(cls, squares: float, freedoms: float) -> "Excess":
@@ -95,19 +90,12 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
 @final
 @dataclass(frozen=True, eq=False)
 class NoiseEstimate:
-    """What residuals say of noise, errors of whole poses among it.
+    """What residuals say of noise, errors of whole poses among it."""
 
-    Attributes:
-        likelihood: Of the sizes of the sources.
-        known: Those that are stated, or that repeats give.
-        limits: What estimated sizes are not above, by name, see `noise_limits`.
-        numbers: How many whitened numbers there are.
-    """
-
-    likelihood: NoiseLikelihood
-    known: Known
-    limits: Mapping[str, float]
-    numbers: int
+    likelihood: NoiseLikelihood  # of the sizes of the sources
+    known: Known  # those that are stated, or that repeats give
+    limits: Mapping[str, float]  # what estimated sizes are not above, by name, see `noise_limits`
+    numbers: int  # how many whitened numbers there are
 
     @classmethod
     def of(cls, data: AveragedData, model: Model, x: Array, J: Array | None = None) -> "NoiseEstimate":

@@ -9,7 +9,6 @@ from robolaser.estimation.folds import FoldFits, Folds, held_out
 from robolaser.estimation.noise_estimate import NoiseEstimate
 from robolaser.estimation.outliers import outliers_within_poses, robust_fit
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.robust_reweighting import reweighted
 from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
@@ -24,23 +23,14 @@ of it, where a model leaves much."""
 @final
 @dataclass(frozen=True, eq=False)
 class NoiseWeightedFit:
-    """Rows with their weights, and the parameters that fit them.
-
-    Attributes:
-        data: The rows.
-        outliers: Marks the gross errors, (rows of points.csv,).
-        shots: Noise of each row of points.csv, as far as weights rest on it.
-        problem: What was minimised.
-        x: Its optimum, (d,).
-        evaluations: Residual vectors evaluated.
-    """
+    """Rows with their weights, and the parameters that fit them."""
 
     data: AveragedData
-    outliers: Bools
-    shots: NoiseModel
-    problem: Problem
-    x: Array
-    evaluations: int
+    outliers: Bools  # marks the gross errors, (rows of points.csv,)
+    shots: NoiseModel  # of each row of points.csv, as far as weights rest on it
+    problem: Problem  # what was minimised
+    x: Array  # its optimum, (d,)
+    evaluations: int  # residual vectors evaluated
 
     def held_out(self, folds: Folds) -> FoldFits:
         """Errors on poses left out of the fit."""
@@ -48,7 +38,7 @@ class NoiseWeightedFit:
         return held_out(self.problem, self.x, folds, enough=enough)
 
 
-def fit_by_noise(model: Model, start: Array, *, seed: int, loss: str = "square") -> NoiseWeightedFit:
+def fit_by_noise(model: Model, start: Array, *, seed: int) -> NoiseWeightedFit:
     """Fit rows weighed by their noise.
 
     Rows far from where the others of their pose have them are gross errors, judged beside a robust fit.
@@ -57,10 +47,6 @@ def fit_by_noise(model: Model, start: Array, *, seed: int, loss: str = "square")
         model: All rows.
         start: (d,).
         seed: Chooses the poses that are used, where there are more than needed.
-        loss: "square", or one that lets what else is far off count for less, by a scale from the residuals.
-
-    Raises:
-        UsageError: There is no loss of that name.
     """
     near, shots = _robust(model, start, seed)
     outliers = outliers_within_poses(Problem.of(model, shots), near)
@@ -69,10 +55,7 @@ def fit_by_noise(model: Model, start: Array, *, seed: int, loss: str = "square")
     problem = Problem.of(some, NoiseEstimate.of(data, some, near).for_weights())
     end = solve(problem.with_rows_of_size(near), near[None], tol=SHARE, enough=ENOUGH)
     problem, x, evaluations = problem.with_rows_of_size(end.x[0]), end.x[0], end.evaluations
-    if loss != "square":
-        problem, x, more = reweighted(problem, x, loss)
-        evaluations += more
-    elif model.known_distances is not None:
+    if model.known_distances is not None:
         end = solve(problem, x[None], tol=SHARE, enough=ENOUGH)
         x, evaluations = end.x[0], evaluations + end.evaluations
     return NoiseWeightedFit(data, outliers, shots, problem, x, evaluations)

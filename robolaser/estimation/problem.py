@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.estimation.robust_loss import HALF, SQUARE, Loss
+from robolaser.estimation.robust_loss import SQUARE, Loss
 from robolaser.model.batches import batches_of
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
@@ -43,16 +43,15 @@ class Problem:
         model: Model,
         noise: NoiseModel | None = None,
         *,
-        loss: Loss = SQUARE,
         prior: Array | None = None,
         parameters: Parameters | None = None,
     ) -> "Problem":
         """The problem of a model; see the attributes."""
-        return cls(model, parameters or model.parameters, noise, loss, prior)
+        return cls(model, parameters or model.parameters, noise, prior=prior)
 
-    def with_noise(self, noise: NoiseModel | None, loss: Loss = SQUARE) -> "Problem":
+    def with_noise(self, noise: NoiseModel | None) -> "Problem":
         """The same with other weights."""
-        return replace(self, noise=noise, loss=loss, row_size=None)
+        return replace(self, noise=noise, row_size=None)
 
     @cached_property
     def fixed(self) -> Bools:
@@ -169,13 +168,6 @@ class Problem:
         """Cost of candidates, (c, d) -> (c,); infinite at the model's poles."""
         rows = sum(batch.loss.costs(batch.residuals(x), batch.starts) for _, batch in self.batches)
         return np.asarray(rows + np.square(self.extra_residuals(x)).sum(axis=1))
-
-    def inliers(self, x: Array) -> Bools:
-        """Rows to which the loss gives half their weight or more at x (d,), (m,)."""
-        inliers = np.ones(self.rows, dtype=bool)
-        for rows, batch in () if self.loss.is_square else self.batches:
-            inliers[rows] = batch.loss.weights(batch.residuals(x[None]), batch.starts)[0] >= HALF
-        return inliers
 
     @cached_property
     def batches(self) -> tuple[tuple[Ints, "Problem"], ...]:

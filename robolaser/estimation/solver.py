@@ -17,6 +17,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.estimation.bounded_step import EPS, bounded_steps
 from robolaser.estimation.problem import Problem
+from robolaser.estimation.robust_loss import of_numbers
 
 TOLERANCE = 1e-13
 SHARE, ENOUGH = 1e-5, 1e-2
@@ -147,12 +148,9 @@ class _Descents:
         self._evaluations, self._curved = c, False
         batches = problem.batches
         self._r = [self._of_batch(i, x, np.arange(c)) for i in range(len(batches))]
-        self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if self._keeps else []
+        keeps = sum(r.size for r in self._r) * d <= KEPT
+        self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if keeps else []
         self._cost = self._costs(x, self._r)
-
-    @property
-    def _keeps(self) -> bool:
-        return bool(sum(r.size for r in self._r) * len(self._problem.scale) <= KEPT)
 
     def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""
@@ -294,8 +292,7 @@ class _Descents:
             second = self._of_batch(i, probe, active) - r - PROBE * (step[:, None] @ J)[:, 0]
             second *= 2.0 / PROBE**2
             if not part.loss.is_square:
-                counts = np.diff(part.starts, append=r.shape[1])
-                second *= np.repeat(part.loss.weights(r, part.starts), counts, axis=1)
+                second *= of_numbers(part.loss.weights(r, part.starts), r, part.starts)
             with np.errstate(invalid="ignore"):
                 curvature += (J @ second[..., None])[..., 0]
         self._evaluations += len(active)

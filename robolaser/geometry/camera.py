@@ -64,33 +64,3 @@ def intersect(ray: Array, plane: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         point: Array = ray * (plane[..., 3] / facing)[..., None]
     return point
-
-
-def project(point: Array, values: Values, stripe_axis: str) -> Array:
-    """Pixels that see given points: the way back through the camera.
-
-    The radial polynomial is inverted by Newton's method.
-
-    Args:
-        point: In the camera frame, (c, m, 3) [m].
-        values: Uses `f`, `s_u`, `s_v`, `u_0`, `v_0`, `k`.
-        stripe_axis: As in `rays`.
-
-    Returns:
-        (c, m, 2) [px]; NaN behind the camera and where the distortion has no inverse.
-    """
-    x, y = (point[..., i] / point[..., 2] * values["f"][:, None] for i in (0, 1))
-    undistorted = np.stack([-y, x] if stripe_axis == "u" else [x, y], axis=-1)
-    k = values["k"][:, None]
-    radius = np.linalg.norm(undistorted, axis=-1)
-    distorted = radius.copy()
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        for _ in range(12):
-            slope = 1.0 + 3.0 * k * distorted**2
-            distorted = distorted - (distorted * (1.0 + k * distorted**2) - radius) / slope
-        missed = ~(np.abs(distorted * (1.0 + k * distorted**2) - radius) <= 1e-12 + 1e-9 * radius)
-        shrink = np.where(radius > 0, distorted / radius, 1.0)
-    shrink = np.where(missed | (point[..., 2] <= 0) | (distorted < 0), np.nan, shrink)
-    pitch = np.stack([values["s_u"], values["s_v"]], axis=-1)[:, None]
-    centre = np.stack([values["u_0"], values["v_0"]], axis=-1)[:, None]
-    return undistorted * shrink[..., None] / pitch + centre

@@ -89,12 +89,6 @@ def apply(T: Array, points: Array) -> Array:
     return moved
 
 
-def common_length(*batches: Array) -> int:
-    """Entries of batches that broadcast along their first axis; quicker than NumPy's own for shapes."""
-    lengths = {len(batch) for batch in batches} - {1}
-    return lengths.pop() if lengths else 1
-
-
 def carry(T: Array, of_row: Ints, points: Array) -> Array:
     """Carry each point by the motion of its row.
 

@@ -186,11 +186,15 @@ class Model:
         known = self.known_distances
         return np.empty((len(x), 0)) if known is None else known.residuals(self.parameters.values(x)) / known.sigma_m
 
-    def in_metres(self, x: Array, residuals: Array) -> Array:
-        """Residuals (m, k) at x (d,) as they are at the point's place, (m, j) [m]: what a person reads."""
+    def at(self, x: Array) -> tuple[Values, Array, Perturbation]:
+        """What most functions of blocks take: the values of one candidate (d,), its flange, and its effects."""
         values = self.parameters.values(x[None])
         perturb = self.perturb(values)
-        there: Array = self.blocks.in_metres(residuals[None], values, self.flange(values, perturb), perturb)[0]
+        return values, self.flange(values, perturb), perturb
+
+    def in_metres(self, x: Array, residuals: Array) -> Array:
+        """Residuals (m, k) at x (d,) as they are at the point's place, (m, j) [m]: what a person reads."""
+        there: Array = self.blocks.in_metres(residuals[None], *self.at(x))[0]
         return there
 
     def completed(self, values: Values, known: Collection[str] = ()) -> Values:

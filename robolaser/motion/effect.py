@@ -30,7 +30,6 @@ class Number:
     lower: float = float("-inf")
     upper: float = float("inf")
     servo: str = ""  # its name in the servo's model; "": it is a factor of a column
-    ideal: float = 0.0  # where it does nothing
     least: float = 0.0  # in size; smaller ones are the forms of other effects, and are not named
 
 

@@ -14,7 +14,7 @@ from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.quantities import SMOOTHED_S
 from robolaser.motion.series_clocks import Lateness
-from robolaser.motion.servo import Runs
+from robolaser.motion.servo import IDEAL, Runs
 from robolaser.robot.kinematics import Robot
 
 ROUNDS = 3  # of a fit that begins at one with an effect less, or more
@@ -205,7 +205,7 @@ class TrackingRows:
         cases = [(fit, [fit.x, *(fit.x + STEP * side for side in np.eye(len(fit.x)))]) for fit in moving]
         for fit, residual in zip(moving, self._computed(cases), strict=True):
             unseen = (residual[:, 1:] == residual[:, :1]).all(axis=0)
-            ideal = [number.ideal / number.usual for one in fit.effects for number in one.effect.numbers]
+            ideal = [IDEAL[number.servo] / number.usual for number in fit.numbers]
             fit.x = np.where(unseen, ideal, fit.x)
 
     def _begun(self, joint: int, effects: tuple[At, ...]) -> list[_Fit]:

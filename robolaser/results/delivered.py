@@ -16,7 +16,7 @@ from robolaser.diagnosis.validation import Transfer
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_weighted_fit import fit_by_noise
-from robolaser.estimation.robust_reweighting import fit
+from robolaser.estimation.plain_fit import fit
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld
@@ -119,7 +119,7 @@ def _without_others(calibration: Calibration, chosen: Sequence[CandidateEffect])
     known = dict(zip(calibration.model.parameters.names, calibration.x.tolist(), strict=True))
     start = np.array([known[name] for name in model.parameters.names])
     weighted = None if calibration.weights == "plain" else fit_by_noise(model, start, seed=calibration.seed)
-    problem, x = (weighted.problem, weighted.x) if weighted else fit(model, start, loss=calibration.loss)[:2]
+    problem, x = (weighted.problem, weighted.x) if weighted else fit(model, start)[:2]
     folds = assign_folds(problem.model, calibration.seed)
     unseen = folds and (weighted.held_out(folds) if weighted else held_out(problem, x, folds))
     nothing, unknown = np.zeros(len(x), dtype=bool), np.full(len(x), np.nan)

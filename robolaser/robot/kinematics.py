@@ -23,7 +23,7 @@ STARTS = 40  # of an inverse, beside the one that is given: fewer leave out some
 
 
 @final
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """A robot as its URDF describes it; the base frame is the URDF's root link.
 
@@ -35,8 +35,16 @@ class Robot:
     flange: str  # the link that carries the sensor
     gravity: tuple[float, float, float]  # in the base frame [m/s²]
     urdf: str  # the URDF as it was read
-    # joints that are not listed and follow none of these are fixed at neutral
-    by_pinocchio: PinocchioModel = field(repr=False, compare=False)
+    # what follows from the URDF; joints that are not listed and follow none of these are fixed at neutral
+    by_pinocchio: PinocchioModel = field(compare=False)
+    chain: tuple[int, ...] = field(compare=False)  # indices into `joints` of those that move the flange, base first
+    lower: Array = field(compare=False)  # least value of each joint, (j,) [rad] or [m]; -inf for continuous joints
+    upper: Array = field(compare=False)  # largest value, likewise; inf for continuous joints
+    prismatic: Bools = field(compare=False)  # whether each joint slides, (j,)
+    placements: Array = field(compare=False)  # each joint on the moving joint, or base, that carries it, (j, 4, 4)
+    axes: Array = field(compare=False)  # unit axis in the joint's frame, (j, 3)
+    end: Array = field(compare=False)  # from the last joint that carries the flange to it, (4, 4)
+    has_masses: bool = field(compare=False)  # whether any link that a listed joint moves has a mass
 
     @classmethod
     def from_urdf(
@@ -64,6 +72,7 @@ class Robot:
         x, y, z = (float(g) for g in gravity)
         arm, name = read_arm(text, flange=flange, joints=joints, source=source)
         arm.model.gravity.linear = np.array([x, y, z])
+        lower, upper = (limit[arm.columns] for limit in arm.limits)
         return cls(
             name=name,
             joints=tuple(arm.moving[column] for column in arm.columns),
@@ -71,6 +80,14 @@ class Robot:
             gravity=(x, y, z),
             urdf=text,
             by_pinocchio=arm,
+            chain=arm.chain,
+            lower=lower,
+            upper=upper,
+            prismatic=arm.slides[arm.columns],
+            placements=arm.placements[arm.columns],
+            axes=arm.axes[arm.columns],
+            end=arm.end,
+            has_masses=bool((arm.masses > 0.0).any()),
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -216,41 +233,6 @@ class Robot:
         return self.by_pinocchio.carried(q)
 
     @property
-    def chain(self) -> tuple[int, ...]:
-        """Indices into `joints` of those that move the flange, from base to flange."""
-        return self.by_pinocchio.chain
-
-    @cached_property
-    def lower(self) -> Array:
-        """Least value of each joint by the URDF, (j,) [rad] or [m]; -inf for continuous joints."""
-        return self.by_pinocchio.limits[0][self.by_pinocchio.columns]
-
-    @cached_property
-    def upper(self) -> Array:
-        """Largest value of each joint by the URDF, (j,) [rad] or [m]; inf for continuous joints."""
-        return self.by_pinocchio.limits[1][self.by_pinocchio.columns]
-
-    @cached_property
-    def prismatic(self) -> Bools:
-        """Whether each joint slides, (j,)."""
-        return self.by_pinocchio.slides[self.by_pinocchio.columns]
-
-    @cached_property
-    def placements(self) -> Array:
-        """Each joint on the moving joint, or base, that carries it, (j, 4, 4)."""
-        return self.by_pinocchio.placements[self.by_pinocchio.columns]
-
-    @cached_property
-    def axes(self) -> Array:
-        """Unit axis in the joint's frame, (j, 3)."""
-        return self.by_pinocchio.axes[self.by_pinocchio.columns]
-
-    @property
-    def end(self) -> Array:
-        """From the last joint that carries the flange to it, (4, 4)."""
-        return self.by_pinocchio.end
-
-    @property
     def base(self) -> str:
         """Name of the root link."""
         return self.by_pinocchio.links[0].name
@@ -259,11 +241,6 @@ class Robot:
     def links(self) -> tuple[str, ...]:
         """Names of the links, each after the one that carries it."""
         return tuple(link.name for link in self.by_pinocchio.links)
-
-    @cached_property
-    def has_masses(self) -> bool:
-        """Whether any link that a listed joint moves has a mass."""
-        return bool((self.by_pinocchio.masses > 0.0).any())
 
     def with_placements(self, placements: Array, offsets: Array | None = None) -> Self:
         """The same arm with its joints placed anew, (j, 4, 4), and their zeros moved by offsets, (j,) [rad or m].

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.errors import RobotError
-from robolaser.geometry.camera import laser_plane, project
+from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
@@ -66,8 +66,11 @@ class View:
 
     def pixels(self, point: Array) -> Array:
         """Pixels of points of the camera frame through an undistorted lens, (n, k, 3) [m] -> (n, k, 2) [px]."""
-        flat = {**{name: np.array([value]) for name, value in self.values.items()}, "k": np.zeros(1)}
-        return project(point.reshape(1, -1, 3), flat, self.stripe_axis).reshape(*point.shape[:2], 2)
+        v = self.values
+        x, y = (point[..., i] / point[..., 2] * v["f"] for i in (0, 1))
+        image = np.stack([-y, x] if self.stripe_axis == "u" else [x, y], axis=-1)
+        image = np.where(point[..., 2:] > 0, image, np.nan)
+        return np.asarray(image / (v["s_u"], v["s_v"]) + (v["u_0"], v["v_0"]))
 
     def stripe(self, T_base_camera: Array, level: float, at: Array) -> Array:
         """Pixels of the stripe on the plane z = level, (n, k, 2) [px]; arguments as those of `illuminated`."""

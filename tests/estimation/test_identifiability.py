@@ -301,16 +301,14 @@ def test_noise_of_a_fitted_model_needs_no_more_than_the_model():
 def test_what_parts_say_adds_up_to_what_all_rows_say(tracked):
     model, x, J = tracked
     noise = known_noise(model, x, point=2e-5, joint=3e-4)
-    shares = np.random.default_rng(31).uniform(0.2, 1.0, len(J) // 3)
     half = model.dataset.points.pose < 5
     for weights in (None, noise):
-        whole = said(J, noise, weights=weights, row_weights=shares)
+        whole = said(J, noise, weights=weights)
         parts = [
             said(
                 J[np.repeat(rows, 3)],
                 noise.of_rows(np.flatnonzero(rows)),
                 weights=None if weights is None else noise.of_rows(np.flatnonzero(rows)),
-                row_weights=shares[rows],
             )
             for rows in (half, ~half)
         ]

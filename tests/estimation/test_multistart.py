@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from robolaser.arrays import Array
 from robolaser.data.stated_noise import Noise
-from robolaser.estimation.multistart import AGREEING, MOST_ROUNDS, SoFar, multistart
+from robolaser.estimation.multistart import AGREEING, MOST_ROUNDS, multistart
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
@@ -83,17 +84,17 @@ def test_an_optimum_that_nothing_confirms_is_told(monkeypatch: pytest.MonkeyPatc
 
 def test_whoever_watches_sees_the_best_fall_round_by_round(made: Simulated, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robolaser.estimation.multistart.AGREEING", 16)  # more than the first round has descents
-    model, seen = Model(made.dataset), list[SoFar]()
-    found = multistart(model, seed=1, progress=seen.append)
-    costs = [model.cost(so_far.x[None])[0] for so_far in seen]
+    model, seen = Model(made.dataset), list[tuple[float, int, Array]]()
+    found = multistart(model, seed=1, progress=lambda *so_far: seen.append(so_far))
+    costs = [model.cost(x[None])[0] for *_, x in seen]
     screened, descended = costs[::2], costs[1::2]
     assert len(descended) >= 3
     assert all(
         later <= earlier + 1e-12 * screened[0] for earlier, later in pairwise(descended)
     )  # a cost of rounding alone
     assert all(end <= candidate for candidate, end in zip(screened, descended, strict=True))
-    assert all(earlier.evaluations < later.evaluations for earlier, later in pairwise(seen))
-    assert all(earlier.share <= later.share <= 1.0 for earlier, later in pairwise(seen))
-    assert seen[-1].evaluations == found.evaluations
-    assert np.array_equal(seen[-1].x, found.x)
+    assert all(earlier[1] < later[1] for earlier, later in pairwise(seen))
+    assert all(earlier[0] <= later[0] <= 1.0 for earlier, later in pairwise(seen))
+    assert seen[-1][1] == found.evaluations
+    assert np.array_equal(seen[-1][2], found.x)
     assert found.cost == multistart(model, seed=1).cost

@@ -8,8 +8,8 @@ import pytest
 from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
+from robolaser.estimation.plain_fit import fit
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.robust_reweighting import fit
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import solve
 from robolaser.model.forward_model import Model
@@ -65,7 +65,7 @@ def test_held_out_errors_of_large_data_are_those_of_fits_without_the_fold(whole)
 
 
 def test_a_crowd_of_rows_ends_at_their_optimum(whole, monkeypatch) -> None:
-    monkeypatch.setattr("robolaser.estimation.robust_reweighting.FEWER", 2000)
+    monkeypatch.setattr("robolaser.estimation.plain_fit.FEWER", 2000)
     problem, _, least = whole
     _, x, _ = fit(problem.model, problem.parameters.nominal)
     assert problem.costs(x[None])[0] == pytest.approx(least, rel=1e-10)

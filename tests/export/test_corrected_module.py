@@ -103,8 +103,8 @@ def test_corrected_py_has_every_effect_of_the_arm_as_the_model_has_it(effects, w
     calibration = found(effects, made(warm))
     model, run = calibration.model, calibration.model.run
     wanted = model.flange(model.parameters.values(calibration.x[None]))[0]
-    last = run.order[-1]
-    given = {"q": run.q[last][None], "before": run.q[run.order[:-1]][:, None], "velocity": run.qd[last][None],
+    *before, last = np.concatenate(run.paths)
+    given = {"q": run.q[last][None], "before": run.q[before][:, None], "velocity": run.qd[last][None],
              "time_s": run.time_s[last] - run.time_s.min()}  # fmt: skip
     if warm:
         given["temperature_c"] = run.poses.temperature_c[last]

@@ -9,11 +9,12 @@ import pinocchio
 import pytest
 import yaml
 from calibrated import KINDS, arm, point, socket, stripe
+from cells import project
 
 from robolaser.calibration.calibrate import calibrate
 from robolaser.export.ros import camera_yaml, easy_handeye2, plumb_bob, static_transform
 from robolaser.export.urdf import corrected_urdf, robot_urdf
-from robolaser.geometry.camera import metric, project, rays, undistort
+from robolaser.geometry.camera import metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import motion

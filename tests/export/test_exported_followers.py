@@ -41,8 +41,8 @@ def test_corrected_py_follows():
     calibration = found(AT_REST, made())
     run, model = calibration.model.run, calibration.model
     wanted = model.flange(model.parameters.values(calibration.x[None]))[0]
-    last = run.order[-1]
-    now = {"before": run.q[run.order[:-1]][:, None], "time_s": run.time_s[last] - run.time_s.min()}
+    *before, last = np.concatenate(run.paths)
+    now = {"before": run.q[before][:, None], "time_s": run.time_s[last] - run.time_s.min()}
     T = loaded(calibration)["forward"](run.q[last][None], **now)[0]
     np.testing.assert_allclose(T, wanted[last], rtol=0, atol=1e-9)
     assert np.abs(wanted - run.flange).max() > 1e-4

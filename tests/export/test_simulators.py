@@ -122,7 +122,7 @@ MOVED = ("coupling", "encoder scale", "compliance", "compliance, hardening, with
 def test_mujoco_moves_within_five_percent_of_an_effect(name):
     size = {key: value for key, value in EFFECTS[name].items() if not key.endswith(("hardening", "start"))}
     calibration = bent(made(), size)
-    order = calibration.model.run.order
+    order = np.concatenate(calibration.model.run.paths)
     q = made().poses.q[order]
     effect = (wanted(calibration) - made().flange())[order]
     found = replayed(mjcf(calibration), q, settle_s=4.0) - made().flange()[order]

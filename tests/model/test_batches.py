@@ -10,7 +10,6 @@ from robolaser.data.stated_noise import Noise
 from robolaser.estimation.folds import TOLERANCE, assign_folds, held_out
 from robolaser.estimation.noise_estimate import noise_of
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.solver import solve
 from robolaser.model.batches import batches_of
 from robolaser.model.effects import candidate_effects
@@ -86,7 +85,7 @@ def test_a_calibration_in_batches_is_that_of_the_whole(dataset, monkeypatch, wei
     plan = Plan(algorithm="gauss-newton", weights=weights)
     whole = calibrate(dataset, plan)
     monkeypatch.setattr("robolaser.model.batches.ROWS", SMALL)
-    monkeypatch.setattr("robolaser.estimation.robust_reweighting.FEWER", 50)
+    monkeypatch.setattr("robolaser.estimation.plain_fit.FEWER", 50)
     parts = calibrate(dataset, plan)
     width = whole.model.parameters.width
     np.testing.assert_allclose(parts.x / width, whole.x / width, atol=1e-5)
@@ -96,19 +95,9 @@ def test_a_calibration_in_batches_is_that_of_the_whole(dataset, monkeypatch, wei
 
 
 def test_held_out_poses_are_predicted_by_fits_of_all_others(dataset, small_batches):
-    check_held_out(dataset, "square")
-
-
-def test_so_they_are_with_another_loss(small_batches):
-    check_held_out(simulate(find_robot("scorbot_er7"), noise=NOISE, seed=3, poses=20, points=12).dataset, "huber")
-
-
-def check_held_out(dataset, loss):
     model = Model(dataset)
-    plain = Problem.of(model)
-    x = solve(plain, model.parameters.nominal[None]).x
-    problem = plain.with_noise(None, Loss.fitting(loss, plain.residuals(x)[0], plain.starts))
-    x = solve(problem, x).x[0]
+    problem = Problem.of(model)
+    x = solve(problem, model.parameters.nominal[None]).x[0]
     folds = assign_folds(model, seed=1)
     errors = held_out(problem, x, folds).errors
     for fold in range(folds.count):

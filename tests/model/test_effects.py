@@ -53,8 +53,8 @@ def effect(request: pytest.FixtureRequest) -> type[Effect]:
     return kind
 
 
-def columns(model: Model, candidate_effect: CandidateEffect, numbers: tuple[tuple[object, ...], ...]) -> list[int]:
-    return model.parameters.columns(candidate_effect.key(str(name)) for name, *_ in numbers)
+def columns(model: Model, candidate_effect: CandidateEffect, numbers: tuple[Any, ...]) -> list[int]:
+    return model.parameters.columns(candidate_effect.key(each.name) for each in numbers)
 
 
 def nonlinear_only(model: Model, seed: int = 0) -> Array:
@@ -155,7 +155,8 @@ def test_the_grid_of_its_nonlinear_parameters_lies_within_their_bounds(effect: t
             grid = effect.grid(model.dataset, candidate_effect.where)
             assert grid.shape == (len(grid), len(effect.nonlinear_parameters()))
             assert len(grid) >= 1
-            for values, (_, _, lower, upper, nominal) in zip(grid.T, effect.nonlinear_parameters(), strict=True):
+            for values, each in zip(grid.T, effect.nonlinear_parameters(), strict=True):
+                lower, upper, nominal = each.lower, each.upper, each.nominal
                 assert lower <= nominal <= upper
                 assert ((values >= lower) & (values <= upper)).all()
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cells import project
 
 from robolaser.arrays import Array
 from robolaser.data.stated_noise import Noise
-from robolaser.geometry.camera import intersect, laser_plane, metric, project, rays, undistort
+from robolaser.geometry.camera import intersect, laser_plane, metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, pose
 from robolaser.model.forward_model import Model
 from robolaser.parameters import Values

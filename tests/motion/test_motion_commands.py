@@ -136,7 +136,7 @@ def test_an_option_that_only_measured_poses_have_is_refused_not_ignored(
 
 
 def test_an_option_of_a_plan_that_only_measured_poses_have_is_refused_not_ignored(folder: Path) -> None:
-    for options in ({"weights": "noise"}, {"loss": "huber"}, {"algorithm": "rcga"}, {"polish": False}):
+    for options in ({"weights": "noise"}, {"algorithm": "rcga"}, {"polish": False}):
         with pytest.raises(UsageError, match=next(iter(options))):
             robolaser.calibrate(folder / "log", robolaser.Plan(**options), effects=["lag:lift"])  # type: ignore[arg-type]
 

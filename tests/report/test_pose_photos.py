@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from calibrated import KINDS, POSES, ROWS, stripe
+from cells import project
 from PIL import Image
 
-from robolaser.geometry.camera import project
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.model_scene import MOST_PHOTOS, WIDTH_PX, photos

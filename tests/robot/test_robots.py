@@ -69,7 +69,7 @@ def test_its_flange_and_weight_are_as_screws_say(robot, q):
 
 
 def test_an_unknown_robot_is_met_with_its_likely_name(tmp_path):
-    with pytest.raises(UsageError, match=r"No robot 'ur55'\. Did you mean 'ur5' \(Universal Robots UR5\)"):
+    with pytest.raises(UsageError, match=r"No robot 'ur55'\. Did you mean 'ur5'\? There are: .*Or give the path"):
         find_robot("ur55")
     with pytest.raises(DataError, match="No such file"):
         find_robot(tmp_path / "robot.urdf")
@@ -159,34 +159,6 @@ CALLED = {
 @pytest.mark.parametrize("typed", CALLED)
 def test_a_robot_is_found_by_what_people_type(typed):
     assert named(typed).name == CALLED[typed]
-
-
-@pytest.mark.parametrize(
-    ("typed", "likely", "never"),
-    [
-        ("fr4", "fr3", "ur3"),
-        ("fr5", "fr3", "ur5"),
-        ("ur7e", "ur5e", "fr3"),
-        ("irb1200", "irb120", "kr6"),
-        ("pnada", "panda", "xarm7"),
-        ("kr10", "kr6", "ur10"),
-    ],
-)
-def test_what_may_have_been_meant_is_of_the_same_family(typed, likely, never):
-    with pytest.raises(UsageError) as refusal:
-        find_robot(typed)
-    assert f"'{likely}'" in str(refusal.value)
-    assert f"'{never}'" not in str(refusal.value)
-
-
-def test_a_name_like_no_other_gets_no_guess():
-    with pytest.raises(UsageError, match=r"No robot 'motoman gp7'\. No known robot has a similar name"):
-        find_robot("motoman gp7")
-
-
-def test_a_makers_name_is_answered_with_its_robots():
-    with pytest.raises(UsageError, match=r"No robot 'franka'\. Did you mean 'fr3' .* 'panda' "):
-        find_robot("franka")
 
 
 def test_a_folder_of_a_robots_name_does_not_hide_the_robot(tmp_path, monkeypatch):

@@ -138,7 +138,7 @@ def screening(evaluator: BudgetedEvaluator, seed: int) -> None:
 
     `calibrate` also starts a descent from the nominal values. Here it must not: no other solver knows them.
     """
-    from robolaser.estimation.multistart import SoFar, multistart  # noqa: PLC0415 - test functions need no models
+    from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - test functions need no models
 
     model = evaluator.problem.model
     if model is None:
@@ -150,8 +150,8 @@ def screening(evaluator: BudgetedEvaluator, seed: int) -> None:
         evaluator.record(evaluations - counted + 1, cost, x if whole else None)  # and one on all rows, for J
         counted = evaluations
 
-    def after_round(so_far: SoFar) -> None:
-        record(so_far.evaluations, float(model.cost(so_far.x[None])[0]), so_far.x)
+    def after_round(_: float, evaluations: int, x: Array) -> None:
+        record(evaluations, float(model.cost(x[None])[0]), x)
 
     found = multistart(model, seed=seed, progress=after_round)
     record(found.evaluations, found.cost, found.x)

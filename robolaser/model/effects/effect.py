@@ -3,12 +3,12 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Bools
 from robolaser.data.dataset import Dataset
 from robolaser.duals import Dual, is_dual
 from robolaser.model.effects.joints import moving_joints
@@ -41,27 +41,17 @@ class Amplitude(NamedTuple):
     prior_scale: float
 
 
-class Nonlinear(NamedTuple):
-    """An inner parameter of an effect, such as a frequency: it has no meaning while all amplitudes are zero."""
-
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    nominal: float
-
-
 def parameter(*, unit: str, bound: float, prior_scale: float, lower: float | None = None) -> Any:
     """Declare an amplitude, see `Amplitude`; it lies within ±bound where no lower bound is given."""
     return field(metadata={"amplitude": (unit, -bound if lower is None else lower, bound, prior_scale)})
 
 
 def nonlinear(*, unit: str, lower: float, upper: float, nominal: float) -> Any:
-    """Declare a nonlinear parameter, see `Nonlinear`.
+    """Declare a nonlinear parameter, such as a frequency: it has no meaning while all amplitudes are zero.
 
     Within [lower, upper] the misfit may have many minima: `Effect.grid` says where to look.
     """
-    return field(metadata={"nonlinear": (unit, lower, upper, nominal)})
+    return field(metadata={"nonlinear": (unit, nominal, lower, upper)})
 
 
 @dataclass(frozen=True)
@@ -186,9 +176,9 @@ class Effect(ABC):
         return tuple(Amplitude(f.name, *f.metadata["amplitude"]) for f in fields(cls) if "amplitude" in f.metadata)
 
     @classmethod
-    def nonlinear_parameters(cls) -> tuple[Nonlinear, ...]:
+    def nonlinear_parameters(cls) -> tuple[Parameter, ...]:
         """Its nonlinear parameters."""
-        return tuple(Nonlinear(f.name, *f.metadata["nonlinear"]) for f in fields(cls) if "nonlinear" in f.metadata)
+        return tuple(Parameter(f.name, *f.metadata["nonlinear"]) for f in fields(cls) if "nonlinear" in f.metadata)
 
     @classmethod
     def units(cls) -> dict[str, str]:
@@ -238,10 +228,7 @@ class CandidateEffect:
         amplitudes = [
             Parameter(self.key(each.name), each.unit, 0.0, each.lower, each.bound) for each in self.effect.amplitudes()
         ]
-        inner = [
-            Parameter(self.key(each.name), each.unit, each.nominal, each.lower, each.upper)
-            for each in self.effect.nonlinear_parameters()
-        ]
+        inner = [each.renamed(self.key(each.name)) for each in self.effect.nonlinear_parameters()]
         return Parameters((*amplitudes, *inner))
 
     def key(self, parameter: str) -> str:
@@ -259,11 +246,7 @@ class CandidateEffect:
 
 def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
     """The effects of a model, each at its stage; at a shared stage they act in the order of the list."""
-    return Perturbation(tuple((effect.stage_in(run.dataset), _step(effect, run)) for effect in effects))
-
-
-def _step(effect: Effect, run: Run) -> Callable[[Array], Array]:
-    return lambda value: acted(effect, value, run)
+    return Perturbation(tuple((effect.stage_in(run.dataset), partial(_acted, effect, run)) for effect in effects))
 
 
 @cache
@@ -272,7 +255,7 @@ def _parameters(kind: type[Effect]) -> tuple[str, ...]:
     return tuple(kind.units())
 
 
-def acted(effect: Effect, value: Array, run: Run) -> Array:
+def _acted(effect: Effect, run: Run, value: Array) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
     if not is_dual(value) and any(is_dual(getattr(effect, name)) for name in _parameters(type(effect))):
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
@@ -282,11 +265,14 @@ def acted(effect: Effect, value: Array, run: Run) -> Array:
         return out
     if value.shape[1] == 1 and not of_sensor(effect.where):
         return out
-    untouched = run.kept("untouched rows", (type(effect), effect.where), lambda: _untouched(effect, run.dataset))
+    key = type(effect), effect.where
+    if key not in run.untouched:
+        run.untouched[key] = _untouched(effect, run.dataset)
+    untouched = run.untouched[key]
     return np.where(untouched[:, None], value, out) if untouched.any() else out
 
 
-def _untouched(effect: Effect, dataset: Dataset) -> Array:
+def _untouched(effect: Effect, dataset: Dataset) -> Bools:
     """Rows of sensors that cannot have an effect, or are elsewhere, (m,)."""
     lacks = np.array([bool(len(part.points)) and bool(effect.missing(part)) for part in parts_with_lens(dataset)])
     if of_sensor(effect.where):

@@ -1,10 +1,10 @@
 """A run as effects see it: poses, points, and what follows from them once and for all."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -44,14 +44,9 @@ class Run:
     course: Course | None = None  # how far it had come, where that is not counted from its own beginning
 
     @cached_property
-    def _kept(self) -> dict[tuple[str, Hashable], Any]:
+    def untouched(self) -> dict[Hashable, Bools]:
+        """Rows of sensors that cannot have an effect at a place, (m,) each, as far as they were asked for."""
         return {}
-
-    def kept(self, what: str, of: Hashable, work_out: Callable[[], Any]) -> Any:
-        """What is worked out for an effect when it is first needed, and kept."""
-        if (what, of) not in self._kept:
-            self._kept[what, of] = work_out()
-        return self._kept[what, of]
 
     @property
     def poses(self) -> Poses:

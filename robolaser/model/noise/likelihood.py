@@ -99,7 +99,8 @@ class NoiseLikelihood:
     @cached_property
     def _table(self) -> Ints:
         """Rows of each pose that count, (n, r); -1 where a pose has fewer."""
-        return some_of_each(self.of_pose, _most_of_a_pose(len(np.unique(self.of_pose))))
+        most = MOST_ROWS // len(np.unique(self.of_pose))
+        return some_of_each(self.of_pose, int(np.clip(most, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE)))
 
     @cached_property
     def _is_row(self) -> Bools:
@@ -116,10 +117,6 @@ class NoiseLikelihood:
         unit = {source.name: reml.blocks(source.effect, source.group, self._table) for source in self.sources}
         floor = np.eye(self._is_row.shape[1]) * np.where(self._is_row, FLOOR**2, 1.0)[:, None]
         return condensed(PoseErrors(unit, floor, e, Q, np.ones(len(e))), self._is_row)
-
-
-def _most_of_a_pose(poses: int) -> int:
-    return int(np.clip(MOST_ROWS // poses, LEAST_ROWS_A_POSE, MOST_ROWS_A_POSE))
 
 
 def condensed(errors: PoseErrors, is_row: Bools) -> PoseErrors:

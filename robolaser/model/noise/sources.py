@@ -35,15 +35,13 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
 
     So at the level of the pose there is always a source that nobody stated, for which the residuals may speak.
     """
-    values, dataset, blocks = model.parameters.values(x[None]), model.dataset, model.blocks
-    perturb = model.perturb(values)
-    flange = model.flange(values, perturb)
-    rows = row_errors(blocks, values, flange, perturb)
+    dataset, blocks, at = model.dataset, model.blocks, model.at(x)
+    rows = row_errors(blocks, *at)
     found = [*rows]
     of_pose = dataset.points.pose
     has_joints = dataset.robot is not None and dataset.poses.q is not None
     if has_joints:
-        effect = _joint_effect(model, values, perturb)
+        effect = _joint_effect(model, at[0], at[2])
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.reading_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
     if blocks.has_tracker and has_joints:
@@ -53,7 +51,7 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
         whole = "flange"
         wanted = shared and (not has_joints or dataset.noise.joint_rad is not None)
     if wanted:
-        shifts, turns = moved_with_pose(blocks, values, flange, perturb)
+        shifts, turns = moved_with_pose(blocks, *at)
         found.append(ErrorSource(whole, shifts, of_pose, level="pose"))
         if (shared or dataset.format.angles) and np.abs(turns).max(initial=0.0) > ROUNDING:
             found.append(ErrorSource(f"{whole}_turn", turns, of_pose, "rad", level="pose"))

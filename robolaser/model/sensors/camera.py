@@ -176,31 +176,23 @@ class CameraSensor(Sensor):
     @property
     def new_poses(self) -> NewPoses:
         """Views of the whole target."""
-        return TargetInView(self)
+        return NewPoses(self._seen_from)
 
-
-@final
-class TargetInView(NewPoses):
-    """Every point of the target once at each pose; poses that show most of them, on the side seen so far, are good."""
-
-    def __init__(self, sensor: CameraSensor) -> None:
-        self._sensor = sensor
-
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """The target's points where the images would have them."""
-        dataset, image_px, poses = self._sensor.dataset, np.array(self._sensor.image_px), len(T_base_flange)
+    def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """Every point of the target once at each pose; poses that show most, on the side seen so far, are good."""
+        dataset, image_px, poses = self.dataset, np.array(self.image_px), len(T_base_flange)
         rows = each_once(dataset.points, poses)
         there = CameraSensor(replace(dataset, points=rows))
         pixel = rows["pixel"] - there.residuals(values, T_base_flange[None], Perturbation())[0]
         inside = np.abs(pixel - (image_px - 1.0) / 2.0) <= (0.5 - MARGIN) * image_px
-        known, planned = self._sides(self._sensor, values, dataset.flange()), self._sides(there, values, T_base_flange)
+        known, planned = self._sides(self, values, dataset.flange()), self._sides(there, values, T_base_flange)
         inside &= (planned == known[0])[:, None] | (known != known[0]).any()
         shown = inside.all(axis=1).reshape(poses, -1).mean(axis=1)
         return replace(rows, pixel=pixel), np.asarray(shown >= SHARE_SEEN)
 
-    def _sides(self, sensor: CameraSensor, values: Values, T_base_flange: Array) -> Array:
+    def _sides(self, sensor: "CameraSensor", values: Values, T_base_flange: Array) -> Array:
         """On which side of the target's plane the camera is at each row, (m,), 1 or -1."""
-        points, nothing = self._sensor.dataset.points["xyz"], Perturbation()
+        points, nothing = self.dataset.points["xyz"], Perturbation()
         normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
         rows = sensor.dataset.points
         lifted = CameraSensor(replace(sensor.dataset, points=replace(rows, xyz=rows["xyz"] + normal)))

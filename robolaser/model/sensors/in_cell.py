@@ -19,17 +19,11 @@ class Mounting:
 @final
 @dataclass(frozen=True)
 class CameraView:
-    """Where a camera's pixels look, as programs that know pinholes see it.
+    """Where a camera's pixels look, as programs that know pinholes see it."""
 
-    Attributes:
-        K: Of the pinhole without distortion, (3, 3) [px].
-        slopes: Takes pixels (p, 2) to x/z and y/z of what they show, x along image u and y along v, (p, 2).
-        distortion: OpenCV's k1, k2, p1, p2 and k3, (5,); None where the lens is another one.
-    """
-
-    K: Array
-    slopes: Callable[[Array], Array]
-    distortion: Array | None = None
+    K: Array  # of the pinhole without distortion, (3, 3) [px]
+    slopes: Callable[[Array], Array]  # pixels (p, 2) to x/z and y/z of what they show, x along image u and y along v
+    distortion: Array | None = None  # OpenCV's k1, k2, p1, p2 and k3, (5,); None where the lens is another one
 
 
 @final

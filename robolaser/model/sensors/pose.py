@@ -11,13 +11,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
 from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.hand_eye import robot_world_hand_eye
-from robolaser.geometry.rigid_motion import (
-    common_length,
-    from_quaternion,
-    inverse,
-    log_so3,
-    pose,
-)
+from robolaser.geometry.rigid_motion import from_quaternion, inverse, log_so3, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names, six_of
@@ -70,7 +64,7 @@ class Pose(Sensor):
             rows = rows_of_each(self._body, ENOUGH_ROWS // len(self._bodies) + 1)
         T_world_body = pose(self._turned, perturb(Stage.TARGET, self._measured))[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
-        each = range(common_length(T, T_world_body))
+        each = range(max(len(T), len(T_world_body)))
         found = [
             robot_world_hand_eye(T[i % len(T)], T_world_body[i % len(T_world_body)], self._body[rows]) for i in each
         ]

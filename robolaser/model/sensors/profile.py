@@ -10,7 +10,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.sensor_format import SensorFormat
 from robolaser.data.subsampling import evenly
-from robolaser.geometry.rigid_motion import apply, carry, common_length, inverse, pose
+from robolaser.geometry.rigid_motion import apply, carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.grouped_rows import group_sums
 from robolaser.model.sensors.in_cell import InCell, Mounting, stands
@@ -74,9 +74,8 @@ class Profile(Sensor):
         seen = perturb(Stage.TARGET, self._measured)
         of_pose = self.dataset.points.pose
         _, first, profile = np.unique(of_pose * len(self.balls) + self.ball, return_index=True, return_inverse=True)
-        each = range(common_length(seen, T_base_flange))
         found = []
-        for candidate in each:
+        for candidate in range(max(len(seen), len(T_base_flange))):
             centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
             some = np.flatnonzero(enough)
             some = some[evenly(len(some), ENOUGH_PROFILES)]
@@ -127,11 +126,6 @@ class Profile(Sensor):
         effect = normals[:, None] @ (axes if self.stands else axes[self.dataset.points.pose])
         return [ErrorSource("point", effect, np.arange(len(effect)), stated=self.dataset.noise.point_m)]
 
-    @property
-    def new_poses(self) -> NewPoses:
-        """Profiles of the balls."""
-        return ProfileNewPoses(self)
-
     def in_cell(self, values: Values, perturb: Perturbation) -> InCell:
         """The sensor as `profile_sensor`, as it is at the first pose; balls on the flange as `ball_NAME`."""
         if not self.stands:
@@ -143,30 +137,27 @@ class Profile(Sensor):
         balls = {f"ball_{name}": pose(np.eye(3), middle) for name, middle in middles}
         return InCell(balls, sensor, published=sensor)
 
-
-@final
-class ProfileNewPoses(NewPoses):
-    """Poses are good where the sensor's plane cuts a ball near its middle, within the range that was measured."""
-
-    def __init__(self, sensor: Profile) -> None:
-        self._sensor = sensor
-
-    def aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
+    def _aims(self, values: Values, T_base_flange: Array) -> tuple[Array, Array]:
         """Balls go where balls were seen: a ball in the flange frame and in the base frame, once for each profile."""
-        of_pose = self._sensor.dataset.points.pose
-        _, first = np.unique(of_pose * len(self._sensor.balls) + self._sensor.ball, return_index=True)
-        there = self._sensor.known(values, T_base_flange[None], Perturbation())[0, first]
+        of_pose = self.dataset.points.pose
+        _, first = np.unique(of_pose * len(self.balls) + self.ball, return_index=True)
+        there = self.known(values, T_base_flange[None], Perturbation())[0, first]
         return apply(inverse(T_base_flange[of_pose[first]]), there), there
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """A profile of the ball that is nearest to the sensor's plane, where points lie within the range measured."""
-        balls = places(values, "ball", self._sensor.balls)[0]
-        radii = np.array([self._sensor.dataset.radius_m[name] for name in self._sensor.balls])
+    @property
+    def new_poses(self) -> NewPoses:
+        """Profiles of the balls."""
+        return NewPoses(self._seen_from, self._aims)
+
+    def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """A profile of the ball nearest to the sensor's plane; good where that cuts it near its middle, in range."""
+        balls = places(values, "ball", self.balls)[0]
+        radii = np.array([self.dataset.radius_m[name] for name in self.balls])
         hand_eye = motion(values, "hand_eye")
-        there = apply(T_base_flange[:, None], balls) if self._sensor.stands else balls
-        T_base_sensor = hand_eye if self._sensor.stands else T_base_flange @ hand_eye
+        there = apply(T_base_flange[:, None], balls) if self.stands else balls
+        T_base_sensor = hand_eye if self.stands else T_base_flange @ hand_eye
         there = apply(inverse(T_base_sensor)[:, None], there)
-        measured = self._sensor.dataset.points["profile"]
+        measured = self.dataset.points["profile"]
         low, high = measured.min(axis=0), measured.max(axis=0)
         near = there - radii[:, None] * (0.0, 0.0, 1.0)
         inside = ((near[..., ::2] >= low) & (near[..., ::2] <= high)).all(axis=-1)
@@ -175,7 +166,7 @@ class ProfileNewPoses(NewPoses):
         x, y, z = there[poses, nearest].T[..., None]
         radius, angle = np.sqrt(np.maximum(radii[nearest, None] ** 2 - y**2, 0.0)), np.linspace(-ARC, ARC, ROWS)
         profile = np.stack([x + radius * np.sin(angle), z - radius * np.cos(angle)], axis=-1)
-        names = tuple(self._sensor.balls[ball] for ball in nearest.repeat(ROWS).tolist())
+        names = tuple(self.balls[ball] for ball in nearest.repeat(ROWS).tolist())
         points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
         return points, np.asarray(beside[poses, nearest] < MOST_CUT)
 

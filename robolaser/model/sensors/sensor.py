@@ -14,7 +14,7 @@ from robolaser.data.sessions import ON_FLANGE, OWN, STANDING, matches
 from robolaser.geometry.rigid_motion import carry, inverse, pose
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.sensors.in_cell import InCell, stands
-from robolaser.model.sensors.new_poses import NamedPoints, NewPoses
+from robolaser.model.sensors.new_poses import NewPoses, each_once
 from robolaser.model.sensors.placements import vector
 from robolaser.model.sensors.sensor_parameters import SensorParameters
 from robolaser.model.stages import Perturbation, Stage
@@ -116,8 +116,9 @@ class Sensor(ABC):
 
     @property
     def new_poses(self) -> NewPoses:
-        """Its measurements at new poses: by default each named point once."""
-        return NamedPoints(self.dataset)
+        """Its measurements at new poses: by default each named point once, from everywhere."""
+        points = self.dataset.points
+        return NewPoses(lambda _, T: (each_once(points, len(T)), np.ones(len(T), dtype=bool)))
 
     @final
     def ranges(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:

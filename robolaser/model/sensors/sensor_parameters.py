@@ -11,14 +11,6 @@ from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
 
 
-def _as_they_are(values: Values) -> Values:
-    return values
-
-
-def _usual(values: Mapping[str, float]) -> Mapping[str, float]:
-    return {}
-
-
 @final
 @dataclass(frozen=True)
 class SensorParameters:
@@ -47,9 +39,9 @@ class SensorParameters:
     free: tuple[str, ...] = ()
     derived: tuple[str, ...] = ()
     fixed: tuple[str, ...] = ()
-    fix_gauge: Callable[[Values], Values] = _as_they_are
+    fix_gauge: Callable[[Values], Values] = lambda values: values
     closed_form: str = ""
-    spans: Callable[[Mapping[str, float]], Mapping[str, float]] = _usual
+    spans: Callable[[Mapping[str, float]], Mapping[str, float]] = lambda values: {}
     two_axes: bool = False
     linear: tuple[str, ...] = ()
     solve: Callable[[Values, Array, Perturbation, Mapping[str, Parameter]], Values] | None = None

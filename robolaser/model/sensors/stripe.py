@@ -93,11 +93,6 @@ class Stripe(Sensor):
             camera=scanner_geometry.camera_view(values, perturb),
         )
 
-    @property
-    def new_poses(self) -> NewPoses:
-        """The stripe across the target."""
-        return StripeNewPoses(self.dataset)
-
     def in_camera(self, values: Values, perturb: Perturbation) -> Array:
         """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
         return scanner_geometry.in_camera(self._pixel, values, perturb, self.dataset.stripe_axis)
@@ -147,18 +142,15 @@ class Stripe(Sensor):
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
         return self.known(values, T_base_flange, perturb) - self.in_base(values, T_base_flange, perturb)
 
+    @property
+    def new_poses(self) -> NewPoses:
+        """The stripe across the target."""
+        return NewPoses(self._seen_from)
 
-@final
-class StripeNewPoses(NewPoses):
-    """Poses are good where the stripe lies on the target and in the image."""
-
-    def __init__(self, dataset: Dataset) -> None:
-        self._dataset = dataset
-
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
-        """Some points along the stripe on the middle level of the target."""
-        view, xyz = scanner_geometry.view_of(self._dataset, values), self._dataset.points["xyz"]
-        T_base_target = np.eye(4) if self._dataset.placed else motion(values, "target")[0]
+    def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
+        """Some points of the stripe on the middle level of the target; good where they lie on it and in the image."""
+        view, xyz = scanner_geometry.view_of(self.dataset, values), self.dataset.points["xyz"]
+        T_base_target = np.eye(4) if self.dataset.placed else motion(values, "target")[0]
         T_target_camera = inverse(T_base_target) @ T_base_flange @ view.T_flange_camera
         level = float(np.median(xyz[:, 2]))
         lit = view.illuminated(T_target_camera, level, np.linspace(*view.stripe_range(), SEEN_ALONG)[None])

@@ -12,10 +12,6 @@ GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base ine
 MASS = ("mass", "kg"), ("mass_x", "kg m"), ("mass_y", "kg m"), ("mass_z", "kg m")
 
 
-def _link(quantities: Quantities, joint: int) -> Sequence[Array]:
-    return [quantities.regressor(joint)]
-
-
 def _payload(quantities: Quantities, joint: int) -> Sequence[Array]:
     columns = quantities.payload()
     starts = range(min(len(quantities.log.series), MOST_STARTS))
@@ -31,10 +27,6 @@ def _sizes(quantities: Quantities, joint: int) -> Array:
 def _least_of_link(quantities: Quantities, joint: int) -> Array:
     """What makes mass and moments of inertia zero; first moments and products of inertia have either sign."""
     return np.where(NEVER_NEGATIVE, -quantities.inertial_numbers(joint), -np.inf)
-
-
-def _least_of_payload(quantities: Quantities, joint: int) -> Array:
-    return np.array([-quantities.tip_mass, -np.inf, -np.inf, -np.inf])
 
 
 NEVER_NEGATIVE = np.array([True, False, False, False, True, False, True, False, False, True])
@@ -56,7 +48,8 @@ DYNAMICS = (
         cause="dynamics", rows="torque", site=TOOL,
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
         remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
-        sizes=lambda quantities, _: _sizes(quantities, 0)[:4], least=_least_of_payload,
+        sizes=lambda quantities, _: _sizes(quantities, 0)[:4],
+        least=lambda quantities, _: np.array([-quantities.tip_mass, -np.inf, -np.inf, -np.inf]),
         rivals=("link_inertia",),
     ),
     MotionEffect(
@@ -80,7 +73,7 @@ DYNAMICS = (
             *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),
         )),
         remedy="Apply these changes to the URDF's link.", reference=GAUTIER,
-        columns=_link, sizes=_sizes, least=_least_of_link, rarity=4.0,
+        columns=lambda quantities, joint: [quantities.regressor(joint)], sizes=_sizes, least=_least_of_link, rarity=4.0,
         rivals=("payload", "rotor_inertia", "torque_constant"),
     ),
 )  # fmt: skip

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from robolaser.motion.effect import TIMING, MotionEffect, Number, Trace, if_sent
+from robolaser.motion.servo import IDEAL
 
 P_GAIN = "the servo's P gain (`P_Coefficient` in LeRobot)"
 HOBBY = "Feetech STS3215 and Dynamixel manuals: P control with a dead band of some encoder steps"
@@ -27,14 +28,10 @@ def _beyond(trace: Trace) -> tuple[bool, bool]:
     return bool(low > least), bool(high > least)
 
 
-def _range_untested(trace: Trace) -> str:
-    return "" if any(_beyond(trace)) else "no command exceeds the range that the joint reached"
-
-
 def _range_begins(numbers: tuple[Number, ...], trace: Trace, size: float, spread: float) -> list[float]:
     """At the readings' ends that commands go beyond."""
     ends = zip(numbers, (np.nanmin(trace.q), np.nanmax(trace.q)), _beyond(trace), strict=True)
-    return [float(end) / number.usual if there else number.ideal for number, end, there in ends]
+    return [float(end) / number.usual if there else IDEAL[number.servo] for number, end, there in ends]
 
 
 def _droop_untested(trace: Trace) -> str:
@@ -134,12 +131,12 @@ TRACKING = (
         title="the joint stops at a limit that the command exceeds",
         clause="the joint stops at a limit that the command exceeds",
         numbers=(
-            Number("lower", "rad", 0.05, servo="lower", ideal=-np.inf),
-            Number("upper", "rad", 0.05, servo="upper", ideal=np.inf),
+            Number("lower", "rad", 0.05, servo="lower"),
+            Number("upper", "rad", 0.05, servo="upper"),
         ),
         remedy="Give the simulated joint these limits, or widen the controller's.",
         reference=HOBBY,
-        untested=_range_untested,
+        untested=lambda trace: "" if any(_beyond(trace)) else "no command exceeds the range that the joint reached",
         begins=_range_begins,
     ),
     of_servo(
@@ -189,7 +186,7 @@ TRACKING = (
         name="speed_limit",
         title="the joint cannot move as fast as commanded",
         clause="the joint cannot move as fast as commanded",
-        numbers=(Number("speed", "rad/s", 0.2, 0.01, np.inf, servo="speed", ideal=np.inf),),
+        numbers=(Number("speed", "rad/s", 0.2, 0.01, np.inf, servo="speed"),),
         remedy="Command no faster than this, or give the simulated actuator the limit.",
         reference="Data sheets of servos: no-load speed, 2-8 rad/s",
         rivals=("lag",),

@@ -3,7 +3,6 @@
 Some URDFs come with the optional package example-robot-data (`pip install 'robolaser[robots]'`).
 """
 
-import difflib
 import importlib.metadata
 import re
 import sys
@@ -15,7 +14,7 @@ from pathlib import Path
 from typing import Any, final
 
 from robolaser.bounded_reading import ROBOT_BYTES, read_text
-from robolaser.errors import DependencyMissing, UsageError
+from robolaser.errors import DependencyMissing, UsageError, near
 from robolaser.robot.by_name.description import Convention, rows_urdf
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.reading import only_end
@@ -23,10 +22,6 @@ from robolaser.robot.reading import only_end
 _HERE = Path(__file__).parent
 SUFFIXES = (".urdf", ".xacro", ".xml", ".csv", ".toml")  # no known robot's name ends so: it is a path
 MOST_NAMED = 6
-SIMILAR = 0.55  # similarity of two names, as `difflib` measures it, from which on one may be meant by the other
-LONG = 5
-"""Letters of a family's name, from which on some may be wrong: of two or three, any other makes it another maker's."""
-SLIP = 0.75  # similarity from which on a family's long name may be misspelt: two letters exchanged in five
 
 
 def _read(path: Path) -> str:
@@ -163,32 +158,7 @@ def entry_of(name: str) -> RobotEntry:
 
 
 def _unknown(name: str) -> str:
-    """That no robot is called so, and which ones may have been meant, with their titles."""
-    likely = _nearest(name) or [one for one in known_robots() if name and not _without_maker(name, [one])]
-    if not likely:
-        return f"No robot '{name}'. No known robot has a similar name: see `robolaser list robots`."
-    first, *others = (f"'{entry.name}' ({entry.title})" for entry in likely)
-    similar = f" Similar: {', '.join(others)}." if others else ""
-    return f"No robot '{name}'. Did you mean {first}?{similar}"
-
-
-def _nearest(name: str) -> list[RobotEntry]:
-    """Robots that may have been meant, the likeliest first: of the same family of names, or nearly spelled so."""
-    entries = known_robots()
-    typed = _without_maker(name, entries) or _plain(name)
-    scores = {entry.name: _similarity(typed, map(_plain, entry.names)) for entry in entries}
-    likely = sorted((one for one in entries if scores[one.name] >= SIMILAR), key=lambda one: -scores[one.name])
-    return likely[:MOST_NAMED]
-
-
-def _similarity(typed: str, names: Iterable[str]) -> float:
-    """With the most similar of names whose family may have been meant."""
-    family = _family(typed)
-    return max((_ratio(typed, other) for other in names if _may_be(family, _family(other))), default=0.0)
-
-
-def _ratio(typed: str, other: str) -> float:
-    return difflib.SequenceMatcher(None, typed, other).ratio()
+    return f"No robot '{name}'.{near(name, (entry.name for entry in known_robots()), MOST_NAMED)}"
 
 
 def _plain(name: str) -> str:
@@ -200,17 +170,6 @@ def _without_maker(name: str, entries: Iterable[RobotEntry]) -> str:
     """A plain name without the words of its maker, one of those of some robots: "Universal Robots UR5e" -> "ur5e"."""
     spoken = {word for entry in entries for word in entry.maker.casefold().split()}
     return "".join(word for word in re.findall(r"[a-z0-9]+", name.casefold()) if word not in spoken)
-
-
-def _family(name: str) -> str:
-    found = re.match(r"[a-z]+", name)
-    return found[0] if found else ""
-
-
-def _may_be(typed: str, family: str) -> bool:
-    if typed == family:
-        return True
-    return min(len(typed), len(family)) >= LONG and _ratio(typed, family) >= SLIP
 
 
 @lru_cache

@@ -160,7 +160,7 @@ def test_it_is_saved_loaded_and_calibrated_as_any_other(mount: str, tmp_path: Pa
     assert rows["rms"] == pytest.approx(np.sqrt(2) * PIXEL_PX, rel=0.1)
     assert rows["rms"] < rows["held_out_rms"] < 1.5 * rows["rms"]
     assert entries["objective_m2"] is None
-    there = result.model.in_metres(result.x, result.held_out_rows)
+    there = result.model.in_metres(result.x, result.unseen.errors)
     assert entries["held_out_rms_m"] == pytest.approx(np.sqrt(np.square(there).sum(axis=1).mean()))
     shown = ErrorAnalysis(result).compared[1]["held out"]
     assert np.sqrt(np.square(shown).sum(axis=1).mean()) == pytest.approx(entries["held_out_rms_m"])

@@ -1,11 +1,10 @@
-"""The fit of all rows alike: by plain squares, or again and again with a loss that rests on what it left over."""
+"""The fit of all rows alike."""
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.subsampling import rows_of_each
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.robust_loss import Loss
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
 from robolaser.estimation.solver import TOLERANCE, solve
 from robolaser.model.batches import with_rows
@@ -13,7 +12,7 @@ from robolaser.model.blocks.errors import row_errors
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import FLOOR, NoiseModel
 
-ROUNDS = 3  # the loss's scale depends on the estimate; a fourth round changes nothing any more
+ROUNDS = 3  # the size of rows depends on the estimate; a fourth round changes nothing any more
 FEWER, CROWD = 20_000, 4
 """Rows to fit first where there are so many times more: from there on the steps on all rows are few."""
 COARSE = 1e-9  # tolerance of that
@@ -22,21 +21,16 @@ CROWDED = 1e-11
 """Tolerance on so many rows: a million of them put the optimum a hundredth of a standard error from there."""
 
 
-def fit(model: Model, start: Array, *, loss: str = "square") -> tuple[Problem, Array, int]:
+def fit(model: Model, start: Array) -> tuple[Problem, Array, int]:
     """Fit all rows from a good start; rows weigh alike, numbers of two units within them by their sizes.
 
     Args:
         model: All rows.
         start: (d,).
-        loss: "square", or one that lets gross errors count for less, by a scale from the residuals.
 
     Returns:
         The problem that was solved last, its optimum (d,), and the residual vectors evaluated.
-
-    Raises:
-        UsageError: There is no loss of that name.
     """
-    Loss(loss)
     plain = _comparable(model, start)
     problem = Problem.of(model, plain)
     evaluations = 0
@@ -48,26 +42,7 @@ def fit(model: Model, start: Array, *, loss: str = "square") -> tuple[Problem, A
         problem = problem.with_rows_of_size(end.x[0])
         end = solve(problem, end.x)
         evaluations += end.evaluations
-    if loss == "square":
-        return problem, end.x[0], evaluations
-    problem, x, more = reweighted(problem, end.x[0], loss)
-    return problem, x, evaluations + more
-
-
-def reweighted(problem: Problem, x: Array, loss: str) -> tuple[Problem, Array, int]:
-    """Fit again from an optimum x (d,), with a loss whose scale is that of the residuals.
-
-    Returns:
-        The problem that was solved last, its optimum (d,), and the residual vectors evaluated.
-    """
-    evaluations = 0
-    for _ in range(ROUNDS):
-        square = problem.with_noise(problem.noise)
-        fitted = Loss.fitting(loss, square.residuals(x[None])[0], problem.starts)
-        problem = problem.with_noise(problem.noise, fitted).with_rows_of_size(x)
-        end = solve(problem, x[None])
-        x, evaluations = end.x[0], evaluations + end.evaluations
-    return problem, x, evaluations
+    return problem, end.x[0], evaluations
 
 
 def _by_sample(problem: Problem, start: Array) -> tuple[Array, int]:
@@ -88,17 +63,6 @@ def _by_sample(problem: Problem, start: Array) -> tuple[Array, int]:
     return end.x[0], evaluations
 
 
-def outlier_warnings(problem: Problem, x: Array) -> list[str]:
-    """A warning where the loss lets rows count for less than a half."""
-    doubted = int(np.count_nonzero(~problem.inliers(x)))
-    if not doubted:
-        return []
-    return [
-        f"{doubted} of {problem.rows} points are so far off that they count for less than half "
-        f"({problem.loss.name} loss)."
-    ]
-
-
 def _comparable(model: Model, x: Array) -> NoiseModel | None:
     """Weights of rows in two units by the size of each one's errors; None where all numbers of a row are lengths.
 
@@ -111,10 +75,7 @@ def _comparable(model: Model, x: Array) -> NoiseModel | None:
     """
     if not any(angles for *_, angles in model.blocks.kinds_of_rows.values()):
         return None
-    values = model.parameters.values(x[None])
-    perturb = model.perturb(values)
-    sources = row_errors(model.blocks, values, model.flange(values, perturb), perturb)
-    residuals = model.residuals_at(values)[0]
+    sources, residuals = row_errors(model.blocks, *model.at(x)), model.residuals(x[None])[0]
     sigmas = {}
     for source in sources:
         moved = (source.effect**2).sum(axis=(1, 2)) > 0.0  # others are another sensor's
