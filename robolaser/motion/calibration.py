@@ -81,7 +81,7 @@ def calibrate_motion(
             raise EffectError(f"{name} has no place '{where}'.{near(where, sites)}")
 
     def searching(candidates: Sequence[At], least_share: float, start: tuple[At, ...]) -> Search:
-        return chosen([at for at in candidates if not at.effect.form and _is_asked(at, asked)])
+        return chosen([at for at in candidates if _is_asked(at, asked)])
 
     parts, missing, _ = parts_of(log, library, searching, progress or (lambda what, share: None))
     findings = merged([finding for part in parts for finding in part.findings])
@@ -94,7 +94,9 @@ def calibrate_motion(
 
 
 def _is_asked(at: At, asked: Sequence[tuple[str, str]]) -> bool:
-    return any(at.effect.name == name and where in ("", at.where) for name, where in asked)
+    """Whether it is asked for by name, in its simplest form; one with a site of its own by that, too."""
+    places = ("", at.where) if not at.effect.form else (at.effect.site,)
+    return any(at.effect.name == name and where in places for name, where in asked)
 
 
 def merged(findings: Sequence[Finding]) -> list[Finding]:

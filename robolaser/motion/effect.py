@@ -11,7 +11,7 @@ from robolaser.arrays import Array
 if TYPE_CHECKING:
     from robolaser.motion.quantities import Quantities
 
-TIMING, TOOL = "timing", "tool"
+TIMING, TOOL, JOINTS = "timing", "tool", "joints"
 
 MOVES_RAD = 1e-3
 """Spread of a joint's commands, from which on it is commanded to move. A judgement."""

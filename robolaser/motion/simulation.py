@@ -107,11 +107,13 @@ def _asked(
         kinds = [one for one in MOTION_EFFECTS if one.name == name]
         if not kinds:
             raise EffectError(f"There is no effect '{name}' on moving arms.{near(name, names)}")
-        effect = next((one for one in kinds if number in {each.name for each in one.numbers}), kinds[0])
-        places = [where] if where else list(robot.joints) if effect.site == "joint" else [effect.site]
-        for one in places:
-            if one != effect.site and one not in robot.joints:
-                raise EffectError(f"{name} has no place '{one}'.{near(one, [*robot.joints, effect.site])}")
+        there = {one: list(robot.joints) if one.site == "joint" else [one.site] for one in kinds}
+        fitting = [one for one in kinds if not where or where in there[one]]
+        if not fitting:
+            every = dict.fromkeys(place for places in there.values() for place in places)
+            raise EffectError(f"{name} has no place '{where}'.{near(where, list(every))}")
+        effect = next((one for one in fitting if number in {each.name for each in one.numbers}), fitting[0])
+        for one in [where] if where else there[effect]:
             joint = robot.joints.index(one) if one in robot.joints else 0
             at = At(effect, one, joint)
             _, numbers = found[effect.rows].setdefault(str(at), (at, {}))

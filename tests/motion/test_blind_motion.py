@@ -105,6 +105,13 @@ def test_torques_of_another_unit_or_sign_are_said_to_be_odd(factor: float, odd: 
     assert any("are they in Nm" in remark for remark in found.remarks) is odd
 
 
+def test_one_wrong_scale_of_all_torques_is_named_in_place_of_links_and_single_drives() -> None:
+    log = recorded(SOUND)
+    (found,) = diagnose_motion(replace(log, tau=1.1 * log.tau), seed=0).fit.findings
+    assert found.at.pair == ["torque_constant", "joints"]
+    assert found.numbers["factor"][0] == pytest.approx(0.1, abs=0.01)
+
+
 def test_the_numbers_are_those_of_the_world() -> None:
     (payload,) = [one for one in found_in("a payload").fit.findings if one.at.effect.name == "payload"]
     mass, deviation, unit = payload.numbers["mass"]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.motion.effect import TOOL, MotionEffect, Number
+from robolaser.motion.effect import JOINTS, TOOL, MotionEffect, Number
 from robolaser.motion.quantities import Quantities, hardly_moves, of_joint
 
 GAUTIER = "Gautier, Khalil 1990, IEEE Trans. Robotics and Automation 6: base inertial parameters"
@@ -65,6 +65,14 @@ DYNAMICS = (
         remedy="Check the motor's torque constant and the gear's ratio.",
         reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
         columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
+    ),
+    MotionEffect(
+        name="torque_constant", form="one for all", site=JOINTS, title="all measured torques have one wrong scale",
+        clause="all measured torques have one wrong scale", cause="dynamics", rows="torque",
+        numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
+        remedy="Check the unit of the torques; links that are all heavier or lighter by this share look the same.",
+        reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
+        columns=lambda quantities, _: [quantities.rigid[:, :, None]], rivals=("payload", "link_inertia"),
     ),
     MotionEffect(
         name="link_inertia", title="mass, centre or inertia of the link differ from the URDF's",
