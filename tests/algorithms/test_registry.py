@@ -40,7 +40,6 @@ def settings_of(algorithm: RCGA) -> dict[str, object]:
         "prob_crossover": crossover.prob.value,
         "prob_var": mutation.prob_var.value,
         "b": mutation.b.value,
-        "form": mutation.form,
     }
 
 
@@ -50,10 +49,9 @@ def settings_of(algorithm: RCGA) -> dict[str, object]:
         ("rcga:b=2", {"b": 2}),
         ("rcga:n_elites=0", {"n_elites": 0}),
         ("rcga:prob_var=0.3", {"prob_var": 0.3}),
-        ("rcga:form=power", {"form": "power"}),
         ("rcga:pop_size=50", {"pop_size": 50, "n_elites": 5}),
         ("rcga:prob_crossover=1", {"prob_crossover": 1}),
-        (" rcga : b = 2 : form = power ", {"b": 2, "form": "power"}),
+        (" rcga : b = 2 : prob_var = 0.2 ", {"b": 2, "prob_var": 0.2}),
     ],
 )
 def test_a_setting_changes_what_it_names_and_nothing_else(text: str, settings: dict[str, object]) -> None:
@@ -114,7 +112,6 @@ def test_any_algorithm_of_pymoo_is_there_by_its_import_path() -> None:
     [
         ("rgca", UsageError, "Did you mean 'rcga'?"),
         ("rcga:elites=3", UsageError, "Did you mean 'n_elites'?"),
-        ("rcga:form=cubic", UsageError, "'linear' or 'power'"),
         ("rcga:prob_var=2", UsageError, "a probability, 0 to 1"),
         ("screening:b=2", UsageError, "No algorithm 'screening'"),
         ("pso:crossover=arithmetic", UsageError, "pso has no"),
