@@ -11,7 +11,7 @@ from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.standings.ranking import standings
 
 BUDGET = 60_000
-LONG = "ga:crossover=arithmetic:mutation=non-uniform"
+LONG = "ga:crossover=ArithmeticCrossover:mutation=NonUniformMutation"
 SPEEDS = {
     "screening": ("screened starts, then least squares", 0.05, 1.0, 3e-6),
     "scipy-least-squares": ("SciPy's least squares from many starts", 0.08, 0.97, 3e-6),
