@@ -73,7 +73,10 @@ def test_one_operator_is_swapped_and_the_others_stay(text: str, place: str, kind
 
 
 def test_with_all_four_swapped_pymoos_algorithm_is_the_papers() -> None:
-    swapped = "ga:crossover=ArithmeticCrossover:mutation=NonUniformMutation:selection=RouletteSelection:survival=ElitistReplacement:survival.n_elites=10"
+    swapped = (
+        "ga:crossover=ArithmeticCrossover:mutation=NonUniformMutation:selection=RouletteSelection"
+        ":survival=ElitistReplacement:survival.n_elites=10"
+    )
     assert np.array_equal(history(f"{swapped}:eliminate_duplicates=false"), history("rcga"))
 
 

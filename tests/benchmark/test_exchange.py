@@ -31,7 +31,6 @@ def effects(result):
     ("operator", "kind"),
     [
         ("SBX:crossover.eta=3", SBX),
-        ("sbx", SBX),
         ("ArithmeticCrossover", ArithmeticCrossover),
         (f"{__name__}:MINE", ArithmeticCrossover),
     ],
