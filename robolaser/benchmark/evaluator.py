@@ -1,10 +1,8 @@
 """A problem as one run sees it: evaluations are counted, improvements recorded, and the run ends with its budget."""
 
-import json
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Self, final
 
 import numpy as np
@@ -80,7 +78,7 @@ class BudgetedEvaluator:
         out_of_time: Whether the run was ended by its time limit.
     """
 
-    def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
+    def __init__(self, problem: BenchmarkProblem, limits: RunLimits) -> None:
         self.problem = problem
         self.limits, self.budget = limits, limits.budget
         self.evaluations = 0
@@ -90,7 +88,6 @@ class BudgetedEvaluator:
         self._one_by_one = limits.one_by_one or problem.question.elementwise
         self._improvements: list[tuple[int, float, Any]] = []
         self._front = np.empty((0, problem.n_obj))
-        self._spill = Path(spill).open("w", buffering=1) if spill else None  # noqa: SIM115 - it ends with the run
         self._began = time.perf_counter()
 
     @property
@@ -232,22 +229,12 @@ class BudgetedEvaluator:
         kept = moocore.is_nondominated(both)
         known, now = len(self._front), self.seconds()
         for i in np.flatnonzero(kept[known:]):
-            self._note(self.evaluations + int(rows[i]) + 1, now, F[rows[i]].tolist())
+            self._improvements.append((self.evaluations + int(rows[i]) + 1, now, F[rows[i]].tolist()))
         self._front, self.x = both[kept], both_x[kept]
 
     def _improve(self, evaluations: int, cost: float, x: Any) -> None:
         self.best, self.x = cost, x
-        self._note(evaluations, self.seconds(), cost)
-
-    def _note(self, evaluations: int, seconds: float, cost: Any) -> None:
-        self._improvements.append((evaluations, seconds, cost))
-        if self._spill is not None:
-            self._spill.write(json.dumps((evaluations, seconds, cost)) + "\n")
-
-    def close(self) -> None:
-        """Nothing further is noted."""
-        if self._spill is not None:
-            self._spill.close()
+        self._improvements.append((evaluations, self.seconds(), cost))
 
     def _end_if_exhausted(self) -> None:
         if self.evaluations >= self.budget:

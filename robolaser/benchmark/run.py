@@ -1,11 +1,9 @@
 """One solver on one problem with one seed: the task, as it is sent to another process, and the run that comes of it."""
 
-import json
 import pickle
 import time
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -61,7 +59,6 @@ class Task:
     spec: bytes  # the problem's, pickled
     solver: bytes  # pickled
     fingerprint: str  # what the problem looks like where it was planned; empty: it is not checked
-    spill: str = ""  # file for improvements as they come, for whoever kills the process; empty: none
 
     @property
     def key(self) -> Key:
@@ -69,12 +66,8 @@ class Task:
         return self.problem, self.algorithm, self.seed
 
     def failed(self, reason: str) -> BenchmarkRun:
-        """A failed run of which only the reason is known, and what it spilt."""
-        file = Path(self.spill or ".")
-        lines = file.read_text().splitlines() if self.spill and file.exists() else []
-        trace = ConvergenceTrace.of(json.loads(line) for line in lines if line.endswith("]"))
-        evaluations, seconds = int(trace.evaluations.max(initial=0)), float(trace.seconds.max(initial=0.0))
-        return BenchmarkRun(*self.key, FAILED, reason, evaluations, seconds, 0.0, trace)
+        """A failed run of which only the reason is known."""
+        return BenchmarkRun(*self.key, FAILED, reason, 0, 0.0, 0.0, ConvergenceTrace.of(()))
 
 
 def done(task: Task) -> BenchmarkRun:
@@ -110,7 +103,7 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
 
     limits = task.limits
-    evaluator = BudgetedEvaluator(problem, limits, task.spill)
+    evaluator = BudgetedEvaluator(problem, limits)
     began, reason, state = time.process_time(), "", DONE
     try:
         with np.errstate(all="ignore"):
@@ -120,8 +113,6 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
             reason = f"ended by its time limit of {limits.time_limit_s:g} s"
     except (Exception, SystemExit) as error:
         reason, state = _reason(error), FAILED
-    finally:
-        evaluator.close()
     seconds, processor_s, trace = evaluator.seconds(), time.process_time() - began, evaluator.trace()
     if limits.noisy and len(evaluator.x):
         with seeded(task.seed):

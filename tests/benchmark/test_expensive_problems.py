@@ -35,13 +35,12 @@ def test_a_crash_of_a_candidate_may_cost_infinity():
 
 
 @pytest.mark.parametrize("algorithm", ["mine:hanging", "mine:dying"])
-def test_who_hangs_or_dies_fails_alone_and_keeps_what_it_found(algorithm, monkeypatch):
+def test_who_hangs_or_dies_fails_alone(algorithm, monkeypatch):
     monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 2.0)
     result = robolaser.compare(["mine:Sphere"], [algorithm, "random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
     lost, other = (next(run for run in result.runs if run.algorithm == name) for name in (algorithm, "random"))
     assert lost.state == "failed"
     assert lost.reason.startswith(("it hung", "its process died"))
-    assert lost.trace.costs.tolist() == [0.0]
     assert other.state == "done"
 
 
