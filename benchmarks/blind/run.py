@@ -102,8 +102,6 @@ def report(file: Path) -> None:
     seen = {str(one["seed"]): outcome(one["truth"], one["found"]) for one in kept}
     score = compile_score({name: one for name, one in seen.items() if one.group != "faint"})
     print(*summary(score), "", sep="\n")
-    for effect, held in score["coverage_95_by_effect"].items():
-        print(f"intervals of {effect}: {held['right']}/{held['of']}")
     seconds = [one["cpu_s"] for one in kept]
     print(f"\n{len(seconds)} worlds, {sum(seconds) / max(1, len(seconds)):.1f} s of CPU a diagnosis")
 

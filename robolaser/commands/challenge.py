@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 NEW, SCORE = "challenge new", "challenge score"
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
 NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
-MOST_ROWS = 5  # of confusions shown: score.json has all
 N = TypeVar("N", int, float)
 
 challenge = App(
@@ -194,18 +193,13 @@ COLUMNS = {
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
     shares = {title: scored["groups"][group] for group, title in GROUPS.items()} | {
-        "hits: one effect, named first": scored["hits"],
-        "false alarms: nothing wrong, yet a gap": scored["false_alarms"],
         "class of causes, all right": scored["by_class"],
         "sure of a wrong cause (p >= 0.9)": scored["sure_and_wrong"],
-        "unknown: sure of a wrong cause": scored["unknown"]["sure_and_wrong"],
-        "unknown: its location first": scored["unknown"]["site_first"],
         "95 % intervals that hold the truth": scored["coverage_95"],
     }
-    closed = scored["gap_closed"]
     head = (f"data sets: {scored['worlds']}", "right", "share", "95 %")
     lines = aligned([head, *map(_share, shares, shares.values())], str.rjust)
-    lines += ["" if closed is None else f"gap closed, median: {closed:.3f}", ""]
+    lines += [""]
     kinds = [
         (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
         for kind, part in scored["kinds"].items()
@@ -217,21 +211,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         if names["of"] or classes["of"]
     ]
     titles = ("stated probability", "names: stated", "right", "", "classes: stated", "right", "")
-    return lines + (aligned([titles, *stated], str.rjust) if stated else []) + _confusions(scored)
-
-
-def _confusions(scored: Mapping[str, Any]) -> list[str]:
-    """Which effects were most often taken for which."""
-    from robolaser.trials.synthetic.fault_models import MODELLED
-
-    taken = [
-        (times, f"{true} taken for {column}")
-        for true, row in scored["confusion"].items()
-        for column, times in row.items()
-        if column not in (true, "no_gap") and true not in ("none", "outliers")
-        if column != "unexplained" or true in MODELLED
-    ]
-    return [f"{times:4d} x {text}" for times, text in sorted(taken, reverse=True)[:MOST_ROWS]]
+    return lines + (aligned([titles, *stated], str.rjust) if stated else [])
 
 
 def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:
