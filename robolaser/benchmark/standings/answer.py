@@ -31,9 +31,8 @@ def answer(standings: Sequence[Standing], *, problems: int, runs: int, compariso
 
 
 def _alone(standing: Standing) -> str:
-    time = ""
-    if (expected := standing.running_time).value is not None:
-        time = f", with an expected running time of {figure(expected.value)}{between(expected)} evaluations"
+    spent = standing.running_time
+    time = "" if spent is None else f", with an expected running time of {figure(spent)} evaluations"
     return (
         f"Only {standing.algorithm} can be ranked: it reached the target in {share(standing.success)} of its "
         f"runs{time}."
@@ -82,7 +81,7 @@ def _nothing_significant(ranked: list[Standing], place: str, *, problems: int, r
     pair = ranked[1].against_first
     if pair is None or pair.p_adjusted is None:
         return "The algorithms cannot be compared."
-    comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(pair, problems)}; "
+    comes = "comes next; " if pair.ratio is None else f"comes next and {_needs(pair, problems)}; "
     return (
         f"No algorithm differs significantly from {first}, which {place}: {second} {comes}"
         f"{_how_sure(first, second, pair, comparisons)}."
@@ -93,7 +92,7 @@ def _by_how_much(first: Standing, next_: str, pair: PairwiseComparison, *, probl
     sure = _how_sure(first.algorithm, next_, pair, comparisons)
     if not first.solved:
         return f"{next_} comes next: {sure}."
-    if pair.ratio.value is None:
+    if pair.ratio is None:
         return f"{next_} comes next, and never reached the target where {first.algorithm} did: {sure}."
     return f"{next_} comes next and {_needs(pair, problems)}; {sure}."
 
@@ -101,14 +100,13 @@ def _by_how_much(first: Standing, next_: str, pair: PairwiseComparison, *, probl
 def _needs(pair: PairwiseComparison, problems: int) -> str:
     solved = len(pair.ratio_problems)
     where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
-    times = f"{figure(pair.ratio.value or 0.0)}{between(pair.ratio)}"
-    return f"needs {times} times as many evaluations to the target{where}"
+    return f"needs {figure(pair.ratio or 0.0)} times as many evaluations to the target{where}"
 
 
 def _how_sure(first: str, other: str, pair: PairwiseComparison, comparisons: int) -> str:
     corrected = f" after correction for {comparisons} comparisons" if comparisons > 1 else ""
     return (
-        f"a run of {first} does better than one of {other} in {share(pair.superiority)} of cases, "
+        f"a run of {first} does better than one of {other} in {100 * (pair.superiority or 0.0):.0f} % of cases, "
         f"{chance(pair.p_adjusted or 0.0)}{corrected}"
     )
 
@@ -128,18 +126,8 @@ def share(estimate: IntervalEstimate) -> str:
     """A share with its interval, as `80 % (49 to 94 %)`."""
     if estimate.value is None:
         return "an unknown share"
-    if estimate.lower is None or estimate.upper is None:
-        return f"{estimate.value:.0%}".replace("%", " %")
-    return f"{100 * estimate.value:.0f} % ({100 * estimate.lower:.0f} to {100 * estimate.upper:.0f} %)"
-
-
-def between(estimate: IntervalEstimate) -> str:
-    """An interval in brackets, as ` (1.8 to 3.1)`; open ends are stated."""
-    if estimate.lower is None:
-        return " (too few seeds for an interval)"
-    if estimate.upper is None:
-        return f" (at least {figure(estimate.lower)})"
-    return f" ({figure(estimate.lower)} to {figure(estimate.upper)})"
+    lower, upper = estimate.lower or 0.0, estimate.upper or 0.0
+    return f"{100 * estimate.value:.0f} % ({100 * lower:.0f} to {100 * upper:.0f} %)"
 
 
 def names(of: Sequence[str]) -> str:
