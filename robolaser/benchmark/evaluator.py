@@ -127,15 +127,11 @@ class BudgetedEvaluator:
         """
         if self.problem.n_obj > 1:
             raise BenchmarkError(
-                f"{self.problem.name} has {self.problem.n_obj} objectives: evaluate them with `objectives(x)`."
+                f"{self.problem.name} has {self.problem.n_obj} objectives: evaluate them with `evaluate(x)`."
             )
-        return self.objectives(x)[:, 0]
-
-    def objectives(self, x: Any) -> Array:
-        """Objectives of candidates, (c, d) -> (c, m), those of infeasible ones as `cost` has them."""
         values = self.evaluate(x)
-        violation = self.problem.violation(values)[:, None]
-        return np.where(violation > 0.0, INFEASIBLE * (1.0 + violation), values["F"])
+        violation = self.problem.violation(values)
+        return np.where(violation > 0.0, INFEASIBLE * (1.0 + violation), values["F"][:, 0])
 
     def residuals(self, x: Array) -> Array:
         """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation."""
