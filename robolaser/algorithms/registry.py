@@ -75,8 +75,8 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
 
 
 @cache
-def operators(slot: str) -> Mapping[str, str]:
-    """Where the operators of a slot lie that installed packages announce, by name.
+def operators(slot: str) -> Mapping[str, type[Any]]:
+    """The operators of a slot that installed packages announce, by name.
 
     Raises:
         PluginError: What a package announces cannot be used.
@@ -85,8 +85,7 @@ def operators(slot: str) -> Mapping[str, str]:
     if not entry_points(group=group):
         return {}
     base = getattr(import_module(f"pymoo.core.{slot}"), slot.capitalize())
-    kinds = announced(group, base, taken=(), name="")
-    return {name: f"{kind.__module__}:{kind.__qualname__}" for name, kind in kinds.items()}
+    return announced(group, base, taken=(), name="")
 
 
 def algorithm_named(text: str) -> Any:
@@ -183,7 +182,7 @@ def _operator_maker(slot: str, spec: AlgorithmSpec) -> Callable[[], Any]:
     if spec.attribute is not None:
         found = imported(spec)
     elif spec.name in operators(slot):
-        found = imported(AlgorithmSpec.of(operators(slot)[spec.name]))
+        found = operators(slot)[spec.name]
     else:
         found = getattr(ours, spec.name) if spec.name in ours.__all__ else pymoos("operators", spec.name)
     if found is None:

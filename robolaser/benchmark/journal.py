@@ -94,11 +94,10 @@ class Journal:
         problems: dict[str, ProblemSummary] = {}
         solvers: dict[str, str] = {}
         refused: dict[tuple[str, str], str] = {}
-        know_budget, seeds = set(), set()
+        seeds: set[int] = set()
         for plan in plans:
             problems |= {one["name"]: ProblemSummary(**one) for one in plan["problems"]}
-            solvers |= {name: title for name, title, _ in plan["solvers"]}
-            know_budget |= {name for name, _, knows in plan["solvers"] if knows}
+            solvers |= {name: title for name, title, *_ in plan["solvers"]}
             refused |= {(problem, solver): reason for problem, solver, reason in plan["refused"]}
             seeds |= set(plan["seeds"])
         made = [
@@ -116,7 +115,6 @@ class Journal:
         return BenchmarkResult(
             problems=tuple(problems.values()),
             solvers=solvers,
-            know_budget=frozenset(know_budget),
             refused=refused,
             seeds=tuple(sorted(seeds)),
             budget=str(conditions.get("budget", "")),

@@ -112,7 +112,7 @@ class BenchmarkPlan:
             sent, fingerprint = _pickled(spec, spec.name), "" if limits.noisy else problem.summary.fingerprint
             summaries.append(problem.summary)
             for name, solver in solvers.items():
-                if (reason := _refusal(solver, problem)) is not None:
+                if (reason := solver.refuses(problem)) is not None:
                     refused[problem.name, name] = reason
                 else:
                     first.append(Task(problem.name, name, 0, limits, sent, pickles[name], fingerprint))
@@ -131,7 +131,7 @@ class BenchmarkPlan:
                 **{f"version of {package}": _version(package) for package in packages},
             },
             "problems": [summary_of(one) for one in self.problems],
-            "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
+            "solvers": [[name, solver.title] for name, solver in self.solvers.items()],
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
             "target": self.terms.target,
@@ -196,13 +196,6 @@ def _pickled(thing: Any, name: str) -> bytes:
             " (files, connections), or open that at the first evaluation."
         ) from error
     return bytes(found)
-
-
-def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
-    try:
-        return solver.refuses(problem)
-    except Exception as error:  # a user's own solver
-        return f"asked whether it applies, it failed ({type(error).__name__}: {error})"
 
 
 def _version(package: str) -> str:

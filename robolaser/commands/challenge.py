@@ -148,7 +148,7 @@ def score(
         executor = stack.enter_context(engine_of(jobs or 1, scheduler)).executor
         tell = stack.enter_context(terminal.progress())
         trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
-        scored = trial.score(folder, truths, diagnoses)
+        scored = trial.score(truths, diagnoses)
         text = json.dumps(scored, indent=1) + "\n"
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
