@@ -113,7 +113,6 @@ def score(
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     seed: Seed = 1,
     jobs: Count | None = None,
-    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -129,23 +128,20 @@ def score(
         output: Folder for score.json. Default: FOLDER.
         seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time. Default: 1.
-        scheduler: Address of a Dask cluster, tcp://HOST:PORT.
         truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier score.
     """
-    from robolaser.benchmark.executors import engine_of
+    from robolaser.benchmark.executors import Processes
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.trials import trial
     from robolaser.trials.sealed_truth import truth_beside, unseal
 
-    if scheduler and jobs:
-        raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
         truths = unseal(folder, truth or truth_beside(folder))
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
-        executor = stack.enter_context(engine_of(jobs or 1, scheduler)).executor
+        executor = stack.enter_context(Processes(jobs or 1))
         tell = stack.enter_context(terminal.progress())
         trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
         scored = trial.score(truths, diagnoses)
