@@ -16,10 +16,9 @@ from scipy.optimize import least_squares
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.solver import solve
 from robolaser.parameters import Parameters
-from robolaser.problems.calibration_suite import TABLE, Instance, SuiteProblem, instances
+from robolaser.problems.calibration_suite import TABLE, TARGET, Instance, SuiteProblem, instances
 
 AT_ONCE = 25
-TARGET = 1.01  # J that counts as the optimum, in units of the lowest
 OFFSETS, LINKS = ("joint_offset",), ("link_geometry",)
 SCANNER = "a laser scanner on an arm"
 INSTANCES = (
@@ -62,11 +61,11 @@ def main() -> None:
 def proved(instance: Instance, starts: int, seed: int = 1) -> Instance:
     """The same with the lowest J of many descents from anywhere within the bounds."""
     problem = SuiteProblem(instance)
-    x = np.random.default_rng(seed).uniform(problem.xl, problem.xu, (starts, problem.n_var))
+    x = np.random.default_rng(seed).uniform(problem.xl, problem.xu, (starts, problem.dimension))
     ends = _by_scipy(problem, x) if instance.reduced else _by_ours(problem, x)
     costs = problem.evaluate(ends)[:, 0]
     best = polished(problem, ends[int(np.argmin(costs))])
-    lowest = _cost(problem, best)
+    lowest = problem(best)
     return replace(
         instance,
         best=lowest,
@@ -77,7 +76,7 @@ def proved(instance: Instance, starts: int, seed: int = 1) -> Instance:
 
 
 def _by_ours(problem: SuiteProblem, starts: np.ndarray) -> np.ndarray:
-    """Ends (c, n_var) of descents with the gauge at the start's own values."""
+    """Ends (c, dimension) of descents with the gauge at the start's own values."""
     whole, model = problem.model.parameters, problem.model
     bounds = [
         replace(item, lower=item.nominal, upper=item.nominal) if item.name not in problem.names else item
@@ -91,17 +90,13 @@ def _by_ours(problem: SuiteProblem, starts: np.ndarray) -> np.ndarray:
 
 
 def _by_scipy(problem: SuiteProblem, starts: np.ndarray) -> np.ndarray:
-    return np.array([_descent(problem, x, 60) if np.isfinite(_cost(problem, x)) else x for x in starts])
+    return np.array([_descent(problem, x, 60) if np.isfinite(problem(x)) else x for x in starts])
 
 
 def polished(problem: SuiteProblem, x: np.ndarray) -> np.ndarray:
     """The end of SciPy's descent from x, or x where that is lower."""
     end = _descent(problem, x, 300)
-    return end if _cost(problem, end) < _cost(problem, x) else x
-
-
-def _cost(problem: SuiteProblem, x: np.ndarray) -> float:
-    return float(problem.evaluate(x)[0])
+    return end if problem(end) < problem(x) else x
 
 
 def _descent(problem: SuiteProblem, x: np.ndarray, steps: int) -> np.ndarray:

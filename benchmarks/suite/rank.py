@@ -79,7 +79,7 @@ def table() -> Iterator[str]:
         instance = problem.instance
         share = binomtest(instance.reached, instance.starts).proportion_ci(method="wilson")
         yield (
-            f"| `{problem.id}`: {problem.title} | {problem.n_var} | {problem.lowest:.4g}"
+            f"| `{problem.id}`: {problem.title} | {problem.dimension} | {problem.lowest:.4g}"
             f" {problem.model.blocks.unit}² | {instance.reached} of {instance.starts}"
             f" ({100 * share.low:.0f} to {100 * share.high:.0f} %) |"
         )

@@ -48,10 +48,10 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
     """
     pairs = list(problems.items()) if isinstance(problems, Mapping) else [("", problem) for problem in problems]
     if (whole := ("", SUITE)) in pairs:
-        from robolaser.problems.calibration_suite import instances  # noqa: PLC0415 - test functions need no models
+        from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
         at = pairs.index(whole)
-        pairs[at : at + 1] = [("", f"{SUITE}:{one}") for one in instances()]
+        pairs[at : at + 1] = [("", f"{SUITE}:{one}") for one in suite().ids]
     found: dict[str, ProblemSpec] = {}
     given: dict[str, object] = {}
     for name, problem in pairs:
@@ -138,7 +138,7 @@ def _of_suite(name: str, which: str) -> BenchmarkProblem:
     """
     from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
-    question = next(suite([which]))
+    question = suite()[which]
     return _of_model(name, question, f"parameters: {question.title}", question.lowest)
 
 

@@ -1,4 +1,4 @@
-"""Calibrations with known optima, each as a question for pymoo."""
+"""Calibrations with known optima, each as a question for pymoo, for ioh, and for loops that are written for COCO."""
 
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -13,13 +13,14 @@ from pymoo.core.problem import Problem
 
 from robolaser.arrays import Array
 from robolaser.data.loading import load
-from robolaser.errors import UsageError, near
+from robolaser.errors import DependencyMissing, UsageError, near
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
 from robolaser.problems.calibration import ReducedModel
 
 FOLDER = Path(__file__).parent
 DATA, TABLE = FOLDER / "data", FOLDER / "instances.toml"
+TARGET = 1.01  # J that counts as the optimum, in units of the lowest known
 
 
 @final
@@ -46,25 +47,42 @@ def instances() -> dict[str, Instance]:
     return {name: msgspec.convert({"id": name, **entry}, Instance) for name, entry in found.items()}
 
 
+def _instance_named(name: str) -> Instance:
+    """The instance of this id.
+
+    Raises:
+        UsageError: There is none.
+    """
+    if name not in instances():
+        raise UsageError(f"The suite has no instance '{name}'.{near(name, list(instances()))}")
+    return instances()[name]
+
+
 @final
 class SuiteProblem(Problem):
     """Minimise J of a calibration whose lowest J is known, within bounds. J is infinite at the model's poles.
+
+    To pymoo it is a problem like any other. For loops that are written for COCO it has `cocoex`'s names.
 
     Attributes:
         id: Its name in the suite.
         title: What was measured.
         names: Of the variables, in SI units and pixels.
         model: The calibration's model.
-        instance: Its entry in the suite, with how its optimum was found.
-        lowest: The lowest known J.
-        best_x: Where that is.
+        instance: Its entry in the suite: `best`, the lowest known J, `best_x`, and how that was found.
+        dimension: Number of variables.
+        evaluations: Candidates evaluated so far.
+        best_observed_fvalue1: The lowest J so far.
+        final_target_fvalue1: One per cent above the lowest known J.
 
     Examples:
         >>> from robolaser.problems import suite
-        >>> (problem,) = suite(["lee2004"])
-        >>> problem.n_var, problem.evaluate(problem.best_x)[0] == problem.lowest
-        (14, np.True_)
+        >>> problem = suite()["lee2004"]
+        >>> problem(problem.best_x) == problem.lowest, problem.evaluations, problem.final_target_hit
+        (True, 1, True)
     """
+
+    number_of_objectives, number_of_constraints = 1, 0
 
     def __init__(self, instance: Instance) -> None:
         """Build the problem of an instance; `suite()` does."""
@@ -75,10 +93,14 @@ class SuiteProblem(Problem):
         self._columns = self.model.parameters.columns(free.names)
         self.instance, self.id, self.title, self.names = instance, instance.id, instance.title, free.names
         self.lowest, self.best_x = instance.best, np.array(instance.best_x)
+        self.final_target_fvalue1 = TARGET * instance.best
+        self.evaluations, self.best_observed_fvalue1 = 0, np.inf
         super().__init__(n_var=len(free), n_obj=1, xl=free.lower, xu=free.upper, vtype=float)
+        self.dimension, self.lower_bounds, self.upper_bounds = len(free), free.lower, free.upper
+        self.initial_solution = (free.lower + free.upper) / 2
 
     def completed(self, x: Array) -> Array:
-        """Candidates (c, n_var) as those of the whole model (c, d)."""
+        """Candidates (c, dimension) as those of the whole model (c, d)."""
         if self._reduction is not None:
             return self._reduction.completed(x)
         whole = np.tile(self.model.parameters.nominal, (len(x), 1))
@@ -86,10 +108,72 @@ class SuiteProblem(Problem):
         return whole
 
     def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        out["F"] = self.model.cost(self.completed(x))[:, None]
+        J = self.model.cost(self.completed(x))
+        self.evaluations += len(x)
+        self.best_observed_fvalue1 = min(self.best_observed_fvalue1, float(J.min(initial=np.inf)))
+        out["F"] = J[:, None]
+
+    def __call__(self, x: Sequence[float] | Array) -> float:
+        """J of one candidate, (dimension,)."""
+        return float(self.evaluate(np.asarray(x, np.float64)[None])[0, 0])
+
+    @property
+    def final_target_hit(self) -> bool:
+        """Whether some candidate came within one per cent of the lowest known J."""
+        return bool(self.best_observed_fvalue1 <= self.final_target_fvalue1)
+
+    def as_ioh(self) -> Any:
+        """The same as a problem of ioh, for its loggers: variables from 0 to 1, bound to bound.
+
+        Raises:
+            DependencyMissing: `ioh` is not installed.
+        """
+        try:
+            import ioh  # noqa: PLC0415 - an extra
+        except ImportError:
+            raise DependencyMissing("`as_ioh` needs `ioh`: pip install 'robolaser[bbob]'.") from None
+        width = self.upper_bounds - self.lower_bounds
+        best: list[float] = ((self.best_x - self.lower_bounds) / width).tolist()
+        return ioh.wrap_problem(
+            lambda u: self(self.lower_bounds + np.asarray(u) * width),
+            name=f"robolaser-{self.id}",
+            dimension=self.dimension,
+            lb=0.0,
+            ub=1.0,
+            calculate_objective=lambda instance, dimension: (best, self.lowest),
+        )
 
 
-def suite(ids: Sequence[str] | None = None) -> Iterator[SuiteProblem]:
+@final
+class Suite:
+    """Problems in a fixed order; each time one is asked for it is a new one, that nobody has evaluated yet.
+
+    Examples:
+        >>> from robolaser.problems import suite
+        >>> [(problem.id, problem.dimension) for problem in suite(["lee2004", "lee2004-reduced"])]
+        [('lee2004', 14), ('lee2004-reduced', 6)]
+    """
+
+    def __init__(self, ids: Sequence[str]) -> None:
+        self.ids = tuple(ids)
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def __getitem__(self, which: int | str) -> SuiteProblem:
+        """The problem of this number or id.
+
+        Raises:
+            UsageError: There is none of that id.
+            IndexError: There is none of that number.
+        """
+        return SuiteProblem(_instance_named(which if isinstance(which, str) else self.ids[which]))
+
+    def __iter__(self) -> Iterator[SuiteProblem]:
+        return (self[name] for name in self.ids)
+
+
+def suite(ids: Sequence[str] | None = None) -> Suite:
     """Calibrations of scanners, cameras and arms, measured and simulated, with the lowest J that is known of each.
 
     Args:
@@ -100,12 +184,8 @@ def suite(ids: Sequence[str] | None = None) -> Iterator[SuiteProblem]:
 
     Examples:
         >>> from robolaser.problems import suite
-        >>> (problem,) = suite(["ur5-tracker"])
+        >>> problem = suite()["ur5-tracker"]
         >>> minimize(problem, GA(pop_size=20), ("n_eval", 200), seed=1).F[0] > problem.lowest
         np.True_
     """
-    known = instances()
-    for name in known if ids is None else ids:
-        if name not in known:
-            raise UsageError(f"The suite has no instance '{name}'.{near(name, list(known))}")
-        yield SuiteProblem(known[name])
+    return Suite([_instance_named(name).id for name in (instances() if ids is None else ids)])
