@@ -11,6 +11,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+from landscape import landscape
 from scipy.stats import binomtest
 
 from robolaser.problems import suite
@@ -73,15 +75,20 @@ def ranking() -> Iterator[str]:
 
 def table() -> Iterator[str]:
     """The table of instances."""
-    yield "| instance | d | lowest J | descents that reach it |"
-    yield "|---" * 4 + "|"
+    yield (
+        "| instance | d | gauge | lowest J | descents that reach it | condition number | fitness-distance correlation |"
+        " dispersion | poles | median J |"
+    )
+    yield "|---" * 10 + "|"
     for problem in suite():
-        instance = problem.instance
+        one, instance = landscape(problem), problem.instance
         share = binomtest(instance.reached, instance.starts).proportion_ci(method="wilson")
         yield (
-            f"| `{problem.id}`: {problem.title} | {problem.dimension} | {problem.lowest:.4g}"
+            f"| `{problem.id}`: {problem.title} | {problem.dimension} | {one['gauge']} | {problem.lowest:.4g}"
             f" {problem.model.blocks.unit}² | {instance.reached} of {instance.starts}"
-            f" ({100 * share.low:.0f} to {100 * share.high:.0f} %) |"
+            f" ({100 * share.low:.0f} to {100 * share.high:.0f} %) | 1e{np.log10(one['condition']):.0f}"
+            f" | {one['correlation']:.2f} | {one['dispersion']:.2f} | {100 * one['poles']:.0f} %"
+            f" | 1e{np.log10(one['median']):.0f} |"
         )
 
 

@@ -1,0 +1,49 @@
+"""What an instance of the suite looks like from a distance, and at its optimum."""
+
+import numpy as np
+from scipy.spatial.distance import pdist
+from scipy.stats import spearmanr
+
+from robolaser.model.derivatives import jacobian_matrix
+from robolaser.problems.calibration_suite import SuiteProblem
+
+SAMPLES = 2000
+BEST = 0.05  # share of the samples whose dispersion is measured
+GAUGE = 1e-13  # of the largest singular value: what is smaller moves no point
+
+
+def landscape(problem: SuiteProblem, seed: int = 1) -> dict[str, float]:
+    """Numbers about J within the bounds, every variable in units of its bounds' distance.
+
+    `correlation` is Spearman's, of J and the distance to the optimum (Jones & Forrest 1995); `dispersion` the mean
+    distance between the best samples over that between all (Lunacek & Whitley 2006); `condition` that of the
+    Gauss-Newton Hessian at the optimum in the directions that move a point, `gauge` how many move none; `poles` the
+    share of samples whose J is infinite; `median` that of the others, in units of the lowest J.
+    """
+    u = np.random.default_rng(seed).random((SAMPLES, problem.dimension))
+    width = problem.xu - problem.xl
+    J = problem.evaluate(problem.xl + u * width)[:, 0]
+    finite = np.isfinite(J)
+    best = (problem.best_x - problem.xl) / width
+    near = u[finite][np.argsort(J[finite])[: int(BEST * finite.sum())]]
+    singular = np.linalg.svd(_slopes(problem, best), compute_uv=False)
+    determined = singular[singular > GAUGE * singular[0]]
+    return {
+        "correlation": spearmanr(np.linalg.norm(u[finite] - best, axis=1), J[finite]).statistic,
+        "dispersion": pdist(near).mean() / pdist(u[finite]).mean(),
+        "condition": (determined[0] / determined[-1]) ** 2,
+        "gauge": problem.dimension - len(determined),
+        "poles": 1 - finite.mean(),
+        "median": float(np.median(J[finite])) / problem.lowest,
+    }
+
+
+def _slopes(problem: SuiteProblem, u: np.ndarray, step: float = 1e-6) -> np.ndarray:
+    """Derivatives of the residuals, (K, dimension); by differences where a closed form is between."""
+    width = problem.xu - problem.xl
+    if not problem.instance.reduced:
+        whole = jacobian_matrix(problem.model, problem.completed((problem.xl + u * width)[None])[0])
+        return whole[:, problem.model.parameters.columns(problem.names)] * width
+    steps = step * np.eye(len(u))
+    sides = [problem.model.residuals(problem.completed(problem.xl + (u + s * steps) * width)) for s in (1, -1)]
+    return ((sides[0] - sides[1]) / (2 * step)).reshape(len(u), -1).T
