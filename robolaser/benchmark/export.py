@@ -32,7 +32,10 @@ def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> 
         "format": FORMAT,
         "robolaser": version("robolaser"),
         "problems": [_problem(one, standings) for one in result.problems],
-        "algorithms": [{"name": name, "title": title} for name, title in result.solvers.items()],
+        "algorithms": [
+            {"name": name, "title": title, "knows_budget": name in result.know_budget}
+            for name, title in result.solvers.items()
+        ],
         "refused": [
             {"problem": problem, "algorithm": algorithm, "reason": reason}
             for (problem, algorithm), reason in result.refused.items()

@@ -94,10 +94,11 @@ class Journal:
         problems: dict[str, ProblemSummary] = {}
         solvers: dict[str, str] = {}
         refused: dict[tuple[str, str], str] = {}
-        seeds: set[int] = set()
+        know_budget, seeds = set(), set()
         for plan in plans:
             problems |= {one["name"]: ProblemSummary(**one) for one in plan["problems"]}
-            solvers |= {name: title for name, title, *_ in plan["solvers"]}
+            solvers |= {name: title for name, title, _ in plan["solvers"]}
+            know_budget |= {name for name, _, knows in plan["solvers"] if knows}
             refused |= {(problem, solver): reason for problem, solver, reason in plan["refused"]}
             seeds |= set(plan["seeds"])
         made = [
@@ -115,6 +116,7 @@ class Journal:
         return BenchmarkResult(
             problems=tuple(problems.values()),
             solvers=solvers,
+            know_budget=frozenset(know_budget),
             refused=refused,
             seeds=tuple(sorted(seeds)),
             budget=str(conditions.get("budget", "")),

@@ -131,7 +131,7 @@ class BenchmarkPlan:
                 **{f"version of {package}": _version(package) for package in packages},
             },
             "problems": [summary_of(one) for one in self.problems],
-            "solvers": [[name, solver.title] for name, solver in self.solvers.items()],
+            "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
             "target": self.terms.target,

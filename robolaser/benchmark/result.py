@@ -108,6 +108,7 @@ class BenchmarkResult:
     Attributes:
         problems: The problems.
         solvers: Title of each by name, in the order in which they were named.
+        know_budget: Those that search differently with another budget.
         refused: Why a solver does not apply to a problem, by (problem, solver).
         seeds: Of the runs: each solver has a run with each of them on each problem.
         budget: Evaluations of a run, as stated: 20000, or 1000d for a thousand times the number of variables.
@@ -123,6 +124,7 @@ class BenchmarkResult:
 
     problems: tuple[ProblemSummary, ...]
     solvers: Mapping[str, str]
+    know_budget: frozenset[str]
     refused: Mapping[tuple[str, str], str]
     seeds: tuple[int, ...]
     budget: str

@@ -41,6 +41,7 @@ def made_up_comparison(
             for name in problems
         ),
         solvers={name: f"the {name}" for name in speeds},
+        know_budget=frozenset(),
         refused={},
         seeds=tuple(range(1, seeds + 1)),
         budget=str(BUDGET),

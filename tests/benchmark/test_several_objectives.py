@@ -60,3 +60,4 @@ def test_infeasible_candidates_are_no_part_of_any_front():
 def test_algorithms_with_reference_directions_take_part_by_name():
     result = robolaser.compare(["pymoo:dtlz2"], ["NSGA3", "MOEAD", "RVEA"], seeds=1, budget=300)
     assert [run.state for run in result.runs] == [DONE] * 3
+    assert result.know_budget == {"RVEA"}

@@ -46,6 +46,14 @@ def test_a_budget_may_be_for_each_variable():
     assert {run.problem: run.evaluations for run in result.runs} == {"pymoo:sphere-2": 200, "pymoo:sphere-5": 500}
 
 
+def test_who_knows_the_budget_is_marked():
+    result = robolaser.compare(
+        ["pymoo:sphere-2"], ["rcga", "ga", "ga:mutation=NonUniformMutation"], seeds=1, budget=200
+    )
+    assert result.know_budget == {"rcga", "ga:mutation=NonUniformMutation"}
+    assert "rcga, ga:mutation=NonUniformMutation: searches differently with another budget" in str(result)
+
+
 def test_a_target_is_printed_with_as_many_digits_as_tell_it_from_the_lowest_cost():
     result = robolaser.compare({"p": "mine:Sphere:offset=-1000:lowest=-1000"}, ["random"], seeds=1, budget=50)
     assert "a cost of at most -999.99, 0.01 above" in " ".join(str(result).split())

@@ -102,6 +102,7 @@ def made(
     return BenchmarkResult(
         problems=tuple(problems),
         solvers={name: SPEEDS[name][0] for name in names},
+        know_budget=frozenset({"rcga"} & {*names}),
         refused=refused,
         seeds=tuple(range(1, seeds + 1)),
         budget=str(BUDGET),

@@ -107,3 +107,5 @@ def test_the_terminal_says_the_answer_and_the_target(name, comparison, standings
     text = " ".join(printed(document(comparison, standings[name], brief=True)).split())
     if comparison.runs:
         assert "Target on paper" in text
+    if name == "large":
+        assert "rcga: searches differently with another budget." in text

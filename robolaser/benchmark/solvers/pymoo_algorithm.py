@@ -28,8 +28,7 @@ def pymoo_solver(name: str, title: str, make: Maker) -> Solver:
     It sees objectives and constraints as they are.
     """
     search = partial(restarted, partial(_search, make))
-    make(2)  # settings that make no sense are said now
-    return Solver(name, title, search, partial(_refuses, make))
+    return Solver(name, title, search, partial(_refuses, make), knows_budget=_has_a_schedule(make(2)))
 
 
 def restarted(search: Search, evaluator: BudgetedEvaluator, seed: int) -> None:
@@ -74,6 +73,13 @@ def _refuses(make: Maker, problem: BenchmarkProblem) -> str | None:
         return None if problem.mixed and "MixedVariableGA" in kinds else REAL
     sampling = getattr(getattr(made, "initialization", None), "sampling", None)
     return REAL if problem.discrete and (sampling is None or type(sampling).__name__ in FOR_REALS) else None
+
+
+def _has_a_schedule(algorithm: Any) -> bool:
+    """Does the budget change how it searches, by its mutation's k/T or, in RVEA, by its adaptation?"""
+    mutation = getattr(getattr(algorithm, "mating", None), "mutation", None) or getattr(algorithm, "mutation", None)
+    scheduled = getattr(mutation, "progress_of", None) is not None and getattr(mutation, "progress", None) is None
+    return scheduled or any(kind.__name__ == "RVEA" for kind in type(algorithm).__mro__)
 
 
 def _counted(evaluator: BudgetedEvaluator) -> Any:

@@ -47,12 +47,14 @@ class Solver:
         title: A description for a person.
         search: The method.
         refuses: Which problems it does not apply to, and why.
+        knows_budget: Does it search differently with another budget, so that no run of it is a part of a longer one?
     """
 
     name: str
     title: str
     search: Search
     refuses: Refusal = applies_to_all
+    knows_budget: bool = False
 
 
 def within(x: Array, problem: BenchmarkProblem) -> Array:

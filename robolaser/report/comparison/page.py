@@ -77,9 +77,11 @@ def _family(lines: AlgorithmLines, number: int, *, brief: bool) -> Section:
 
 def _remarks(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Section:
     """What the terminal says besides: how far it has come, targets, notes and failures, not too many of each."""
+    knowing = [name for name in comparison.solvers if name in comparison.know_budget]
     noisy = [one.name for one in comparison.problems if one.noisy]
     aims = [line for one in judged for line in words.aims(comparison, one)]
-    notes = [f"{name} is noisy: runs are ranked by their returned candidates, re-evaluated." for name in noisy]
+    notes = [f"{', '.join(knowing)}: searches differently with another budget."] if knowing else []
+    notes += [f"{name} is noisy: runs are ranked by their returned candidates, re-evaluated." for name in noisy]
     failures = [
         f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
         for name, reason, count, _ in tables.failure_rows(comparison)

@@ -48,6 +48,8 @@ READING = (
      " with Holm's correction)."),
     ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, runs that reached the target rank"
      " before those that did not: the former by their evaluations, the latter by their final cost."),
+    ("Knows its budget", "A run with a smaller budget is not the beginning of one with a larger budget: its curve holds"
+     " for this budget only."),
     ("Noisy", "The cost of a candidate varies from evaluation to evaluation. Runs are ranked by the candidate that each"
      " returned, re-evaluated, never by their luckiest sample."),
 )  # fmt: skip
