@@ -126,7 +126,7 @@ def shown(part: str, said: dict[str, Any]) -> Iterator[str]:
         pairs = {(pair["one"], pair["other"]): pair for pair in on["order"]["pairs"]}
         for place in on["order"]["places"]:
             name = place["algorithm"]
-            price = place["running_time"]
+            price = place["running_time"]["value"]
             cells = (
                 str(place["rank"] or ""),
                 f"`{name}`",
@@ -143,7 +143,7 @@ def _beats(pairs: dict[tuple[str, str], dict[str, Any]], name: str, beside: str)
     if name == beside:
         return ""
     pair = pairs.get((name, beside)) or pairs[beside, name]
-    share = pair["superiority"] if pair["one"] == name else 1 - pair["superiority"]
+    share = pair["superiority"]["value"] if pair["one"] == name else 1 - pair["superiority"]["value"]
     text = f"{100 * share:.0f} %"
     return f"**{text}**" if pair["significant"] else text
 

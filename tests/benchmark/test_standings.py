@@ -108,7 +108,8 @@ def test_the_faster_rank_before_the_slower_and_all_differ_significantly():
 def test_a_planted_ratio_is_in_the_answer():
     pair = _ranked(_arrays({"fast": 1.0, "slow": 3.0}, seeds=30)).order.pairs[0]
     assert (pair.one, pair.other) == ("fast", "slow")
-    assert pair.ratio == pytest.approx(3.0, rel=0.15)
+    assert pair.ratio.lower < 3.0 < pair.ratio.upper
+    assert pair.ratio.value == pytest.approx(3.0, rel=0.15)
 
 
 def test_equals_do_not_differ_significantly_and_the_answer_says_so():
@@ -136,7 +137,7 @@ def test_where_nobody_reached_the_target_those_who_came_closer_rank_first():
     assert found.order.places[0].algorithm == "near"
     assert found.order.places[0].solved == 0
     assert found.order.pairs[0].significant
-    assert found.order.pairs[0].ratio is None
+    assert found.order.pairs[0].ratio.value is None
     assert "No algorithm reached the target" in found.order.answer
 
 
@@ -151,7 +152,7 @@ def test_ties_for_first_place_share_it():
 def test_a_solver_that_never_reached_the_target_has_no_running_time():
     found = _ranked(_arrays({"fast": 1.0, "hopeless": np.inf}))
     last = found.by_problem[0].order.places[1]
-    assert last.running_time is None
+    assert last.running_time.value is None
     assert last.failed == last.runs == 12
     assert last.success.value == 0.0
     assert last.success.upper > 0.2
@@ -165,7 +166,7 @@ def test_the_mean_ratio_says_on_which_problems_it_rests():
     found = _ranked(_of(evaluations, arrays.algorithms))
     assert found.order.pairs[0].ratio_problems == ("problem 0",)
     assert "on the 1 of 2 problems where both reached it" in found.order.answer
-    assert found.by_problem[1].order.pairs[0].ratio is None
+    assert found.by_problem[1].order.pairs[0].ratio.value is None
     assert found.by_problem[1].order.pairs[0].ratio_problems == ()
 
 
@@ -202,6 +203,16 @@ def test_who_takes_part_changes_no_running_time_and_no_comparison_of_others():
         other = with_c[pair.one, pair.other]
         assert (other.ratio, other.superiority, other.p) == (pair.ratio, pair.superiority, pair.p)
         assert other.p_adjusted >= pair.p_adjusted
+
+
+def test_the_same_runs_give_the_same_intervals_and_more_samples_nearly_the_same(monkeypatch):
+    arrays = _arrays({"a": 1.0, "b": 2.0})
+    one = _ranked(arrays)
+    assert one == _ranked(arrays)
+    monkeypatch.setattr("robolaser.benchmark.statistics.running_time.SAMPLES", 3000)
+    other = _ranked(arrays).order.pairs[0].ratio
+    assert one.order.pairs[0].ratio != other
+    assert one.order.pairs[0].ratio.lower == pytest.approx(other.lower, rel=0.1)
 
 
 def test_equals_hardly_ever_differ_significantly():

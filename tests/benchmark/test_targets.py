@@ -10,7 +10,7 @@ ASKED = {"seeds": 2, "budget": 600}
 
 def ranking(result):
     return [
-        (place.algorithm, place.rank, place.success.value, place.running_time)
+        (place.algorithm, place.rank, place.success.value, place.running_time.value)
         for place in standings(result, result.families[0]).order.places
     ]
 

@@ -31,8 +31,9 @@ def answer(standings: Sequence[Standing], *, problems: int, runs: int, compariso
 
 
 def _alone(standing: Standing) -> str:
-    spent = standing.running_time
-    time = "" if spent is None else f", with an expected running time of {figure(spent)} evaluations"
+    time = ""
+    if (spent := standing.running_time).value is not None:
+        time = f", with an expected running time of {figure(spent.value)}{between(spent)} evaluations"
     return (
         f"Only {standing.algorithm} can be ranked: it reached the target in {share(standing.success)} of its "
         f"runs{time}."
@@ -72,16 +73,17 @@ def _several(ranked: list[Standing], *, problems: int, runs: int, comparisons: i
 def _by_how_much(first: Standing, pair: PairwiseComparison, *, problems: int, comparisons: int) -> str:
     """The second against the first."""
     how = f"{pair.other} comes next"
-    if pair.ratio is not None:
+    if pair.ratio.value is not None:
         solved = len(pair.ratio_problems)
         where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
-        how += f" and needs {figure(pair.ratio)} times as many evaluations to the target{where}"
+        times = f"{figure(pair.ratio.value)}{between(pair.ratio)} times"
+        how += f" and needs {times} as many evaluations to the target{where}"
     elif first.solved:
         how += f", and never reached the target where {first.algorithm} did"
     corrected = f" after correction for {comparisons} comparisons" if comparisons > 1 else ""
     return (
         f"{how}: a run of {first.algorithm} does better than one of {pair.other} in"
-        f" {100 * (pair.superiority or 0.0):.0f} % of cases, {chance(pair.p_adjusted or 0.0)}{corrected}."
+        f" {share(pair.superiority)} of cases, {chance(pair.p_adjusted or 0.0)}{corrected}."
     )
 
 
@@ -102,6 +104,15 @@ def share(estimate: IntervalEstimate) -> str:
         return "an unknown share"
     lower, upper = estimate.lower or 0.0, estimate.upper or 0.0
     return f"{100 * estimate.value:.0f} % ({100 * lower:.0f} to {100 * upper:.0f} %)"
+
+
+def between(estimate: IntervalEstimate) -> str:
+    """An interval in brackets, as ` (1.8 to 3.1)`; open ends are stated."""
+    if estimate.lower is None:
+        return " (too few seeds for an interval)"
+    if estimate.upper is None:
+        return f" (at least {figure(estimate.lower)})"
+    return f" ({figure(estimate.lower)} to {figure(estimate.upper)})"
 
 
 def names(of: Sequence[str]) -> str:

@@ -24,7 +24,7 @@ from robolaser.benchmark.standings.table import (
     Standings,
 )
 from robolaser.benchmark.statistics import difference, running_time
-from robolaser.benchmark.statistics.intervals import finite, wilson
+from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
 from robolaser.errors import UsageError
 
 ENOUGH = 0.5
@@ -34,6 +34,7 @@ SCOPE = (
     "Intervals and tests say what new seeds would change on these very problems, with this budget and on this machine. "
     "They do not say how algorithms do on other problems: for that, compare them on more problems."
 )
+UNKNOWN = IntervalEstimate(None)
 Reasons = Mapping[tuple[str, str], str]
 """Why a solver has no runs on a problem, or not all, by (problem, solver)."""
 
@@ -67,14 +68,15 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons) -> Stan
 
 @final
 class _Ranking:
-    """A family's runs: problems p, algorithms a, seeds s, targets t."""
+    """A family's runs: problems p, algorithms a, seeds s, targets t, bootstrap samples b."""
 
     def __init__(self, arrays: ResultArrays) -> None:
         self.arrays = arrays
         self.times = arrays.evaluations[..., arrays.headline]  # to the target, (p, a, s)
         judged = np.where(arrays.noisy[:, None, None] & ~np.isnan(self.times), np.inf, self.times)
         self.places = outcomes(judged, arrays.final)  # of runs on their problem
-        self.expected = running_time.expected(self.times, arrays.total_evaluations)  # (p, a)
+        self.expected = running_time.expected(self.times, arrays.total_evaluations)  # (p, a, 1 + b)
+        self.bounded = running_time.bounded(self.expected, arrays.there.sum(axis=2))  # (p, a)
         self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
     def order(self, problems: Sequence[int], refused: Reasons) -> Order:
@@ -95,7 +97,7 @@ class _Ranking:
         p = difference.stratified(self.places[at])
         corrected = self.p_adjusted if len(at) == 1 else difference.holm_pairs(p)  # over all comparisons made
         adjusted = self.p_adjusted[at[0]] if len(at) == 1 else corrected
-        pairs = self._pairs(at, ordered, p, adjusted)
+        pairs = self._pairs(at, ordered, runs, p, adjusted)
         places = tuple(
             Standing(
                 algorithm=names[a],
@@ -104,7 +106,7 @@ class _Ranking:
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
                 success=wilson(int(reached[:, a].sum()), int(runs[:, a].sum())),
-                running_time=finite(self.expected[at[0], a]) if len(at) == 1 else None,
+                running_time=self.bounded.at(at[0], a) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
                 unranked=unranked.get(names[a], ""),
@@ -137,24 +139,24 @@ class _Ranking:
             successes=int(np.isfinite(self.times[p, a]).sum()),
             final=dict(zip(FINAL, map(finite, ends), strict=True)) if len(final) else None,
             violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
-            evaluations=finite(self.expected[p, a]),
+            evaluations=self.bounded.at(p, a),
             run_seconds=float(np.nanmedian(arrays.total_s[p, a])) if len(final) else None,
         )
 
     def _pairs(
-        self, at: list[int], ordered: list[int], p: Array, adjusted: Array
+        self, at: list[int], ordered: list[int], runs: Ints, p: Array, adjusted: Array
     ) -> dict[tuple[int, int], PairwiseComparison]:
         """Each with each, the one that stands before first."""
         names, solved = self.arrays.algorithms, np.isfinite(self.times[at]).sum(axis=2) > 0
-        better, ratios = difference.superiority(self.places[at]), running_time.mean_ratios(self.expected[at])
+        better, ratios = difference.superiority(self.places[at]), running_time.mean_ratios(self.expected[at], runs)
         found = {}
         for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
             found[one, other] = PairwiseComparison(
                 one=names[one],
                 other=names[other],
-                superiority=finite(better[one, other]),
-                ratio=finite(ratios[one, other]),
+                superiority=better.at(one, other),
+                ratio=ratios.at(one, other),
                 ratio_problems=tuple(self.arrays.problems[at[i]] for i in both),
                 p=finite(p[one, other]),
                 p_adjusted=finite(adjusted[one, other]),
@@ -180,17 +182,19 @@ def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array)
 
     Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.
     The effect is the mean of A12 over these strata, the geometric mean of the ratios of running times, and the p of van
-    Elteren's test of the strata. Places of runs (p, a, s), expected running times to the headline target (p, a).
+    Elteren's test of the strata. Places of runs (p, a, s), expected running times to the headline target, of all runs
+    and of bootstrap samples (p, a, 1 + b).
     """
     found = []
     for (stock, slot, operator), pairs in _pairs(algorithms).items():
         with_part, without = np.array(pairs).T
         strata = _strata(places, with_part, without)
-        there = np.all((~np.isnan(strata)).any(axis=2), axis=1)
+        runs = (~np.isnan(strata)).sum(axis=2)
+        there = (runs > 0).all(axis=1)
         if not there.any():
             continue
-        better = float(difference.superiority(strata[there])[0, 1])
-        ratio = finite(running_time.mean_ratios(_strata(expected, without, with_part)[there])[0, 1])
+        better = difference.superiority(strata[there]).at(0, 1)
+        ratio = running_time.mean_ratios(_strata(expected, with_part, without)[there], runs[there]).at(1, 0)
         p = float(difference.stratified(strata[there])[0, 1])
         found.append(OperatorEffect(stock, slot, operator, int(there.sum()), better, ratio, p, p_adjusted=p))
     adjusted = difference.holm(np.array([effect.p for effect in found]))

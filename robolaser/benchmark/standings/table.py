@@ -25,7 +25,7 @@ class ResultOnProblem:
     successes: int  # runs that reached the target by which solvers are ranked
     final: Mapping[str, float | None] | None  # `FINAL` of the lowest costs, over the best known; None without runs
     violation: float | None  # median of the lowest violations of runs that found no feasible candidate
-    evaluations: float | None  # expected running time (ERT) to the target, unsuccessful runs repeated
+    evaluations: IntervalEstimate  # expected running time (ERT) to the target, unsuccessful runs repeated
     run_seconds: float | None  # median wall time of a run [s]
 
 
@@ -36,8 +36,8 @@ class PairwiseComparison:
 
     one: str
     other: str
-    superiority: float | None  # A12: how often a run of the one does better; over several problems the mean
-    ratio: float | None  # ERT of the other over that of the one; geometric mean; None unless both reached it
+    superiority: IntervalEstimate  # A12: how often a run of the one does better; over several problems the mean
+    ratio: IntervalEstimate  # ERT of the other over that of the one; geometric mean; None unless both reached it
     ratio_problems: tuple[str, ...]  # on which both reached the target
     p: float | None  # of runs as different as these if the two were the same
     p_adjusted: float | None  # by Holm for all comparisons made
@@ -53,8 +53,8 @@ class OperatorEffect:
     slot: str
     operator: str
     strata: int  # problems and pairs of algorithms that it rests on
-    superiority: float  # mean A12 of runs with the part over runs without it; 0.5 is no effect
-    ratio: float | None  # ERT with the part over that without it; below 1 is faster
+    superiority: IntervalEstimate  # mean A12 of runs with the part over runs without it; 0.5 is no effect
+    ratio: IntervalEstimate  # ERT with the part over that without it; below 1 is faster
     p: float  # of van Elteren's test of the strata
     p_adjusted: float  # by Holm for all parts
 
@@ -70,7 +70,7 @@ class Standing:
     runs: int
     failed: int
     success: IntervalEstimate  # share of the runs that reached the target
-    running_time: float | None  # to it, in evaluations; None over several problems
+    running_time: IntervalEstimate  # to it, in evaluations; None over several problems
     solved: int  # problems on which any run reached it
     against_first: PairwiseComparison | None  # the first as `one`; None for the first itself and the unranked
     unranked: str  # why it is not ranked; empty if it is

@@ -1,4 +1,4 @@
-"""A share that runs estimate, and the bounds of what it could be as well."""
+"""Numbers that runs estimate, and the bounds of what they could be as well."""
 
 import math
 from dataclasses import dataclass
@@ -6,18 +6,34 @@ from typing import final
 
 from scipy.stats import binomtest
 
+from robolaser.arrays import Array
+
 CONFIDENCE = 0.95
-"""Level of the interval."""
+"""Level of every interval."""
 
 
 @final
 @dataclass(frozen=True)
 class IntervalEstimate:
-    """A number and its interval; None where there are no runs."""
+    """A number and its interval; None where the runs give none, or leave an end open."""
 
     value: float | None
     lower: float | None = None
     upper: float | None = None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """Estimates, and the intervals that hold the truth with `CONFIDENCE`; all of one shape."""
+
+    value: Array  # NaN where there is none, infinite where no run reached a target
+    lower: Array  # NaN where there are too few runs to say
+    upper: Array  # NaN where there are too few runs to say, infinite where they leave it open
+
+    def at(self, *index: int) -> IntervalEstimate:
+        """One of them."""
+        return IntervalEstimate(finite(self.value[index]), finite(self.lower[index]), finite(self.upper[index]))
 
 
 def finite(number: float) -> float | None:

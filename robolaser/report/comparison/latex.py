@@ -38,7 +38,7 @@ def latex_tables(result: BenchmarkResult, judged: Sequence[Standings]) -> str:
             latex(
                 f"{FAMILIES[standings.family]} ({len(standings.by_problem)}), {standings.seeds} seeds,"
                 f" {budget(result)} a run. {' '.join(aims(result, standings))} ERT ratio: that of expected running"
-                " times to the target against the first, where both reached it; p by Holm.",
+                " times to the target against the first, where both reached it, with 95 % intervals; p by Holm.",
                 ("Algorithm", "Rank", "Mean rank", "Success", "ERT ratio", "p"),
                 [_place(place) for place in places],
             ),
@@ -78,8 +78,10 @@ def _escaped(text: str) -> str:
 
 def _place(place: Standing) -> tuple[str, ...]:
     pair, success, ratio, p = place.against_first, place.success, NONE, NONE
-    if pair is not None and pair.ratio is not None:
-        ratio = figure(pair.ratio)
+    if pair is not None and pair.ratio.value is not None:
+        lower, upper = pair.ratio.lower, pair.ratio.upper
+        ends = "" if lower is None else f" [{figure(lower)}, {'∞' if upper is None else figure(upper)}]"
+        ratio = f"{figure(pair.ratio.value)}{ends}"
     if pair is not None and pair.p_adjusted is not None:
         p = chance(pair.p_adjusted).removeprefix("p ").removeprefix("= ")
     share = NONE if success.value is None else f"{rate(success.value)}"
@@ -103,5 +105,5 @@ def _median(result: ResultOnProblem | None) -> float:
 def _ert(result: ResultOnProblem | None) -> str:
     if result is None or not result.runs:
         return NONE
-    spent = NONE if result.evaluations is None else figure(result.evaluations)
+    spent = NONE if result.evaluations.value is None else figure(result.evaluations.value)
     return f"{spent} ({result.successes}/{result.runs})"

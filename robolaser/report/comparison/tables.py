@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings.answer import chance, figure, share
+from robolaser.benchmark.standings.answer import between, chance, figure, share
 from robolaser.benchmark.standings.table import (
     OnProblem,
     Order,
@@ -40,7 +40,7 @@ def standing_table(comparison: BenchmarkResult, standings: Standings, colours: M
     shown = [i for i in range(len(columns)) if i < len(columns) - 1 or any(row[i].text for row in rows)]
     note = (
         "Evaluations: the average number to reach the target; over several problems, × times as many as the first where"
-        " both reached it."
+        " both reached it, with the 95 % interval."
     )
     return Table([columns[i] for i in shown], [[row[i] for i in shown] for row in rows], note=note, printed=most)
 
@@ -75,21 +75,23 @@ def _running_time(standing: Standing, results: Sequence[ResultOnProblem]) -> Cel
     if not standing.solved:
         return Cell(NEVER)
     pair = standing.against_first
-    ratio = "" if pair is None or pair.ratio is None else many(pair.ratio)
-    if len(results) == 1 and (spent := results[0].evaluations) is not None:
-        return Cell(count(spent), [ratio] if ratio else [], order=spent)
-    each = [f"{one.problem} {count(one.evaluations)}" for one in results if one.evaluations is not None]
+    ratio = "" if pair is None or pair.ratio.value is None else f"{many(pair.ratio.value)}{between(pair.ratio)}"
+    if len(results) == 1 and (spent := results[0].evaluations).value is not None:
+        return Cell(
+            f"{count(spent.value)}{between(spent) if spent.lower else ''}", [ratio] if ratio else [], order=spent.value
+        )
+    each = [f"{one.problem} {count(one.evaluations.value)}" for one in results if one.evaluations.value is not None]
     shown = ratio or ("the first" if standing.rank == 1 else "–")
     return Cell(shown, each if len(each) <= MANY else [])
 
 
 def _against(standing: Standing) -> Cell:
     pair = standing.against_first
-    if pair is None or pair.p_adjusted is None or pair.superiority is None:
+    if pair is None or pair.p_adjusted is None or pair.superiority.value is None:
         return Cell("")
     return Cell(
         f"{'yes' if pair.significant else 'no'}, {chance(pair.p_adjusted)}",
-        (f"loses {rate(pair.superiority)} of pairs",),
+        (f"loses {rate(pair.superiority.value)} of pairs",),
         order=pair.p_adjusted,
     )
 
@@ -120,7 +122,7 @@ def result_table(problem: ProblemSummary, on: OnProblem, tolerance: float, colou
 def _reached(result: ResultOnProblem) -> Cell:
     if not result.runs:
         return Cell("")
-    success, spent = f"{result.successes} of {result.runs} runs", result.evaluations
+    success, spent = f"{result.successes} of {result.runs} runs", result.evaluations.value
     return Cell(NEVER if spent is None else count(spent), (success,), order=spent)
 
 
@@ -152,9 +154,9 @@ def _pair(of: Mapping[tuple[str, str], PairwiseComparison], one: str, other: str
     if one == other:
         return Cell("·")
     pair = of.get((one, other)) or of.get((other, one))
-    if pair is None or pair.superiority is None:
+    if pair is None or pair.superiority.value is None:
         return Cell(hint="nothing is known of these two")
-    value = pair.superiority if pair.one == one else 1.0 - pair.superiority
+    value = pair.superiority.value if pair.one == one else 1.0 - pair.superiority.value
     p = "" if pair.p_adjusted is None else f", {chance(pair.p_adjusted)}"
     significant = "significant" if pair.significant else "not significant"
     return Cell(
@@ -178,14 +180,17 @@ def effect_table(standings: Standings) -> Table:
         (
             Cell(f"{effect.operator} as {effect.slot}"),
             f"{effect.stock}'s own",
-            Cell(rate(effect.superiority), order=effect.superiority),
-            Cell("–" if effect.ratio is None else figure(effect.ratio), order=effect.ratio),
+            Cell(share(effect.superiority), order=effect.superiority.value),
+            Cell(
+                "–" if effect.ratio.value is None else f"{figure(effect.ratio.value)}{between(effect.ratio)}",
+                order=effect.ratio.value,
+            ),
             Cell(chance(effect.p_adjusted), order=effect.p_adjusted),
         )
         for effect in standings.effects
     ]
     note = (
-        "Runs with the operator against otherwise equal runs without it: 50 % of pairs is no"
+        "Runs with the operator against otherwise equal runs without it, with 95 % intervals: 50 % of pairs is no"
         " effect; below 1 it reaches the target faster. p: van Elteren's test, by Holm for all operators."
     )
     return Table(columns, rows, "What each exchanged operator does", note, printed=len(rows))
