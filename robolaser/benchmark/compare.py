@@ -1,10 +1,12 @@
 """Runs are handed to processes or a cluster, and written as they end."""
 
 import math
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import timedelta
 from itertools import islice
 from pathlib import Path
@@ -115,21 +117,24 @@ def fill(journal: Journal, plan: BenchmarkPlan, engine: Engine, progress: Progre
     """
     journal.begin(plan.to_dict(engine.label, engine.workers))
     began = time.monotonic()
-    for run in _runs(plan, engine, journal.done(), progress):
-        journal.add(run, after_s=time.monotonic() - began)
+    with tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills:
+        for run in _runs(plan, engine, journal.done(), Path(spills), progress):
+            journal.add(run, after_s=time.monotonic() - began)
 
 
 def _runs(
-    plan: BenchmarkPlan, engine: Engine, made: Mapping[Key, float], progress: Progress | None
+    plan: BenchmarkPlan, engine: Engine, made: Mapping[Key, float], spills: Path, progress: Progress | None
 ) -> Iterator[BenchmarkRun]:
     """Make all runs but those made already, which took so long, and yield each as soon as it is done."""
     lacking = [task for task in plan.tasks if task.key not in made]
     seconds = [made[task.key] for task in plan.tasks if task.key in made]
-    waiting, pending = iter(lacking), dict[Future[BenchmarkRun], Task]()
-    reported = -math.inf
+    waiting, pending = enumerate(lacking), dict[Future[BenchmarkRun], Task]()
+    local, reported = engine.label == "this machine", -math.inf
     while True:
-        for task in islice(waiting, AHEAD * engine.workers - len(pending)):
-            pending[engine.executor.submit(done, task)] = task
+        for number, task in islice(waiting, AHEAD * engine.workers - len(pending)):
+            kept = local and not task.limits.noisy  # the luckiest sample says nothing
+            watched = replace(task, spill=str(spills / str(number))) if kept else task
+            pending[engine.executor.submit(done, watched)] = watched
         if not pending:
             return
         for future in wait(pending, timeout=REPORT_S, return_when=FIRST_COMPLETED).done:
@@ -142,6 +147,8 @@ def _runs(
                 raise
             except Exception as error:  # a worker of the cluster was lost again and again
                 run = task.failed(f"{type(error).__name__}: {error}")
+            if task.spill:
+                Path(task.spill).unlink(missing_ok=True)
             seconds.append(run.seconds)
             yield run
         if progress is not None and time.monotonic() - reported > REPORT_S:

@@ -1,8 +1,10 @@
 """A problem as one run sees it: evaluations are counted, improvements recorded, and the run ends with its budget."""
 
+import json
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Self, final
 
 import numpy as np
@@ -76,10 +78,11 @@ class BudgetedEvaluator:
         x: The candidate of lowest cost so far, (1, d); of several objectives those that nothing dominates.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
+        spill: File to which improvements are written as they come, for whoever kills the process; empty: none.
     """
 
-    def __init__(self, problem: BenchmarkProblem, limits: RunLimits) -> None:
-        self.problem = problem
+    def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
+        self.problem, self.spill = problem, spill
         self.limits, self.budget = limits, limits.budget
         self.evaluations = 0
         self.best = self.violation = np.inf
@@ -224,13 +227,19 @@ class BudgetedEvaluator:
         )
         kept = moocore.is_nondominated(both)
         known, now = len(self._front), self.seconds()
-        for i in np.flatnonzero(kept[known:]):
-            self._improvements.append((self.evaluations + int(rows[i]) + 1, now, F[rows[i]].tolist()))
+        new = rows[np.flatnonzero(kept[known:])]
+        self._note([(self.evaluations + int(i) + 1, now, F[i].tolist()) for i in new])
         self._front, self.x = both[kept], both_x[kept]
 
     def _improve(self, evaluations: int, cost: float, x: Any) -> None:
         self.best, self.x = cost, x
-        self._improvements.append((evaluations, self.seconds(), cost))
+        self._note([(evaluations, self.seconds(), cost)])
+
+    def _note(self, improvements: list[tuple[int, float, Any]]) -> None:
+        self._improvements += improvements
+        if self.spill:
+            with Path(self.spill).open("a") as file:
+                file.writelines(json.dumps(one) + "\n" for one in improvements)
 
     def _end_if_exhausted(self) -> None:
         if self.evaluations >= self.budget:

@@ -1,9 +1,11 @@
 """One solver on one problem with one seed: the task, as it is sent to another process, and the run that comes of it."""
 
+import json
 import pickle
 import time
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -59,6 +61,7 @@ class Task:
     spec: bytes  # the problem's, pickled
     solver: bytes  # pickled
     fingerprint: str  # what the problem looks like where it was planned; empty: it is not checked
+    spill: str = ""  # file for what its run finds, should its process be killed; empty: none
 
     @property
     def key(self) -> Key:
@@ -66,8 +69,11 @@ class Task:
         return self.problem, self.algorithm, self.seed
 
     def failed(self, reason: str) -> BenchmarkRun:
-        """A failed run of which only the reason is known."""
-        return BenchmarkRun(*self.key, FAILED, reason, 0, 0.0, 0.0, ConvergenceTrace.of(()))
+        """A failed run of which only the reason is known, and what it spilt."""
+        spilt = Path(self.spill).read_text() if self.spill and Path(self.spill).exists() else ""
+        trace = ConvergenceTrace.of(json.loads(line) for line in spilt.split("\n")[:-1])  # the last may be half a line
+        evaluations, seconds = int(trace.evaluations.max(initial=0)), float(trace.seconds.max(initial=0.0))
+        return BenchmarkRun(*self.key, FAILED, reason, evaluations, seconds, 0.0, trace)
 
 
 def done(task: Task) -> BenchmarkRun:
@@ -103,7 +109,7 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
 
     limits = task.limits
-    evaluator = BudgetedEvaluator(problem, limits)
+    evaluator = BudgetedEvaluator(problem, limits, task.spill)
     began, reason, state = time.process_time(), "", DONE
     try:
         with np.errstate(all="ignore"):
