@@ -35,11 +35,11 @@ PARTS = {
         50_000,
         (
             "ga",
-            "ga:crossover=arithmetic",
-            "ga:mutation=non-uniform",
-            "ga:selection=roulette",
-            "ga:survival=elitist",
-            "ga:crossover=arithmetic:mutation=non-uniform",
+            "ga:crossover=ArithmeticCrossover",
+            "ga:mutation=NonUniformMutation",
+            "ga:selection=RouletteSelection",
+            "ga:survival=ElitistReplacement:survival.n_elites=10",
+            "ga:crossover=ArithmeticCrossover:mutation=NonUniformMutation",
             "rcga",
         ),
     ),
@@ -53,7 +53,7 @@ PARTS = {
     "settings": (
         300_000,
         (
-            "rcga", "rcga:b=1", "rcga:b=2", "rcga:b=10", "rcga:form=power", "rcga:prob_var=0.03", "rcga:prob_var=0.3",
+            "rcga", "rcga:b=1", "rcga:b=2", "rcga:b=10", "rcga:prob_var=0.03", "rcga:prob_var=0.3",
             "rcga:prob_crossover=0.5", "rcga:prob_crossover=1", "rcga:n_elites=0", "rcga:n_elites=1",
             "rcga:n_elites=50", "rcga:pop_size=50", "rcga:pop_size=200",
         ),

@@ -13,8 +13,7 @@ import argparse
 import json
 import os
 import time
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,8 +29,8 @@ from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES
 from robolaser.trials.making import make
-from robolaser.trials.outcome import Outcome, outcome
-from robolaser.trials.score import compile_score, share
+from robolaser.trials.outcome import outcome
+from robolaser.trials.score import compile_score
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, PHYSICAL, UNMODELLED
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))
@@ -97,45 +96,14 @@ def lines(file: Path) -> list[dict[str, Any]]:
     return [json.loads(text) for text in file.read_text().splitlines()] if file.exists() else []
 
 
-def group_of(kept: Mapping[str, Any], seen: Outcome) -> str:
-    """The row of the table that a world counts in."""
-    if kept["kind"] == "repeatability":
-        return "repeatability, with one effect" if seen.truth else "repeatability alone"
-    return f"unknown: {kept['kind']}" if kept["kind"] in UNKNOWN else str(kept["kind"])
-
-
 def report(file: Path) -> None:
-    """Print a row for each kind, and the score."""
-    rows: dict[str, list[Outcome]] = defaultdict(list)
-    for kept in lines(file):
-        if "truth" in kept and (seen := outcome(kept["truth"], kept["found"])).group != "faint":
-            rows[group_of(kept, seen)].append(seen)
-    every = [seen for group in rows.values() for seen in group]
-    rows["unknown, all"] = [seen for name, group in rows.items() if name.startswith("unknown:") for seen in group]
-    columns = "worlds | name | class | verdict | place first | sure and wrong | 95 % intervals"
-    print(f"| kind | {columns} |\n|---|---|---|---|---|---|---|---|")
-    for name, group in sorted(rows.items()):
-        cells = (
-            str(len(group)),
-            _cell([seen.right for seen in group]),
-            _cell([seen.class_right for seen in group if seen.class_right is not None]),
-            _cell([seen.verdict_right for seen in group if seen.verdict_right is not None]),
-            _cell([seen.site for seen in group if seen.site is not None]),
-            _cell([seen.sure_and_wrong for seen in group]),
-            _cell([held for seen in group for _, held in seen.covered]),
-        )
-        print(f"| {name} | {' | '.join(cells)} |")
-    score = compile_score({str(i): seen for i, seen in enumerate(every)})
-    print("", *summary(score), "", sep="\n")
-    for effect, held in score["coverage_95_by_effect"].items():
-        print(f"intervals of {effect}: {held['right']}/{held['of']}")
-    seconds = [kept["cpu_s"] for kept in lines(file) if "cpu_s" in kept]
+    """Print the score of all worlds whose faults can be seen."""
+    kept = [one for one in lines(file) if "truth" in one]
+    seen = {str(one["seed"]): outcome(one["truth"], one["found"]) for one in kept}
+    score = compile_score({name: one for name, one in seen.items() if one.group != "faint"})
+    print(*summary(score), "", sep="\n")
+    seconds = [one["cpu_s"] for one in kept]
     print(f"\n{len(seconds)} worlds, {sum(seconds) / max(1, len(seconds)):.1f} s of CPU a diagnosis")
-
-
-def _cell(hits: Sequence[bool]) -> str:
-    counted = share(hits)
-    return f"{counted['right']}/{counted['of']}" if counted["of"] else ""
 
 
 def main() -> None:

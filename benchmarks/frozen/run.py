@@ -3,12 +3,13 @@
     python benchmarks/frozen/run.py worlds --output WORLDS
     python benchmarks/frozen/run.py record --data FOLDER --worlds WORLDS --output after.jsonl
     python benchmarks/frozen/run.py compare benchmarks/frozen/before.jsonl after.jsonl
-    python benchmarks/frozen/run.py record --leave-out "simple shapes" --data FOLDER --worlds WORLDS --output less.jsonl
+    python benchmarks/frozen/run.py record --set thresholds.EVEN=0.3 --data FOLDER --worlds WORLDS --output other.jsonl
 
 A line for each data set is written as it ends; what is in the file is not done again.
 """
 
 import argparse
+import ast
 import json
 import os
 import sys
@@ -22,7 +23,6 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from answers import calibrated, diagnosed
 from gate import compare, lines
-from rules import RULES, leave_out
 from worlds import GROUPS, World, made, make_fresh, worlds
 
 import robolaser
@@ -47,9 +47,11 @@ def main() -> None:
     recording.add_argument("--data", type=Path, default=data, required=data is None, help="folder of real sets")
     recording.add_argument("--groups", default=",".join(GROUPS), help="separated by commas")
     recording.add_argument("--worlds", type=Path, help="folder of fresh worlds; without it that group is left out")
-    recording.add_argument("--leave-out", choices=RULES, help="a rule of the diagnosis")
+    recording.add_argument(
+        "--set", action="append", default=[], metavar="FILE.NAME=VALUE", help="another value of a number"
+    )
     recording.add_argument("--output", type=Path, required=True)
-    recording.set_defaults(run=_record)
+    recording.set_defaults(run=record)
     comparing = commands.add_parser("compare")
     comparing.add_argument("before", type=Path)
     comparing.add_argument("after", type=Path)
@@ -58,19 +60,27 @@ def main() -> None:
     arguments.run(arguments)
 
 
-def _record(arguments: argparse.Namespace) -> None:
-    if arguments.leave_out:
-        leave_out(arguments.leave_out)
-    record(arguments.groups.split(","), arguments.data, arguments.worlds, arguments.output)
+def put(setting: str) -> None:
+    """Give a number another value, wherever it was imported, in this process."""
+    place, _, value = setting.partition("=")
+    file, _, name = place.partition(".")
+    modules = [module for key, module in sys.modules.items() if key.startswith("robolaser.")]
+    (usual,) = [vars(module)[name] for module in modules if module.__name__.endswith(f".{file}")]
+    for module in modules:
+        if vars(module).get(name) is usual:
+            setattr(module, name, ast.literal_eval(value))
 
 
-def record(groups: list[str], data: Path, fresh: Path | None, output: Path) -> None:
+def record(arguments: argparse.Namespace) -> None:
     """Answers of both commands on what the file does not have yet."""
+    data, fresh, output = arguments.data, arguments.worlds, arguments.output
+    for setting in arguments.set:
+        put(setting)
     done = {line["name"] for line in lines(output)} if output.exists() else set()
     warm = next(worlds("scatter", data, fresh)).load()[0]  # imports and machine code, which are no data set's
     _timed(lambda: calibrated(calibrate(warm)))
     _timed(lambda: diagnosed(diagnosis_json(examine(warm, seed=1))))
-    for group in groups:
+    for group in arguments.groups.split(","):
         for world in worlds(group, data, fresh):
             if world.name not in done and (found := made(world)):
                 line = answers(world, *found)

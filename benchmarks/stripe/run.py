@@ -9,11 +9,9 @@ import os
 os.environ["OMP_NUM_THREADS"] = "1"
 
 import argparse
-import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -21,25 +19,15 @@ from peer import centre_of_mass, curve_fitted
 
 from robolaser.arrays import Array
 from robolaser.data.stripe_file import Stripes
-from robolaser.emulator.world.camera import CameraModel
-from robolaser.emulator.world.scene import Projector, Scene
-from robolaser.emulator.world.solids import Block, Floor, Sphere
-from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 from robolaser.vision.board import Image
 from robolaser.vision.images import laser_alone
 from robolaser.vision.stripe_trace import trace
-
-sys.path.append(str(Path(__file__).parents[2] / "tests"))
-from true_stripe import TrueStripe, true_stripe
 
 HEIGHT, WIDTH = 480, 640
 NOISE = 2.0
 COURSE = 318.3 + 0.0411 * np.arange(HEIGHT)
 BREADTHS, HEIGHTS = (1.5, 2.0, 3.0), (120.0, 150.0, 180.0)
 SEEDS = 4
-BUILT = {"f": 8.06e-3, "s_u": 7.43e-6, "s_v": 7.38e-6, "u_0": 323.4, "v_0": 236.2, "k": 620.0, "b": 0.1412,
-         "theta": 0.4451, "w": 0.0, "phi": 0.0, "psi": 0.0, "t_x": 0.0, "t_y": 0.0, "t_z": 0.0}  # fmt: skip
-FALSE_PX = 2.0
 
 
 def main() -> None:
@@ -49,7 +37,6 @@ def main() -> None:
     speed(options.parse_args().rounds)
     exactness()
     saturation()
-    things()
 
 
 def speed(rounds: int) -> None:
@@ -57,7 +44,6 @@ def speed(rounds: int) -> None:
     images = {
         "ordinary": (drawn(20 + stripe(2, 150), NOISE, 1), None),
         "saturated": (drawn(20 + stripe(4, 900), NOISE, 1), None),
-        "sphere and step, speckle": (np.ascontiguousarray(rendered(600.0)[0].T), None),
         "ordinary, laser on and off": (drawn(20 + stripe(2, 150), NOISE, 1), dark),
     }
     print("| image, 640 × 480 | gauss [frames/s] | NumPy [frames/s] ", end="")
@@ -112,25 +98,6 @@ def saturation() -> None:
         print(f"| {breadth} | {height:.0f} | {' | '.join(cells)} |", flush=True)
 
 
-def things() -> None:
-    print("\n| scene | middles found | lines with a stripe | false | mean [px] | RMS [px] | over own deviation |")
-    print("|---" * 7 + "|")
-    for name, power in (("ordinary", 260.0), ("bright", 900.0)):
-        image, stripe = rendered(power)
-        there = stripe.at
-        found = trace(image, "u")
-        off = found["v"][:, None] - there[np.rint(found["u"]).astype(int)]
-        error = off[np.arange(len(off)), np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)]
-        true = np.abs(error) < FALSE_PX
-        error = error[true]
-        relative = 1.4826 * np.median(np.abs(error / found["std"][true]))
-        print(
-            f"| {name} | {len(found)} | {np.isfinite(there).any(axis=1).sum()} | {(~true).sum()} "
-            f"| {error.mean():+.3f} | {np.sqrt(np.mean(error**2)):.3f} | {relative:.2f} |",
-            flush=True,
-        )
-
-
 def named() -> dict[str, Callable[[Image], Array]]:
     """Every contestant as a function from an image to one middle a row, NaN where it finds none."""
     return {"gauss": in_rows, "NumPy": centre_of_mass, "SciPy": curve_fitted}
@@ -159,18 +126,6 @@ def stripe(breadth: float, height: float) -> Array:
 def drawn(light: Array, noise: float, seed: int) -> Image:
     light = light + noise * np.random.default_rng(seed).standard_normal(light.shape)
     return np.clip(np.rint(light), 0, 255).astype(np.uint8)
-
-
-def rendered(power: float) -> tuple[Image, TrueStripe]:
-    """A sphere and a step of 10 mm on a floor, and where the stripe is."""
-    T_base_camera = np.diag([1.0, -1.0, -1.0, 1.0])
-    T_base_camera[2, 3] = 0.297
-    bodies = Floor(0.0, 0.4), Sphere((0.002, -0.03, 0.012), 0.018), Block((0.0, 0.03, 0.0), (0.03, 0.03, 0.01))
-    eye = CameraModel(ScannerOptics(BUILT, (0.0, 0.0, 0.0, 1.0), "xyz", "u"))
-    light = Light(BUILT["b"], np.array(BUILT["theta"]), np.array(0.0), np.array(0.0))
-    scene, rng = Scene(bodies, eye, light, Projector(power)), np.random.default_rng(1)
-    image = scene.expose(*scene.render(T_base_camera, lit=True), rng=rng, grain=rng)
-    return image, true_stripe(scene, T_base_camera)
 
 
 def sample(way: Callable[[], object]) -> float:

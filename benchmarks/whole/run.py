@@ -1,14 +1,11 @@
-"""What a person waits for: whole commands in processes of their own, and their parts.
+"""What a person waits for: whole commands in processes of their own.
 
     python benchmarks/whole/run.py [--rounds 5]
 
-CPU time is user and system time of the command's process and of the children that it waited for. The parts are
-measured in one more run by timers around the package's own functions: imports are all that `import` took, wherever it
-stood.
+CPU time is user and system time of the command's process and of the children that it waited for.
 """
 
 import argparse
-import json
 import os
 import statistics
 import subprocess
@@ -16,8 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-HERE = Path(__file__).resolve()
-EXAMPLE = HERE.parents[2] / "examples" / "etna-s2"
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "etna-s2"
 SIMULATED = ["simulate", "--robot", "scorbot_er7", "--poses", "60", "--points", "10", "--repeats", "2", "--seed", "1"]
 EFFECT = ["--effect", "joint_offset:joint_2=0.003"]
 
@@ -50,14 +46,6 @@ def cpu_s(command: list[str], environment: dict[str, str]) -> float:
     return used.ru_utime + used.ru_stime
 
 
-def parts(words: list[str], environment: dict[str, str]) -> dict[str, float]:
-    """What each part of a command took [s], by `phases.py`."""
-    with tempfile.NamedTemporaryFile("r", suffix=".json") as file:
-        cpu_s([sys.executable, str(HERE.with_name("phases.py")), file.name, *words], environment)
-        took: dict[str, float] = json.load(file)
-    return took
-
-
 def main() -> None:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description="Whole commands as a person runs them.")
@@ -65,22 +53,14 @@ def main() -> None:
     args = parser.parse_args()
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     idle = statistics.median(cpu_s([sys.executable, "-c", "pass"], environment) for _ in range(args.rounds))
-    rows = []
+    print(f"Python alone: {idle:.3f} s\n")
+    print("| command | CPU [s] | spread [s] |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        for title, words in commands(folder).items():
+        for title, words in commands(Path(scratch)).items():
             command = [sys.executable, "-m", "robolaser", *words]
             cpu_s(command, environment)
             warm = [cpu_s(command, environment) for _ in range(args.rounds)]
-            rows.append((title, statistics.median(warm), min(warm), max(warm), parts(words, environment)))
-    print(f"Python alone: {idle:.3f} s\n")
-    names = list(dict.fromkeys(name for row in rows for name in row[-1]))
-    print(f"| command | CPU [s] | spread [s] | {' | '.join(names)} |")
-    print("|---|" + "---|" * (2 + len(names)))
-    for title, middle, low, high, took in rows:
-        cells = (f"{took[name]:.2f}" if name in took else "" for name in names)
-        figures = (title, f"{middle:.2f}", f"{low:.2f} .. {high:.2f}")
-        print(f"| {' | '.join((*figures, *cells))} |")
+            print(f"| {title} | {statistics.median(warm):.2f} | {min(warm):.2f} .. {max(warm):.2f} |", flush=True)
 
 
 if __name__ == "__main__":

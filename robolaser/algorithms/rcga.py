@@ -1,19 +1,21 @@
 """The real-coded genetic algorithm of Lee et al. 2004, figure 4."""
 
 import math
+from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 from pymoo.algorithms.base.genetic import GeneticAlgorithm
 from pymoo.core.duplicate import NoDuplicateElimination
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.individual import Individual
 from pymoo.core.mating import Mating
+from pymoo.core.population import Population
 from pymoo.core.repair import NoRepair
 from pymoo.core.variable import get
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.util.display.single import SingleObjectiveOutput
 
-from robolaser.algorithms.array_based import ArrayBased
-from robolaser.algorithms.population import PopulationArrays
 from robolaser.algorithms.stopping import Stalled, several_objectives
 from robolaser.algorithms.user_code import keywords
 from robolaser.arrays import Array, Ints
@@ -21,32 +23,51 @@ from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.arithmetic_crossover import arithmetic
 from robolaser.operators.bounds import check_probability, finite_bounds
-from robolaser.operators.cost import penalised
 from robolaser.operators.elitist_replacement import survivors
-from robolaser.operators.non_uniform_mutation import Form, non_uniform, step_size
+from robolaser.operators.non_uniform_mutation import non_uniform, step_size
 from robolaser.operators.roulette_selection import inverse_cost, roulette_wheel
 
 ELITES = 0.1
 """Share of the population that stays. The paper keeps elites and does not say how many; from 1 to 20 of 100 it
 makes little difference, on Ackley's function 6 to 20 end three times closer than 1 or 2."""
 
+EVALUATED = ["F", "G", "H"]
+"""What pymoo's evaluator asks a problem for, unless it is told otherwise."""
+
 _BELONGS_TO = {
     "prob_crossover": "crossover",
     "prob_var": "mutation",
     "b": "mutation",
-    "form": "mutation",
     "n_elites": "survival",
 }
 """The operator that takes each setting."""
 
 
 @final
-class RCGA(ArrayBased):
+@dataclass(frozen=True, eq=False)
+class Generation:
+    """Individuals side by side, as long as nobody asks for pymoo's."""
+
+    X: Array  # variables, (n, d)
+    F: Array  # costs, (n,)
+    born: Ints  # generations of birth, (n,)
+
+    def individual(self, row: int) -> Individual:
+        """One of them as pymoo's."""
+        born = int(self.born[row])
+        one = Individual(n_gen=born, n_iter=born)
+        one.X, one.F = self.X[row].copy(), self.F[[row]]
+        one.evaluated.update(EVALUATED)
+        return one
+
+
+@final
+class RCGA(GeneticAlgorithm):
     """Elites, roulette, arithmetic crossover and non-uniform mutation, with the settings of the paper.
 
     It stops after 10 000 generations without a better cost, unless it is given another termination, such as
-    `TerminateIfAny(Stalled(500), CostReached(1e-6))`. The last generation T of the mutation is the termination's, see
-    `robolaser.operators.non_uniform_mutation.progress`. A cost that is not a number counts as infinite.
+    `Stalled(500)` or `("fmin", 1e-6)`. The last generation T of the mutation is the termination's, see
+    `NonUniformMutation`. A cost that is not a number counts as infinite.
 
     A run is its seed. Draws, in this order, for N individuals, E elites, d variables and M = ⌈(N − E)/2⌉ pairs:
     first random((N, d)), the initial population; then in each generation random((M, 2)), the parents on the
@@ -61,7 +82,6 @@ class RCGA(ArrayBased):
         prob_crossover: Probability that a pair is crossed.
         prob_var: Mutation rate: probability that a gene is moved.
         b: Non-uniformity of the mutation.
-        form: The mutation's, "linear" as in the paper or "power".
         kwargs: More for pymoo's `GeneticAlgorithm`: `termination`, `sampling`, `repair`, `eliminate_duplicates` and
             others, and other operators as `selection`, `crossover`, `mutation` and `survival`, with their own settings.
 
@@ -76,6 +96,15 @@ class RCGA(ArrayBased):
         True
     """
 
+    problem: Any
+    termination: Any
+    archive: Any
+    is_initialized: bool
+    _pop: Any
+    _off: Any
+    _opt: Any
+    _rows: Ints  # of `off`, where the individuals of `pop` are from; below 0: they are older
+
     def __init__(
         self,
         pop_size: int = 100,
@@ -84,10 +113,9 @@ class RCGA(ArrayBased):
         prob_crossover: float = 0.85,
         prob_var: float = 0.1,
         b: float = 5.0,
-        form: Form = "linear",
         **kwargs: Any,
     ) -> None:
-        given = {"prob_crossover": prob_crossover, "prob_var": prob_var, "b": b, "form": form, "n_elites": n_elites}
+        given = {"prob_crossover": prob_crossover, "prob_var": prob_var, "b": b, "n_elites": n_elites}
         _settings_of_parts_in_use(given, kwargs)
         for name in sorted(kwargs.keys() - {*keywords(GeneticAlgorithm)[0]}):
             raise AlgorithmError(f"RCGA has no setting '{name}', and neither has pymoo's GeneticAlgorithm.")
@@ -104,7 +132,7 @@ class RCGA(ArrayBased):
             "sampling": FloatRandomSampling(),
             "selection": RouletteSelection(),
             "crossover": ArithmeticCrossover(prob=prob_crossover),
-            "mutation": NonUniformMutation(prob_var=prob_var, b=b, form=form),
+            "mutation": NonUniformMutation(prob_var=prob_var, b=b),
             "survival": ElitistReplacement(n_elites),
             "eliminate_duplicates": False,
             "termination": Stalled(),
@@ -127,34 +155,105 @@ class RCGA(ArrayBased):
             )
         finite_bounds(problem, "RCGA")
 
+    @property
+    def pop(self) -> Any:
+        """The generation, a pymoo Population."""
+        self._make_individuals()
+        return self._pop
+
+    @pop.setter
+    def pop(self, value: Any) -> None:
+        self._pop = value
+
+    @property
+    def off(self) -> Any:
+        """The offspring that this generation was made with, a pymoo Population."""
+        self._make_individuals()
+        return self._off
+
+    @off.setter
+    def off(self, value: Any) -> None:
+        self._off = value
+
+    @property
+    def opt(self) -> Any:
+        """The best of the generation, a pymoo Population of one."""
+        if self._opt is None and isinstance(self._pop, Generation):
+            self._opt = Population.create(self._pop.individual(int(self._pop.F.argmin())))
+        return self._opt
+
+    @opt.setter
+    def opt(self, value: Any) -> None:
+        self._opt = value
+
+    @property
+    def arrays(self) -> tuple[Array, Array]:
+        """The generation's variables and costs, (n, d) and (n,)."""
+        if isinstance(self._pop, Generation):
+            return self._pop.X, self._pop.F
+        X, F = self._pop.get("X", "F")
+        return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
+
+    @arrays.setter
+    def arrays(self, arrays: tuple[Array, Array]) -> None:
+        self._pop = self._off = Generation(*arrays, np.full(len(arrays[0]), self.n_iter))
+        self._rows = np.arange(len(arrays[0]))
+
+    def _make_individuals(self) -> None:
+        """From now on generations are pymoo's, since somebody may keep and change their individuals."""
+        if isinstance(self._pop, Generation):
+            best, opt = int(self._pop.F.argmin()), self.opt[0]
+            young = [self._off.individual(row) for row in range(len(self._off.F))]
+            if self._rows[best] >= 0:
+                young[self._rows[best]] = opt
+            members = [young[row] if row >= 0 else self._pop.individual(i) for i, row in enumerate(self._rows)]
+            members[best] = opt
+            self._pop, self._off = Population(members), Population(young)
+
+    def next(self) -> None:
+        """Make the next generation, from array to array unless somebody has asked for pymoo's individuals."""
+        if not (isinstance(self._pop, Generation) and self._is_itself()):
+            super().next()
+            return
+        X, old = self._bred(), self._pop
+        said = self.problem.evaluate(X.copy(), return_values_of=EVALUATED, return_as_dictionary=True, algorithm=self)
+        self.evaluator.n_eval += len(X)
+        X, F = said.get("X", X), said["F"][:, 0]
+        off = Generation(X, np.where(np.isnan(F), np.inf, F), np.full(len(X), self.n_iter))
+        n = len(old.F)
+        kept = survivors(old.F, off.F, self.survival.n_elites, min(self.pop_size, n + len(X)))
+        X, F = np.concatenate((old.X, off.X)), np.concatenate((old.F, off.F))
+        born = np.concatenate((old.born, off.born))
+        self._pop, self._off, self._rows = Generation(X[kept], F[kept], born[kept]), off, kept - n
+        self._post_advance()
+        if self.termination.has_terminated():
+            self.finalize()
+        if self.archive is not None:
+            self.archive = self.archive.add(self.off)
+
+    def _set_optimum(self) -> None:
+        if isinstance(self._pop, Generation):
+            self._opt = None
+        else:
+            super()._set_optimum()
+
     def _is_itself(self) -> bool:
-        mating = self.mating
+        mating, evaluator = self.mating, self.evaluator
         return (
             type(self) is RCGA
+            and type(evaluator) is Evaluator
+            and evaluator.callback is None
+            and evaluator.evaluate_values_of == EVALUATED
             and type(mating) is Mating
             and type(mating.repair) is NoRepair
             and type(mating.eliminate_duplicates) is NoDuplicateElimination
             and _is_plainly(mating.selection, RouletteSelection)
-            and mating.selection.scaling == "inverse"
             and _is_plainly(mating.crossover, ArithmeticCrossover)
             and _is_plainly(mating.mutation, NonUniformMutation)
             and type(self.survival) is ElitistReplacement
-            and (self.is_initialized or self._begins_plainly())
         )
 
-    def _begins_plainly(self) -> bool:
-        start = self.initialization
-        return (
-            _is_plainly(start.sampling, FloatRandomSampling)
-            and type(start.repair) is NoRepair
-            and not self.advance_after_initial_infill
-        )
-
-    def _sampled(self) -> Array:
-        sampling = self.initialization.sampling
-        return np.asarray(sampling._do(self.problem, self.pop_size, random_state=self.random_state), np.float64)
-
-    def _bred(self, parents: PopulationArrays) -> Array:
+    def _bred(self) -> Array:
         crossover, mutation, rng = self.mating.crossover, self.mating.mutation, self.random_state
         n, d = math.ceil(self.n_offsprings / 2), self.problem.n_var
 
@@ -164,10 +263,9 @@ class RCGA(ArrayBased):
         moved = rng.random((2 * n, d)) < mutation.get_prob_var(self.problem)
         h = np.count_nonzero(moved)
         upward, r, draws = np.split(rng.random(2 * h + 2 * n), (h, 2 * h))
-        steps = step_size(r, mutation.progress_of(self), get(mutation.b), mutation.form)
+        steps = step_size(r, mutation.progress_of(self), get(mutation.b))
 
-        weights = inverse_cost(penalised(parents.F, parents.violation))
-        Y = mates = parents.X.take(roulette_wheel(weights, coins[: 2 * n].reshape(n, 2)).T, 0)
+        Y = mates = self._pop.X.take(roulette_wheel(inverse_cost(self._pop.F), coins[: 2 * n].reshape(n, 2)).T, 0)
         if crossed.any():
             Y = arithmetic(mates, share[:, None])
             np.copyto(Y, mates, where=~crossed[:, None])
@@ -181,19 +279,12 @@ class RCGA(ArrayBased):
             mutants = np.where(draws[:, None] <= prob, mutants, Y)
         return np.asarray(mutants[: self.n_offsprings])
 
-    def _kept(self, parents: PopulationArrays, offspring: PopulationArrays) -> Ints:
-        violation = None
-        if parents.violation is not None or offspring.violation is not None:
-            violation = np.concatenate(
-                [m.violation if m.violation is not None else np.zeros(len(m)) for m in (parents, offspring)]
-            )
-        J = penalised(np.concatenate((parents.F, offspring.F)), violation)
-        n = len(parents)
-        return survivors(J[:n], J[n:], self.survival.n_elites, min(self.pop_size, len(J)))
-
     def _initialize_advance(self, infills: Any = None, **kwargs: Any) -> None:
         _never_nan(infills)
         super()._initialize_advance(infills=infills, **kwargs)
+        more = self.problem.has_constraints() or any(one.data.keys() - {"n_gen", "n_iter"} for one in infills)
+        if self._pop is infills and not more:
+            self.arrays = self.arrays
 
     def _advance(self, infills: Any = None, **kwargs: Any) -> Any:
         _never_nan(infills)

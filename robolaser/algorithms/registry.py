@@ -54,39 +54,6 @@ ALGORITHMS: Mapping[str, NamedAlgorithm] = {
 }
 """Our names of global searches."""
 
-_X, _M = "pymoo.operators.crossover", "pymoo.operators.mutation"
-OPERATORS: Mapping[str, Mapping[str, str]] = {
-    "crossover": {
-        "sbx": f"{_X}.sbx:SBX", "arithmetic": "robolaser.operators:ArithmeticCrossover", "pcx": f"{_X}.pcx:PCX",
-        "de": f"{_X}.dex:DEX", "uniform": f"{_X}.ux:UX", "exponential": f"{_X}.expx:ExponentialCrossover",
-    },
-    "mutation": {
-        "polynomial": f"{_M}.pm:PM", "non-uniform": "robolaser.operators:NonUniformMutation",
-        "gaussian": f"{_M}.gauss:GaussianMutation",
-    },
-    "selection": {
-        "tournament": "robolaser.algorithms.registry:tournament", "roulette": "robolaser.operators:RouletteSelection",
-        "random": "pymoo.operators.selection.rnd:RandomSelection",
-    },
-    "survival": {"fitness": f"{_SOO}.ga:FitnessSurvival", "elitist": "robolaser.algorithms.registry:elitist"},
-}  # fmt: skip
-"""Our names of operators, by slot; pymoo's defaults first."""
-
-
-def tournament() -> Any:
-    """The selection of pymoo's genetic algorithm."""
-    from pymoo.algorithms.soo.nonconvex.ga import comp_by_cv_and_fitness  # noqa: PLC0415 - pymoo takes a second
-    from pymoo.operators.selection.tournament import TournamentSelection  # noqa: PLC0415
-
-    return TournamentSelection(func_comp=comp_by_cv_and_fitness)
-
-
-def elitist(n_elites: int = 10) -> Any:
-    """Elitist replacement with as many elites as `RCGA` has."""
-    from robolaser.operators import ElitistReplacement  # noqa: PLC0415 - pymoo takes a second to import
-
-    return ElitistReplacement(n_elites=n_elites)
-
 
 @cache
 def algorithms() -> Mapping[str, NamedAlgorithm]:
@@ -108,18 +75,17 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
 
 
 @cache
-def operators(slot: str) -> Mapping[str, str]:
-    """Where the operators of a slot lie that have a name, ours and those that installed packages announce.
+def operators(slot: str) -> Mapping[str, type[Any]]:
+    """The operators of a slot that installed packages announce, by name.
 
     Raises:
         PluginError: What a package announces cannot be used.
     """
-    known, group = OPERATORS.get(slot, {}), f"{OPERATOR_GROUP}.{slot}"
+    group = f"{OPERATOR_GROUP}.{slot}"
     if not entry_points(group=group):
-        return known
+        return {}
     base = getattr(import_module(f"pymoo.core.{slot}"), slot.capitalize())
-    kinds = announced(group, base, taken=known, name="")
-    return {**known, **{name: f"{kind.__module__}:{kind.__qualname__}" for name, kind in kinds.items()}}
+    return announced(group, base, taken=(), name="")
 
 
 def algorithm_named(text: str) -> Any:
@@ -216,7 +182,7 @@ def _operator_maker(slot: str, spec: AlgorithmSpec) -> Callable[[], Any]:
     if spec.attribute is not None:
         found = imported(spec)
     elif spec.name in operators(slot):
-        found = imported(AlgorithmSpec.of(operators(slot)[spec.name]))
+        found = operators(slot)[spec.name]
     else:
         found = getattr(ours, spec.name) if spec.name in ours.__all__ else pymoos("operators", spec.name)
     if found is None:

@@ -1,21 +1,11 @@
-"""Terminations: a cost is reached, or the best cost has stalled."""
+"""The paper's termination: the best cost has stalled."""
 
+import math
 from typing import Any, final
 
-import numpy as np
 from pymoo.core.termination import Termination
 
-from robolaser.algorithms.array_based import ArrayBased
 from robolaser.errors import AlgorithmError
-
-
-def _best_cost(algorithm: Any, where: str) -> float:
-    if algorithm.problem.n_obj != 1:
-        raise several_objectives(where, algorithm.problem.n_obj)
-    if isinstance(algorithm, ArrayBased):
-        return algorithm.best_cost()
-    costs = algorithm.opt.get("F")[algorithm.opt.get("feas"), 0]
-    return float(np.min(costs, initial=np.inf, where=~np.isnan(costs)))
 
 
 def several_objectives(where: str, objectives: int) -> AlgorithmError:
@@ -24,28 +14,6 @@ def several_objectives(where: str, objectives: int) -> AlgorithmError:
         f"{where} minimises one objective, but the problem has {objectives}."
         " Take NSGA2 or another multi-objective algorithm; robolaser's operators work in it."
     )
-
-
-@final
-class CostReached(Termination):
-    """Stops once a feasible individual costs no more than a target; the paper's fitness value, as J = A/F.
-
-    Args:
-        cost: The target, in the unit of the objective.
-
-    Examples:
-        >>> from robolaser.algorithms import CostReached
-        >>> result = minimize(sphere, GA(), CostReached(1e-3), seed=1)
-        >>> bool(result.F[0] <= 1e-3)
-        True
-    """
-
-    def __init__(self, cost: float) -> None:
-        super().__init__()
-        self.cost = cost
-
-    def _update(self, algorithm: Any) -> float:
-        return float(_best_cost(algorithm, "CostReached") <= self.cost)
 
 
 @final
@@ -70,11 +38,14 @@ class Stalled(Termination):
         if generations < 1:
             raise AlgorithmError(f"Stalled: generations is {generations!r}, expected a number of at least 1.")
         self.generations = generations
-        self.best = np.inf
+        self.best = math.inf
         self.since = 0
 
     def _update(self, algorithm: Any) -> float:
-        cost = _best_cost(algorithm, "Stalled")
+        if algorithm.problem.n_obj != 1:
+            raise several_objectives("Stalled", algorithm.problem.n_obj)
+        costs = (float(one.F[0]) for one in algorithm.opt if one.feas)
+        cost = min((cost for cost in costs if not math.isnan(cost)), default=math.inf)
         if cost < self.best or self.since == 0:
             self.best, self.since = cost, algorithm.n_iter
         return float(algorithm.n_iter - self.since >= self.generations)

@@ -78,10 +78,11 @@ class BudgetedEvaluator:
         x: The candidate of lowest cost so far, (1, d); of several objectives those that nothing dominates.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
         out_of_time: Whether the run was ended by its time limit.
+        spill: File to which improvements are written as they come, for whoever kills the process; empty: none.
     """
 
     def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
-        self.problem = problem
+        self.problem, self.spill = problem, spill
         self.limits, self.budget = limits, limits.budget
         self.evaluations = 0
         self.best = self.violation = np.inf
@@ -90,7 +91,6 @@ class BudgetedEvaluator:
         self._one_by_one = limits.one_by_one or problem.question.elementwise
         self._improvements: list[tuple[int, float, Any]] = []
         self._front = np.empty((0, problem.n_obj))
-        self._spill = Path(spill).open("w", buffering=1) if spill else None  # noqa: SIM115 - it ends with the run
         self._began = time.perf_counter()
 
     @property
@@ -130,15 +130,11 @@ class BudgetedEvaluator:
         """
         if self.problem.n_obj > 1:
             raise BenchmarkError(
-                f"{self.problem.name} has {self.problem.n_obj} objectives: evaluate them with `objectives(x)`."
+                f"{self.problem.name} has {self.problem.n_obj} objectives: evaluate them with `evaluate(x)`."
             )
-        return self.objectives(x)[:, 0]
-
-    def objectives(self, x: Any) -> Array:
-        """Objectives of candidates, (c, d) -> (c, m), those of infeasible ones as `cost` has them."""
         values = self.evaluate(x)
-        violation = self.problem.violation(values)[:, None]
-        return np.where(violation > 0.0, INFEASIBLE * (1.0 + violation), values["F"])
+        violation = self.problem.violation(values)
+        return np.where(violation > 0.0, INFEASIBLE * (1.0 + violation), values["F"][:, 0])
 
     def residuals(self, x: Array) -> Array:
         """Residuals of candidates, (c, d) -> (c, r), each counted as one evaluation."""
@@ -231,23 +227,19 @@ class BudgetedEvaluator:
         )
         kept = moocore.is_nondominated(both)
         known, now = len(self._front), self.seconds()
-        for i in np.flatnonzero(kept[known:]):
-            self._note(self.evaluations + int(rows[i]) + 1, now, F[rows[i]].tolist())
+        new = rows[np.flatnonzero(kept[known:])]
+        self._note([(self.evaluations + int(i) + 1, now, F[i].tolist()) for i in new])
         self._front, self.x = both[kept], both_x[kept]
 
     def _improve(self, evaluations: int, cost: float, x: Any) -> None:
         self.best, self.x = cost, x
-        self._note(evaluations, self.seconds(), cost)
+        self._note([(evaluations, self.seconds(), cost)])
 
-    def _note(self, evaluations: int, seconds: float, cost: Any) -> None:
-        self._improvements.append((evaluations, seconds, cost))
-        if self._spill is not None:
-            self._spill.write(json.dumps((evaluations, seconds, cost)) + "\n")
-
-    def close(self) -> None:
-        """Nothing further is noted."""
-        if self._spill is not None:
-            self._spill.close()
+    def _note(self, improvements: list[tuple[int, float, Any]]) -> None:
+        self._improvements += improvements
+        if self.spill:
+            with Path(self.spill).open("a") as file:
+                file.writelines(json.dumps(one) + "\n" for one in improvements)
 
     def _end_if_exhausted(self) -> None:
         if self.evaluations >= self.budget:

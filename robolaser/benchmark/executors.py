@@ -89,7 +89,7 @@ class Processes(Executor):
     def __init__(self, workers: int, time_limit_s: float | None = None) -> None:
         self._threads, self._limit_s = ThreadPoolExecutor(workers), time_limit_s
         self._own, self._closed = threading.local(), threading.Event()
-        self._processes: dict[int, ProcessPoolExecutor] = {}
+        self._processes: set[int] = set()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Have a function called; it and its arguments are pickled. `WorkerLost` if its process dies or is killed."""
@@ -120,14 +120,14 @@ class Processes(Executor):
         pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
         with _START, _main_out_of_sight():
             pid: int = pool.submit(os.getpid).result()
-        self._processes[pid] = pool
+        self._processes.add(pid)
         if self._closed.is_set():  # while it started, when it could not be ended yet
             _kill(pid)
         return pool, pid
 
     def _end(self) -> None:
         _kill(self._own.pid)
-        self._processes.pop(self._own.pid, None)
+        self._processes.discard(self._own.pid)
         self._own.pool.shutdown(wait=False, cancel_futures=True)
         self._own.pool = None
 
@@ -164,4 +164,4 @@ def _main_out_of_sight() -> Iterator[None]:
 
 def _kill(pid: int) -> None:
     with suppress(ProcessLookupError, PermissionError):
-        os.kill(pid, signal.SIGKILL if hasattr(signal, "SIGKILL") else signal.SIGTERM)
+        os.kill(pid, signal.SIGKILL)

@@ -28,7 +28,6 @@ PRIVATE = ("fingerprint", "front")
 
 def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> str:
     """The text of comparison.json, given the standings of each family of problems."""
-    effort = result.effort
     content = {
         "format": FORMAT,
         "robolaser": version("robolaser"),
@@ -50,8 +49,8 @@ def comparison_json(result: BenchmarkResult, standings: Sequence[Standings]) -> 
             for run in sorted(result.failures, key=lambda run: run.key)
         ],
         "standings": [asdict(one) for one in standings],
-        "engine": {"name": effort.engine, "workers": effort.workers, "busy": effort.busy},
-        "seconds": effort.seconds,
+        "engine": {"name": result.engine, "workers": result.workers},
+        "seconds": result.seconds,
     }
     return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 

@@ -14,7 +14,7 @@ import numpy as np
 from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.measures import measured
 from robolaser.benchmark.problem import ProblemSummary
-from robolaser.benchmark.result import BenchmarkResult, Effort
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import DONE, BenchmarkRun, Key
 from robolaser.errors import BenchmarkError, unwritable
 
@@ -113,7 +113,6 @@ class Journal:
             ranked += runs
         last = plans[-1] if plans else {}
         conditions = last.get("conditions", {})
-        effort = sum(self._sessions), sum(run.seconds for run in made)
         return BenchmarkResult(
             problems=tuple(problems.values()),
             solvers=solvers,
@@ -125,7 +124,9 @@ class Journal:
             time_limit_s=float(conditions.get("time_limit_s", 0.0)),
             runs=tuple(ranked),
             made=tuple(made),
-            effort=Effort(last.get("engine", ""), last.get("workers", 0), *effort),
+            engine=last.get("engine", ""),
+            workers=last.get("workers", 0),
+            seconds=sum(self._sessions),
             journal=self.text,
         )
 

@@ -5,7 +5,6 @@ import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
@@ -13,7 +12,7 @@ from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.executors import PACKAGES
 from robolaser.benchmark.journal import summary_of
 from robolaser.benchmark.named_problems import specs_of
-from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec
+from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec, ProblemSummary
 from robolaser.benchmark.run import Task, fingerprint
 from robolaser.benchmark.solvers import solvers_of
 from robolaser.benchmark.solvers.solver import Solver
@@ -73,23 +72,22 @@ class Terms:
 
 @final
 @dataclass(frozen=True, eq=False)
-class PlannedProblem:
-    """A problem as it was found when the comparison was planned."""
-
-    problem: BenchmarkProblem
-    limits: RunLimits
-    spec: bytes  # pickled
-
-
-@final
-@dataclass(frozen=True, eq=False)
 class BenchmarkPlan:
-    """Every solver runs once with each seed on every problem that it applies to."""
+    """Every solver runs once with each seed on every problem that it applies to.
+
+    Attributes:
+        terms: What is asked of every run.
+        problems: The problems, as they were found.
+        solvers: The solvers by name.
+        refused: Why a solver does not apply to a problem, by (problem, solver).
+        tasks: All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers.
+    """
 
     terms: Terms
-    problems: tuple[PlannedProblem, ...]
+    problems: tuple[ProblemSummary, ...]
     solvers: Mapping[str, Solver]
-    pickles: Mapping[str, bytes]  # of the solvers
+    refused: Mapping[tuple[str, str], str]
+    tasks: tuple[Task, ...]
 
     @classmethod
     def of(
@@ -108,36 +106,18 @@ class BenchmarkPlan:
             raise UsageError("compare: expected at least one problem and one algorithm.")
         solvers = solvers_of(algorithms)
         pickles = {name: _pickled(solver, name) for name, solver in solvers.items()}
-        return cls(terms, tuple(_planned(spec, terms) for spec in specs_of(problems)), solvers, pickles)
-
-    @cached_property
-    def refused(self) -> Mapping[tuple[str, str], str]:
-        """Why a solver does not apply to a problem, by (problem, solver)."""
-        return {
-            (one.problem.name, name): reason
-            for one in self.problems
-            for name, solver in self.solvers.items()
-            if (reason := _refusal(solver, one.problem)) is not None
-        }
-
-    @cached_property
-    def tasks(self) -> tuple[Task, ...]:
-        """All runs, those with the first seed first: a comparison that is stopped early is fair to all solvers."""
-        return tuple(
-            Task(
-                one.problem.name,
-                name,
-                seed,
-                one.limits,
-                one.spec,
-                pickle,
-                "" if one.limits.noisy else one.problem.summary.fingerprint,
-            )
-            for seed in self.terms.seeds
-            for one in self.problems
-            for name, pickle in self.pickles.items()
-            if (one.problem.name, name) not in self.refused
-        )
+        summaries, refused, first = [], {}, []
+        for spec in specs_of(problems):
+            problem, limits = _planned(spec, terms)
+            sent, fingerprint = _pickled(spec, spec.name), "" if limits.noisy else problem.summary.fingerprint
+            summaries.append(problem.summary)
+            for name, solver in solvers.items():
+                if (reason := solver.refuses(problem)) is not None:
+                    refused[problem.name, name] = reason
+                else:
+                    first.append(Task(problem.name, name, 0, limits, sent, pickles[name], fingerprint))
+        tasks = tuple(replace(task, seed=seed) for seed in terms.seeds for task in first)
+        return cls(terms, tuple(summaries), solvers, refused, tasks)
 
     def to_dict(self, engine: str = "", workers: int = 0) -> dict[str, Any]:
         """As a journal has it."""
@@ -150,7 +130,7 @@ class BenchmarkPlan:
                 "on_error": self.terms.on_error,
                 **{f"version of {package}": _version(package) for package in packages},
             },
-            "problems": [summary_of(one.problem.summary) for one in self.problems],
+            "problems": [summary_of(one) for one in self.problems],
             "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
@@ -160,7 +140,8 @@ class BenchmarkPlan:
         }
 
 
-def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
+def _planned(spec: ProblemSpec, terms: Terms) -> tuple[BenchmarkProblem, RunLimits]:
+    """A problem with what is seen of it, and the limits of runs on it."""
     problem, first, noisy, began = spec.made_for(1), "", False, time.perf_counter()
     try:
         first = fingerprint(problem)
@@ -184,7 +165,7 @@ def _planned(spec: ProblemSpec, terms: Terms) -> PlannedProblem:
         problem, summary=replace(problem.summary, budget=budget, noisy=noisy, lowest=lowest, fingerprint=seen)
     )
     limits = RunLimits(budget, terms.time_limit_s, terms.on_error == "inf", one_by_one=slow, noisy=noisy)
-    return PlannedProblem(problem, limits, _pickled(spec, spec.name))
+    return problem, limits
 
 
 def _pickled(thing: Any, name: str) -> bytes:
@@ -215,13 +196,6 @@ def _pickled(thing: Any, name: str) -> bytes:
             " (files, connections), or open that at the first evaluation."
         ) from error
     return bytes(found)
-
-
-def _refusal(solver: Solver, problem: BenchmarkProblem) -> str | None:
-    try:
-        return solver.refuses(problem)
-    except Exception as error:  # a user's own solver
-        return f"asked whether it applies, it failed ({type(error).__name__}: {error})"
 
 
 def _version(package: str) -> str:

@@ -101,23 +101,6 @@ def outcomes(running_times: Array, final: Array) -> Array:
 
 
 @final
-@dataclass(frozen=True)
-class Effort:
-    """What a comparison took."""
-
-    engine: str  # where runs were made
-    workers: int  # runs at a time
-    seconds: float  # wall time, over all sessions
-    run_s: float  # of all runs
-
-    @property
-    def busy(self) -> float:
-        """Share of the workers' time that went into runs."""
-        capacity = self.seconds * self.workers
-        return min(self.run_s / capacity, 1.0) if capacity > 0 else 0.0
-
-
-@final
 @dataclass(frozen=True, eq=False, repr=False)
 class BenchmarkResult:
     """All that was planned, and every run so far.
@@ -133,7 +116,9 @@ class BenchmarkResult:
         time_limit_s: Wall time of a run [s].
         runs: The runs that were made; of several objectives their costs are IGD+.
         made: The same as they were made, with objectives for costs.
-        effort: Time and workers.
+        engine: Where runs were made.
+        workers: Runs at a time.
+        seconds: Wall time, over all sessions.
         journal: The runs as runs.jsonl has them.
     """
 
@@ -147,7 +132,9 @@ class BenchmarkResult:
     time_limit_s: float
     runs: tuple[BenchmarkRun, ...]
     made: tuple[BenchmarkRun, ...]
-    effort: Effort
+    engine: str
+    workers: int
+    seconds: float
     journal: str = field(default="", repr=False)
 
     @property
@@ -175,21 +162,20 @@ class BenchmarkResult:
         taking_part = [name for name in self.solvers if any((one.name, name) not in self.refused for one in problems)]
         return ResultArrays.of(self.runs, problems, taking_part, self.seeds, target=self.target)
 
-    def to_frame(self, of: Literal["runs", "trajectory", "targets"] = "runs") -> "pd.DataFrame":
+    def to_frame(self, of: Literal["runs", "targets"] = "runs") -> "pd.DataFrame":
         """The runs as a table.
 
         Args:
-            of: Which table: of runs, of their improvements, or of runs and targets as in runs.csv.
+            of: Which table: of runs, or of runs and targets as in runs.csv.
 
         Returns:
             Rows in the order of problem, algorithm and seed. Of "runs" a row for each run: `problem`, `family`,
             `dimension`, `algorithm`, `seed`, `state` ("done" or "failed"), `reason`, `evaluations`, `seconds`,
             `processor_s`, `best` (lowest cost, of several objectives IGD+; infinite if nothing feasible was found),
-            `violation`, and of the problem `lowest` (the lowest cost known). Of "trajectory" a row for each
-            improvement: `problem`, `algorithm`, `seed`, `evaluations`, `seconds`, `cost`. Of "targets" a row for each
-            run and target: `problem`, `algorithm`, `seed`, `state`, `reason`, `tolerance`, `target` (its cost),
-            `reached` ("yes" or "no"), `evaluations` and `seconds` to it (missing if it was not reached), and
-            `run_evaluations`, `run_seconds`, `run_processor_s`, `run_best`, `run_violation` of the whole run.
+            `violation`, and of the problem `lowest` (the lowest cost known). Of "targets" a row for each run and
+            target: `problem`, `algorithm`, `seed`, `state`, `reason`, `tolerance`, `target` (its cost), `reached`
+            ("yes" or "no"), `evaluations` and `seconds` to it (missing if it was not reached), and `run_evaluations`,
+            `run_seconds`, `run_processor_s`, `run_best`, `run_violation` of the whole run.
         """
         import pandas as pd  # noqa: PLC0415 - a third of a second
 
@@ -205,14 +191,6 @@ class BenchmarkResult:
                 for run in runs
             ]  # fmt: skip
             return pd.DataFrame(rows)
-        if of == "trajectory":
-            columns = ["problem", "algorithm", "seed", "evaluations", "seconds", "cost"]
-            steps = [
-                (*run.key, *step)
-                for run in runs
-                for step in zip(run.trace.evaluations, run.trace.seconds, run.trace.costs, strict=True)
-            ]
-            return pd.DataFrame(steps, columns=columns)
         return pd.DataFrame([row for run in runs for row in _targets(run, problems[run.problem], self.target)])
 
 

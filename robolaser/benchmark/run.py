@@ -61,7 +61,7 @@ class Task:
     spec: bytes  # the problem's, pickled
     solver: bytes  # pickled
     fingerprint: str  # what the problem looks like where it was planned; empty: it is not checked
-    spill: str = ""  # file for improvements as they come, for whoever kills the process; empty: none
+    spill: str = ""  # file for what its run finds, should its process be killed; empty: none
 
     @property
     def key(self) -> Key:
@@ -70,9 +70,8 @@ class Task:
 
     def failed(self, reason: str) -> BenchmarkRun:
         """A failed run of which only the reason is known, and what it spilt."""
-        file = Path(self.spill or ".")
-        lines = file.read_text().splitlines() if self.spill and file.exists() else []
-        trace = ConvergenceTrace.of(json.loads(line) for line in lines if line.endswith("]"))
+        spilt = Path(self.spill).read_text() if self.spill and Path(self.spill).exists() else ""
+        trace = ConvergenceTrace.of(json.loads(line) for line in spilt.split("\n")[:-1])  # the last may be half a line
         evaluations, seconds = int(trace.evaluations.max(initial=0)), float(trace.seconds.max(initial=0.0))
         return BenchmarkRun(*self.key, FAILED, reason, evaluations, seconds, 0.0, trace)
 
@@ -120,8 +119,6 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
             reason = f"ended by its time limit of {limits.time_limit_s:g} s"
     except (Exception, SystemExit) as error:
         reason, state = _reason(error), FAILED
-    finally:
-        evaluator.close()
     seconds, processor_s, trace = evaluator.seconds(), time.process_time() - began, evaluator.trace()
     if limits.noisy and len(evaluator.x):
         with seeded(task.seed):

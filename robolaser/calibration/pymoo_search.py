@@ -105,10 +105,10 @@ def search(
 
 def _generation(algorithm: Any) -> tuple[Array, Array]:
     """The members of any algorithm and their costs, (n, d) and (n,)."""
-    from robolaser.algorithms.array_based import ArrayBased  # noqa: PLC0415 - pymoo takes a second to import
+    from robolaser.algorithms.rcga import RCGA  # noqa: PLC0415 - pymoo takes a second to import
 
-    if isinstance(algorithm, ArrayBased):
-        return algorithm.arrays.X, algorithm.arrays.F
+    if isinstance(algorithm, RCGA):
+        return algorithm.arrays
     X, F = algorithm.pop.get("X", "F")
     return np.asarray(X, np.float64), np.asarray(F[:, 0], np.float64)
 
@@ -135,8 +135,8 @@ def save_state(algorithm: Any, course: Mapping[str, Any], path: Path, fingerprin
         "generation": algorithm.n_iter,
         "evaluations": algorithm.evaluator.n_eval,
     }
-    X, F = algorithm.pop.get("X", "F")
-    write_arrays(path, {"header": np.array(json.dumps(header)), "X": X, "F": F, **course})
+    X, F = algorithm.arrays
+    write_arrays(path, {"header": np.array(json.dumps(header)), "X": X, "F": F[:, None], **course})
 
 
 def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, Array]:
@@ -145,8 +145,6 @@ def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, Array]
     Raises:
         AlgorithmError: The file is missing or damaged, or belongs to another run.
     """
-    from pymoo.core.population import Population  # noqa: PLC0415 - pymoo takes a second to import
-
     arrays = read_arrays(path, ("header", "X", "F", *COURSE))
     try:
         header = json.loads(str(arrays["header"]))
@@ -160,9 +158,7 @@ def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, Array]
         algorithm._initialize()
         algorithm.random_state.bit_generator.state = header["random_state"]
         algorithm.n_iter, algorithm.evaluator.n_eval = header["generation"], header["evaluations"]
-        algorithm.pop = algorithm.evaluator.eval(
-            algorithm.problem, Population.new(X=arrays["X"], F=arrays["F"]), skip_already_evaluated=True
-        )
+        algorithm.arrays = arrays["X"], arrays["F"][:, 0]
     except DAMAGE as error:
         raise _unreadable(path, f"it is not a checkpoint ({error})") from None
     algorithm.is_initialized = True

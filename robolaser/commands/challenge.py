@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 NEW, SCORE = "challenge new", "challenge score"
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
 NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
-MOST_ROWS = 5  # of confusions shown: score.json has all
 N = TypeVar("N", int, float)
 
 challenge = App(
@@ -114,7 +113,6 @@ def score(
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     seed: Seed = 1,
     jobs: Count | None = None,
-    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -130,26 +128,23 @@ def score(
         output: Folder for score.json. Default: FOLDER.
         seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time. Default: 1.
-        scheduler: Address of a Dask cluster, tcp://HOST:PORT.
         truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier score.
     """
-    from robolaser.benchmark.executors import engine_of
+    from robolaser.benchmark.executors import Processes
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.trials import trial
     from robolaser.trials.sealed_truth import truth_beside, unseal
 
-    if scheduler and jobs:
-        raise UsageError("--scheduler and --jobs exclude each other: leave one of them out.")
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
         truths = unseal(folder, truth or truth_beside(folder))
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
-        executor = stack.enter_context(engine_of(jobs or 1, scheduler)).executor
+        executor = stack.enter_context(Processes(jobs or 1))
         tell = stack.enter_context(terminal.progress())
         trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
-        scored = trial.score(folder, truths, diagnoses)
+        scored = trial.score(truths, diagnoses)
         text = json.dumps(scored, indent=1) + "\n"
         write_results(file.parent, {file.name: text})
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
@@ -194,18 +189,13 @@ COLUMNS = {
 def summary(scored: Mapping[str, Any]) -> list[str]:
     """A score as some twenty lines for a terminal."""
     shares = {title: scored["groups"][group] for group, title in GROUPS.items()} | {
-        "hits: one effect, named first": scored["hits"],
-        "false alarms: nothing wrong, yet a gap": scored["false_alarms"],
         "class of causes, all right": scored["by_class"],
         "sure of a wrong cause (p >= 0.9)": scored["sure_and_wrong"],
-        "unknown: sure of a wrong cause": scored["unknown"]["sure_and_wrong"],
-        "unknown: its location first": scored["unknown"]["site_first"],
         "95 % intervals that hold the truth": scored["coverage_95"],
     }
-    closed = scored["gap_closed"]
     head = (f"data sets: {scored['worlds']}", "right", "share", "95 %")
     lines = aligned([head, *map(_share, shares, shares.values())], str.rjust)
-    lines += ["" if closed is None else f"gap closed, median: {closed:.3f}", ""]
+    lines += [""]
     kinds = [
         (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
         for kind, part in scored["kinds"].items()
@@ -217,21 +207,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         if names["of"] or classes["of"]
     ]
     titles = ("stated probability", "names: stated", "right", "", "classes: stated", "right", "")
-    return lines + (aligned([titles, *stated], str.rjust) if stated else []) + _confusions(scored)
-
-
-def _confusions(scored: Mapping[str, Any]) -> list[str]:
-    """Which effects were most often taken for which."""
-    from robolaser.trials.synthetic.fault_models import MODELLED
-
-    taken = [
-        (times, f"{true} taken for {column}")
-        for true, row in scored["confusion"].items()
-        for column, times in row.items()
-        if column not in (true, "no_gap") and true not in ("none", "outliers")
-        if column != "unexplained" or true in MODELLED
-    ]
-    return [f"{times:4d} x {text}" for times, text in sorted(taken, reverse=True)[:MOST_ROWS]]
+    return lines + (aligned([titles, *stated], str.rjust) if stated else [])
 
 
 def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:

@@ -60,7 +60,7 @@ def compare(
             package.module:attribute.
         output: Folder for the result.
         algorithms: Of `robolaser list algorithms`, as rcga or rcga:b=2; any class of pymoo's, as NSGA3; or
-            package.module:attribute. Operators are exchanged as in GA:mutation=non-uniform. Default: all of the list.
+            package.module:attribute. Operators are exchanged as in GA:crossover=SBX. Default: all of the list.
         seeds: Number of runs of each algorithm on each problem, with seeds from --seed on.
         seed: First seed.
         budget: Evaluations of a run, as 20000, or 1000d: 1000 for each variable.

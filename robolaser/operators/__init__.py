@@ -3,12 +3,11 @@
 from robolaser.operators.arithmetic_crossover import ArithmeticCrossover
 from robolaser.operators.elitist_replacement import ElitistReplacement
 from robolaser.operators.non_uniform_mutation import NonUniformMutation
-from robolaser.operators.roulette_selection import RouletteSelection, StochasticUniversalSampling
+from robolaser.operators.roulette_selection import RouletteSelection
 
 __all__ = [
     "ArithmeticCrossover",
     "ElitistReplacement",
     "NonUniformMutation",
     "RouletteSelection",
-    "StochasticUniversalSampling",
 ]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, Literal, final
+from typing import Any, final
 
 import numpy as np
 from pymoo.core.mutation import Mutation
@@ -16,23 +16,20 @@ from robolaser.arrays import Array, Bools
 from robolaser.errors import AlgorithmError
 from robolaser.operators.bounds import check_probability, finite_bounds
 
-Form = Literal["linear", "power"]
 HORIZON = 10_000  # generations that a run is taken to last where nothing says so: Lee et al.'s stop
 _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunctionValueTermination)
 """Their share says how little still changes, which is no clock: it starts near 1 where costs are small."""
 
 
-def step_size(r: Array, progress: float, b: float, form: Form = "linear") -> Array:
+def step_size(r: Array, progress: float, b: float) -> Array:
     """Step as a share of the distance to the bound, (...) -> (...), between 0 and 1. Lee et al. 2004, eq. 23.
 
     Args:
         r: Uniform draws from 0 to 1.
         progress: k/T, from 0 to 1.
         b: Non-uniformity: how soon the steps shrink.
-        form: "linear" r (1 − k/T)^b, the paper's, or "power" 1 − r^((1 − k/T)^b); both are Michalewicz's.
     """
-    wide = float((1.0 - progress) ** b)
-    return r * wide if form == "linear" else 1.0 - r**wide
+    return r * float((1.0 - progress) ** b)
 
 
 def non_uniform(genes: Array, lower: Array, upper: Array, upward: Bools, share: Array) -> Array:
@@ -55,10 +52,8 @@ class NonUniformMutation(Mutation):
     Args:
         prob_var: Probability that a gene is moved.
         b: Non-uniformity: how soon the steps shrink.
-        form: "linear" in r, the paper's, or "power"; see `step_size`.
-        last_generation: T. By default the algorithm's own, see `_run_progress`.
-        progress: k/T itself, or a function without arguments that returns it, for algorithms that do not pass
-            themselves to their operators.
+        progress: k/T, or a function without arguments that returns it, for algorithms that do not pass themselves to
+            their operators. By default it is the algorithm's own, see `_run_progress`.
         prob: Probability that an individual takes part.
 
     Raises:
@@ -77,23 +72,15 @@ class NonUniformMutation(Mutation):
         prob_var: float = 0.1,
         b: float = 5.0,
         *,
-        form: Form = "linear",
-        last_generation: int | None = None,
         progress: float | Callable[[], float] | None = None,
         prob: float = 1.0,
         **kwargs: Any,
     ) -> None:
         super().__init__(prob=prob, prob_var=prob_var, **kwargs)
         check_probability(self.name, "prob_var", prob_var)
-        if form not in ("linear", "power"):
-            raise self._senseless("form", form, "'linear' or 'power'")
         if not b >= 0:
-            raise self._senseless("b", b, "a number of at least 0")
-        if last_generation is not None and not last_generation > 0:
-            raise self._senseless("last_generation", last_generation, "a number above 0")
+            raise AlgorithmError(f"{self.name}: b is {b!r}, expected a number of at least 0.")
         self.b = Real(b, bounds=(1.0, 10.0), strict=(0.0, None))
-        self.form: Form = form
-        self.last_generation = last_generation
         self.progress = progress
 
     def _do(
@@ -103,14 +90,11 @@ class NonUniformMutation(Mutation):
         mutated = random_state.random(X.shape) < self.get_prob_var(problem, size=len(X))[:, None]
         gene = np.nonzero(mutated)[1]
         upward = random_state.random(len(gene)) < 0.5
-        share = step_size(random_state.random(len(gene)), self.progress_of(algorithm), get(self.b), self.form)
+        share = step_size(random_state.random(len(gene)), self.progress_of(algorithm), get(self.b))
 
         mutants = np.clip(X.astype(np.float64), lower, upper)
         mutants[mutated] = non_uniform(mutants[mutated], lower[gene], upper[gene], upward, share)
         return mutants
-
-    def _senseless(self, setting: str, value: object, expected: str) -> AlgorithmError:
-        return AlgorithmError(f"{self.name}: {setting} is {value!r}, expected {expected}.")
 
     def progress_of(self, algorithm: Any) -> float:
         """k/T of a run, from 0 to 1.
@@ -126,20 +110,18 @@ class NonUniformMutation(Mutation):
                 f" operators (MOEAD and differential evolution do not). Pass {self.name}(progress=...), a share of the"
                 " run from 0 to 1 or a function without arguments that returns it."
             )
-        return _run_progress(algorithm, self.last_generation)
+        return _run_progress(algorithm)
 
 
-def _run_progress(algorithm: Any, last_generation: float | None = None) -> float:
+def _run_progress(algorithm: Any) -> float:
     """Share k/T of the run that lies behind, from 0 to 1, for the generation that is being made.
 
-    k is `algorithm.n_iter` − 1: 0 for the initial population, 1 for its first children. T is `last_generation`.
-    Without it, the end that comes first counts: k/T is the largest of k over `n_max_gen` and of the shares used up
+    k is `algorithm.n_iter` − 1: 0 for the initial population, 1 for its first children. The end that comes first
+    counts: k/T is the largest of k over `n_max_gen` and of the shares used up
     of the budgets of evaluations and time, wherever they stand in the algorithm's termination. Without any of
     these, T is 10 000 generations, or k/T what a termination of unknown kind says of itself if that is more.
     """
     k = (algorithm.n_iter or 1) - 1
-    if last_generation is not None:
-        return _share(k / max(last_generation, 1))
     leaves = list(_leaves(algorithm.termination))
     ends = [k / max(last, 1) for last in _limits(leaves, "n_max_gen")]
     ends += [leaf.perc for leaf in leaves if _limits([leaf], "n_max_evals") or _limits([leaf], "max_time")]

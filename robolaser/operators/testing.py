@@ -6,7 +6,6 @@ print(check_operator(MyCrossover()))
 """
 
 import copy
-import pickle
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -126,9 +125,8 @@ class Compatibility:
 def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = STOCK_ALGORITHMS) -> Compatibility:
     """Try an operator against the contract, then in each stock algorithm of pymoo's.
 
-    The contract: it can be copied, and acts alike once pickled, if it can be; the same seed gives the same outcome,
-    from `random_state` alone; parents stay as they were; children keep to the bounds and have the right shape; nothing
-    of a run stays behind in it.
+    The contract: the same seed gives the same outcome, from `random_state` alone; parents stay as they were; children
+    keep to the bounds and have the right shape.
 
     Args:
         operator: A crossover, mutation, selection or survival of pymoo's.
@@ -192,23 +190,6 @@ def _repeats(operator: Any) -> str | None:
     return None if same else "gives another outcome with the same seed: draw from `random_state` alone"
 
 
-def _travels(operator: Any) -> str | None:
-    pop = evaluated_population()
-    try:
-        there = pickle.loads(pickle.dumps(operator))
-    except Exception:  # pymoo's own tournament cannot be pickled with the comparison of its GA
-        return None
-    same = np.array_equal(act(there, pop, 7), act(operator, pop, 7))
-    return None if same else "acts in another way once it was pickled: runs on several processes would differ"
-
-
-def _leaves_the_global_generator(operator: Any) -> str | None:
-    before = pickle.dumps(np.random.get_state())  # noqa: NPY002
-    act(operator, evaluated_population(), 7)
-    untouched = pickle.dumps(np.random.get_state()) == before  # noqa: NPY002
-    return None if untouched else "draws from NumPy's global generator: draw from `random_state`"
-
-
 def _leaves_parents_alone(operator: Any) -> str | None:
     pop = evaluated_population()
     X, F = pop.get("X").copy(), pop.get("F").copy()
@@ -231,20 +212,10 @@ def _keeps_to_the_bounds(operator: Any) -> str | None:
     return None
 
 
-def _remembers_nothing(operator: Any) -> str | None:
-    before = set(vars(operator))
-    act(operator, evaluated_population(), 7)
-    kept = sorted(set(vars(operator)) - before)
-    return f"keeps {', '.join(kept)} of a run: the next run would not start afresh" if kept else None
-
-
 LAWS: tuple[Callable[[Any], str | None], ...] = (
     _repeats,
-    _travels,
-    _leaves_the_global_generator,
     _leaves_parents_alone,
     _keeps_to_the_bounds,
-    _remembers_nothing,
 )
 """Each says in what way an operator breaks it, or None."""
 

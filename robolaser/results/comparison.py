@@ -48,7 +48,7 @@ class ComparisonResult(Result):
         return read
 
     def to_frame(self, of: Any = "runs") -> "pd.DataFrame":
-        """The runs, or their "trajectory" or "targets", as `BenchmarkResult.to_frame` has them."""
+        """The runs, or runs and "targets", as `BenchmarkResult.to_frame` has them."""
         return self.benchmark.to_frame(of)
 
     def files(self, *, command: str = "") -> Files:

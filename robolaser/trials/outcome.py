@@ -44,10 +44,7 @@ class Outcome:
     stated_classes: tuple[tuple[float, bool], ...]  # the same of classes
     sure_and_wrong: bool  # whether a wrong name is all but certain
     site: bool | None  # whether `where` begins with a true site; None where there is nothing to find
-    # share of the squared gap above the noise that the diagnosis closed; None where there was hardly one
-    closed: float | None
-    # for each number with a 95 % interval: its effect, and whether the interval holds the truth
-    covered: tuple[tuple[str, bool], ...]
+    covered: tuple[bool, ...]  # for each number with a 95 % interval, whether that holds the truth
 
 
 def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
@@ -112,7 +109,6 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
         stated_classes=tuple((p, name in right_classes) for name, p in probabilities.items()),
         sure_and_wrong=sure_and_wrong,
         site=bool(where) and where[0]["site"] in sites if sites and group != "faint" and not left_small else None,
-        closed=_closed(gap),
         covered=tuple(_covered(each, findings)),
     )
 
@@ -167,15 +163,7 @@ def _ratio(above: float | None, below: float | None) -> float | None:
     return None if above is None or not below else above / below
 
 
-def _closed(gap: Mapping[str, Any]) -> float | None:
-    numbers = [gap[name] for name in ("calibrated", "after", "noise_floor")]
-    if any(number is None for number in numbers) or numbers[0] <= FLOOR * numbers[2]:
-        return None
-    calibrated, after, floor = (number**2 for number in numbers)
-    return float(1.0 - max(0.0, after - floor) / (calibrated - floor))
-
-
-def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[tuple[str, bool]]:
+def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[bool]:
     """Of every amplitude of a true effect that was found; what the data do not determine has no interval."""
     covered = []
     for item in each:
@@ -188,5 +176,5 @@ def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, 
                     continue
                 half = NORMAL_95 * number["std"]
                 low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
-                covered.append((item["effect"], low <= value <= high))
+                covered.append(low <= value <= high)
     return covered

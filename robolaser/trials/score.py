@@ -1,4 +1,4 @@
-"""The score of many diagnoses: shares with intervals, confusion matrix, reliability of the stated probabilities."""
+"""The score of many diagnoses: shares with intervals, reliability of the stated probabilities."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -32,10 +32,6 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         What score.json holds.
     """
     every = list(outcomes.values())
-    unknown = [o for o in every if o.group == "unknown"]
-    single = [o for o in every if o.group in ("one", "confusable")]
-    closed = [o.closed for o in every if o.closed is not None]
-    clean = [o for o in every if o.group in ("none", "outliers")]
     by_kind = {kind: [o for o in every if o.kind == kind] for kind in sorted({o.kind for o in every})}
     return {
         "format": FORMAT,
@@ -45,18 +41,7 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
             kind: {"worlds": len(alike), "by_name": share([o.right for o in alike]), **_shares(alike)}
             for kind, alike in by_kind.items()
         },
-        "faint": share([o.right for o in every if o.group == "faint"]),
-        "hits": share([o.named[:1] == o.truth for o in single]),
-        "false_alarms": share([bool(o.named) or o.verdict != "no_gap" for o in clean]),
         **_shares(every),
-        "unknown": {
-            "unexplained": share([o.verdict == "unexplained" for o in unknown]),
-            "sure_and_wrong": share([o.sure_and_wrong for o in unknown]),
-            "site_first": share([bool(o.site) for o in unknown]),
-        },
-        "gap_closed": float(np.median(closed)) if closed else None,
-        "coverage_95_by_effect": _coverage_by_effect(every),
-        "confusion": _confusion(every),
         "reliability": _reliability([pair for o in every for pair in o.stated]),
         "reliability_of_classes": _reliability([pair for o in every for pair in o.stated_classes]),
         "each": {
@@ -84,29 +69,8 @@ def _shares(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),
         "site_first": share([bool(o.site) for o in outcomes if o.site is not None]),
         "sure_and_wrong": share([o.sure_and_wrong for o in outcomes]),
-        "coverage_95": share([held for o in outcomes for _, held in o.covered]),
+        "coverage_95": share([held for o in outcomes for held in o.covered]),
     }
-
-
-def _coverage_by_effect(outcomes: Sequence[Outcome]) -> dict[str, dict[str, Any]]:
-    """How many 95 % intervals of each effect's numbers hold the truth."""
-    pairs = [pair for o in outcomes for pair in o.covered]
-    return {name: share([held for effect, held in pairs if effect == name]) for name in sorted(dict(pairs))}
-
-
-def _confusion(outcomes: Sequence[Outcome]) -> dict[str, dict[str, int]]:
-    """Truth's effect, and how often each effect was named first; worlds with several are left out."""
-    table: dict[str, dict[str, int]] = {}
-    for o in outcomes:
-        if len(o.truth) > 1:
-            continue
-        true = o.truth[0] if o.truth else (o.group, "")
-        first_named = o.named[0] if o.named else (o.verdict, "")
-        same_effect_elsewhere = first_named[0] == true[0] and first_named != true
-        row = table.setdefault(true[0], {})
-        column = f"{first_named[0]} (elsewhere)" if same_effect_elsewhere else first_named[0]
-        row[column] = row.get(column, 0) + 1
-    return {true: dict(sorted(row.items(), key=lambda item: -item[1])) for true, row in sorted(table.items())}
 
 
 def _reliability(stated: Sequence[tuple[float, bool]]) -> list[dict[str, Any]]:

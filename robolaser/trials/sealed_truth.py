@@ -82,17 +82,14 @@ def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
         raise _changed(path, f"does not match the hash in {folder / SEAL}")
     worlds = json.loads(text)["worlds"]
     for name, world in worlds.items():
-        if data_hash(folder / name) != world["data"]:
+        there = {file: read_bytes(folder / name / file) for file in FOLDER if (folder / name / file).is_file()}
+        if _hash_of(there) != world["data"]:
             raise _changed(folder / name, "holds other data than were made")
     return {name: world["truth"] for name, world in worlds.items()}
 
 
-def data_hash(dataset: Path) -> str:
-    """SHA-256 of a data set's files, names included."""
-    return _hash_of({name: read_bytes(dataset / name) for name in FOLDER if (dataset / name).is_file()})
-
-
 def _hash_of(files: Mapping[str, bytes]) -> str:
+    """SHA-256 of a data set's files, names included."""
     total = hashlib.sha256()
     for name in filter(files.__contains__, FOLDER):
         total.update(f"{name} {hashlib.sha256(files[name]).hexdigest()}\n".encode())

@@ -1,6 +1,5 @@
 """A trial on disk: data sets made and sealed, diagnosed where no diagnosis is there yet, and scored."""
 
-import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
@@ -11,7 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from robolaser.arrays import Progress
-from robolaser.bounded_reading import read_bytes, read_json
+from robolaser.bounded_reading import read_json
 from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.result_folder import write_results
@@ -26,7 +25,7 @@ from robolaser.trials.making import make
 from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
 from robolaser.trials.score import compile_score
-from robolaser.trials.sealed_truth import SEAL, data_hash, keep_truth
+from robolaser.trials.sealed_truth import SEAL, keep_truth
 
 DIAGNOSIS = "diagnosis/diagnosis.json"
 NEEDED = ("verdict", "gap_mm", "where", "effects")
@@ -131,11 +130,10 @@ def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, exec
         write_results(path.parent, {path.name: text})
 
 
-def score(folder: Path, truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) -> dict[str, Any]:
+def score(truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) -> dict[str, Any]:
     """Score the diagnoses of a trial.
 
     Args:
-        folder: Of the trial.
         truths: By data set.
         files: Of the diagnoses, by data set.
 
@@ -145,14 +143,13 @@ def score(folder: Path, truths: Mapping[str, Mapping[str, Any]], files: Mapping[
     Raises:
         TrialError: A file is no diagnosis.
     """
-    outcomes, hashes = {}, {}
+    outcomes = {}
     for name, path in files.items():
         try:
             outcomes[name] = outcome(truths[name], read_diagnosis(path))
         except (TypeError, KeyError, ValueError, AttributeError) as error:
             raise _no_diagnosis(path, f"{type(error).__name__}: {error}") from None
-        hashes[name] = {"data": data_hash(folder / name), "diagnosis": hashlib.sha256(read_bytes(path)).hexdigest()}
-    return compile_score(outcomes) | {"sha256": hashes}
+    return compile_score(outcomes)
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:

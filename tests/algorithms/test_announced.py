@@ -93,7 +93,7 @@ def test_an_announcement_that_cannot_be_used_is_named_with_its_package(
 ) -> None:
     install(announcement)
     with pytest.raises(PluginError, match=f"greedy.*{reason}"):
-        algorithm_named("ga:crossover=sbx" if "operators" in announcement else "rcga")
+        algorithm_named("ga:crossover=SBX" if "operators" in announcement else "rcga")
 
 
 def test_without_other_packages_there_are_our_algorithms() -> None:

@@ -11,7 +11,6 @@ from pymoo.core.evaluator import Evaluator
 from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 from pymoo.core.repair import Repair
-from pymoo.core.termination import TerminateIfAny
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.lhs import LHS
 from pymoo.optimize import minimize
@@ -19,13 +18,12 @@ from pymoo.termination import get_termination
 from pymoo.util.archive import SingleObjectiveArchive
 from stock import composed
 
-from robolaser.algorithms import RCGA, CostReached, Stalled
-from robolaser.algorithms.population import PopulationArrays
+from robolaser.algorithms import RCGA
 
 SETTINGS = [
     {"pop_size": 20, "n_elites": 2},
     {"pop_size": 20, "n_elites": 3, "prob_var": 0.5},
-    {"pop_size": 15, "n_elites": 0, "form": "power", "b": 2.0},
+    {"pop_size": 15, "n_elites": 0, "b": 2.0},
     {"pop_size": 12, "n_elites": 11, "prob_crossover": 0.0},
     {"pop_size": 13, "n_elites": 4, "prob_crossover": 1.0, "prob_var": 0.0},
     {"pop_size": 2, "n_elites": 1, "b": 7.0},
@@ -91,16 +89,15 @@ def test_no_individual_is_made_until_somebody_asks(monkeypatch):
     made = []
     begin = Individual.__init__
     monkeypatch.setattr(Individual, "__init__", lambda self, *a, **k: made.append(self) or begin(self, *a, **k))
-    rules = TerminateIfAny(Stalled(50), CostReached(1e-12), get_termination("n_gen", 30))
-    for problem in (SPHERE, Fenced()):
-        algorithm = started(RCGA(20), problem, copy.deepcopy(rules), callback=lambda algorithm: algorithm.n_gen)
-        while algorithm.has_next():
-            algorithm.next()
-        assert not made
-        assert len(algorithm.opt) == len(made) == 1
-        assert len(algorithm.pop) == len(made) == 20
-        assert algorithm.opt[0] in list(algorithm.pop)
-        made.clear()
+    algorithm = started(RCGA(20), callback=lambda algorithm: algorithm.n_gen)
+    algorithm.next()
+    made.clear()
+    while algorithm.has_next():
+        algorithm.next()
+    assert not made
+    assert len(algorithm.opt) == len(made) == 1
+    assert algorithm.opt[0] in list(algorithm.pop)
+    assert algorithm.off[0] in made
 
 
 def test_who_looks_now_and_then_changes_nothing():
@@ -109,20 +106,12 @@ def test_who_looks_now_and_then_changes_nothing():
         seen.next()
         match generation % 5:
             case 1:
-                assert seen.opt[0].F[0] == seen.arrays.best_cost()
+                assert seen.opt[0].F[0] == seen.arrays[1].min()
             case 2:
                 assert len(seen.off) == 14
             case 3:
                 assert len(seen.pop) == 16
     assert np.array_equal(said(seen.pop), last(started(RCGA(16))))
-
-
-def test_one_that_was_handed_out_stays_the_same_one():
-    algorithm = started(RCGA(16, n_elites=4))
-    algorithm.next()
-    algorithm.opt[0].set("name", "Adam")
-    algorithm.next()
-    assert sum(one.get("name") == "Adam" for one in algorithm.pop) == 1
 
 
 @pytest.mark.parametrize("make", [lambda: RCGA(16, n_elites=4), lambda: composed(16, 4)])
@@ -269,17 +258,6 @@ def test_a_population_may_be_exchanged_on_the_way():
     assert np.array_equal(*runs)
 
 
-def test_a_problem_that_says_nonsense_is_told_so_as_by_pymoo():
-    class Short(Bowl):
-        def _evaluate(self, X, out, *args, **kwargs):
-            super()._evaluate(X, out)
-            out["note"] = np.zeros(3)
-
-    for make in (RCGA(16), composed(16, 2)):
-        with pytest.raises(Exception, match="Number of values and population size do not match"):
-            started(make, Short()).next()
-
-
 def test_what_a_problem_keeps_is_not_what_it_gave_away():
     class Keeping(Bowl):
         def _evaluate(self, X, out, *args, **kwargs):
@@ -290,39 +268,3 @@ def test_what_a_problem_keeps_is_not_what_it_gave_away():
     algorithm.next()
     algorithm.problem.F[:] = 0.0
     assert np.all(algorithm.pop.get("F") != 0.0)
-
-
-def assert_violated_as(pop, said):
-    """By as much, and tolerated, as pymoo's individuals reckon."""
-    n = len(pop)
-    out = {"F": np.zeros((n, 1)), **said}
-    columns = PopulationArrays.evaluated_as(np.zeros((n, 2)), out, np.ones(n, int), frozenset()).columns
-    assert np.array_equal(columns["CV"], pop.get("CV"))
-    assert np.array_equal(columns["feas"], pop.get("feas"))
-
-
-@pytest.mark.parametrize("n_constraints", [(0, 3), (5, 0), (1, 1), (17, 9)])
-def test_violation_is_what_pymoos_individuals_reckon(n_constraints):
-    rng = np.random.default_rng(2)
-    said = {name: rng.normal(0.0, 10.0, (40, n)) for name, n in zip("GH", n_constraints, strict=True) if n}
-    said = {name: value * (rng.random(value.shape) < 0.3) for name, value in said.items()}
-    pop = Population.new(**said)
-    assert_violated_as(pop, said)
-
-
-def test_violation_follows_pymoos_settings(monkeypatch):
-    def config():
-        return {
-            "cache": True,
-            "cv_eps": 0.5,
-            "cv_ieq": {"scale": 2.0, "eps": 0.1, "pow": 2, "func": np.mean},
-            "cv_eq": {"scale": None, "eps": 0.2, "pow": None, "func": np.sum},
-        }
-
-    monkeypatch.setattr(Individual, "default_config", config)
-    problem = Fenced()
-    X = np.random.default_rng(1).uniform(problem.xl, problem.xu, (30, problem.n_var))
-    said = problem.evaluate(X, return_values_of=["F", "G", "H"], return_as_dictionary=True)
-    pop = Population.new(G=said["G"], H=said["H"])
-    assert_violated_as(pop, said)
-    assert 0 < pop.get("feas").sum() < 30

@@ -6,7 +6,7 @@ import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.problem import ProblemSummary
-from robolaser.benchmark.result import BenchmarkResult, Effort
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
 
 BUDGET = 10_000
@@ -49,5 +49,7 @@ def made_up_comparison(
         time_limit_s=60.0,
         runs=runs,
         made=runs,
-        effort=Effort("this machine", 2, 1.0, 1.0),
+        engine="this machine",
+        workers=2,
+        seconds=1.0,
     )

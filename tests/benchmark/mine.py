@@ -74,6 +74,20 @@ class Slow(ElementwiseProblem):
         out["F"] = float((x**2).sum())
 
 
+class Stuck(ElementwiseProblem):
+    """Evaluates some candidates, and never comes back from a further one."""
+
+    def __init__(self, n_obj=1):
+        super().__init__(n_var=3, n_obj=n_obj, xl=-5.0, xu=5.0)
+        self.left = 10
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.left -= 1
+        if self.left < 0:
+            time.sleep(1000)
+        out["F"] = [float(((x - i) ** 2).sum()) for i in range(self.n_obj)]
+
+
 class Noisy(Problem):
     """A sphere whose cost is now and then far too low; its noise is drawn from a state of its own."""
 

@@ -31,7 +31,6 @@ def effects(result):
     ("operator", "kind"),
     [
         ("SBX:crossover.eta=3", SBX),
-        ("sbx", SBX),
         ("ArithmeticCrossover", ArithmeticCrossover),
         (f"{__name__}:MINE", ArithmeticCrossover),
     ],
@@ -44,7 +43,8 @@ def test_an_operator_is_found_by_any_of_its_names(operator, kind):
 
 
 @pytest.mark.parametrize(
-    "slot", ["sampling=LHS", "selection=roulette", "crossover=SBX", "mutation=PM", "survival=elitist"]
+    "slot",
+    ["sampling=LHS", "selection=RouletteSelection", "crossover=SBX", "mutation=PM", "survival=ElitistReplacement"],
 )
 @pytest.mark.parametrize("stock", ["ga", "GA", "rcga", "SMSEMOA"])
 def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
@@ -61,7 +61,7 @@ def test_every_slot_of_a_genetic_algorithm_can_be_exchanged(stock, slot):
         ("random:crossover=SBX", "cannot be exchanged"),
         ("ga:bb=2:crossover=SBX", "bb"),
         ("cmaes:crossover=SBX", "cmaes has no (place for another |setting ')crossover"),
-        ("NSGA2:survival=elitist", "ElitistReplacement cannot serve NSGA2"),
+        ("NSGA2:survival=ElitistReplacement", "ElitistReplacement cannot serve NSGA2"),
     ],
 )
 def test_what_cannot_be_exchanged_is_said(text, said):
@@ -70,12 +70,15 @@ def test_what_cannot_be_exchanged_is_said(text, said):
 
 
 def test_an_exchanged_algorithm_runs_and_repeats_itself():
-    sphere, text = specs_of(["pymoo:sphere-3"])[0].makers[0](), "GA:crossover=ArithmeticCrossover:mutation=non-uniform"
+    sphere, text = (
+        specs_of(["pymoo:sphere-3"])[0].makers[0](),
+        "GA:crossover=ArithmeticCrossover:mutation=NonUniformMutation",
+    )
     task = Task("p", text, 1, RunLimits(500, 60.0), b"", b"", "")
     one, again = (run(sphere, find(text), task) for _ in range(2))
     assert one.evaluations == 500
     assert one.trace.costs.tolist() == again.trace.costs.tolist()
-    assert find(text).title == "pymoo's GA with ArithmeticCrossover as crossover and non-uniform as mutation"
+    assert find(text).title == "pymoo's GA with ArithmeticCrossover as crossover and NonUniformMutation as mutation"
 
 
 def test_the_effect_of_a_part_is_that_among_runs_alike_in_all_else():

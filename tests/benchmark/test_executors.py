@@ -28,7 +28,7 @@ def test_a_dask_cluster_makes_the_same_runs():
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         there = robolaser.compare(**asked, scheduler=cluster.scheduler_address)
     assert outcomes(there) == outcomes(robolaser.compare(**asked, jobs=1))
-    assert there.effort.workers == 1
+    assert there.workers == 1
 
 
 def test_a_cluster_that_does_not_answer_is_named(monkeypatch):

@@ -3,9 +3,11 @@
 import time
 
 import pytest
-from mine import Slow
+from mine import Slow, Stuck
 
 import robolaser
+from robolaser.benchmark.evaluator import RunLimits
+from robolaser.benchmark.run import Task
 from robolaser.cli import main
 
 
@@ -43,6 +45,35 @@ def test_who_hangs_or_dies_fails_alone_and_keeps_what_it_found(algorithm, monkey
     assert lost.reason.startswith(("it hung", "its process died"))
     assert lost.trace.costs.tolist() == [0.0]
     assert other.state == "done"
+
+
+def test_a_candidate_that_takes_longer_than_the_time_limit_loses_nothing_that_was_found_before(monkeypatch):
+    monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
+    result = robolaser.compare([Stuck()], ["random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    (run,) = result.runs
+    assert run.reason.startswith("it hung")
+    assert len(run.trace.costs)
+    assert result.to_frame()["best"].tolist() == [run.trace.final]
+
+
+def test_a_run_of_several_objectives_that_is_killed_keeps_its_front(monkeypatch):
+    monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
+    result = robolaser.compare([Stuck(2)], ["random"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    assert result.made[0].trace.costs.shape[1] == 2
+
+
+def test_what_is_half_written_is_left_out(tmp_path):
+    (tmp_path / "spill").write_text("[1, 0.1, 3.0]\n[2, 0.2, 1.0]\n[3, 0.3, [0.")
+    task = Task("p", "a", 1, RunLimits(10, 1.0), b"", b"", "", spill=str(tmp_path / "spill"))
+    run = task.failed("it hung")
+    assert (run.evaluations, run.trace.costs.tolist()) == (2, [3.0, 1.0])
+
+
+def test_a_noisy_problem_keeps_no_luckiest_sample_of_a_run_that_is_killed(monkeypatch):
+    monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
+    result = robolaser.compare(["mine:Noisy"], ["mine:hanging"], seeds=1, budget=50, time_limit_s=1.0, jobs=1)
+    assert result.problems[0].noisy
+    assert not len(result.runs[0].trace.costs)
 
 
 def test_the_exit_status_says_when_nothing_ran(tmp_path, capsys):

@@ -115,7 +115,7 @@ def test_a_planted_ratio_is_in_the_answer():
 def test_equals_do_not_differ_significantly_and_the_answer_says_so():
     found = _ranked(_arrays({"a": 1.0, "b": 1.0, "c": 1.0}))
     assert not any(pair.significant for pair in found.order.pairs)
-    assert "No algorithm differs significantly from" in found.order.answer
+    assert "no algorithm differs significantly from it" in found.order.answer
 
 
 def test_solvers_that_do_not_differ_from_the_first_are_named():
@@ -141,22 +141,12 @@ def test_where_nobody_reached_the_target_those_who_came_closer_rank_first():
     assert "No algorithm reached the target" in found.order.answer
 
 
-def test_who_alone_reached_the_target_is_named_even_if_it_does_not_rank_first():
-    steady, lucky = (np.full((1, 1, 12, len(TOLERANCES)), np.inf) for _ in range(2))
-    steady[..., :8] = 100.0  # far from the target, in every run
-    lucky[0, 0, 0] = 50.0  # there at once in one run, nowhere in the others
-    found = _ranked(_of(np.concatenate([steady, lucky], axis=1), ("steady", "lucky")))
-    assert found.order.places[0].algorithm == "steady"
-    assert "Only lucky reached the target" in found.order.answer
-
-
-def test_ties_for_first_place_are_named():
+def test_ties_for_first_place_share_it():
     arrays = _arrays({"one": 1.0, "other": 1.0}, seeds=6)
     arrays.evaluations[:, 1] = arrays.evaluations[:, 0]
     arrays.final[:, 1] = arrays.final[:, 0]
     found = _ranked(arrays)
     assert [standing.rank for standing in found.order.places] == [1, 1]
-    assert "one, which ties for first place with other" in found.order.answer
 
 
 def test_a_solver_that_never_reached_the_target_has_no_running_time():
@@ -215,11 +205,14 @@ def test_who_takes_part_changes_no_running_time_and_no_comparison_of_others():
         assert other.p_adjusted >= pair.p_adjusted
 
 
-def test_the_same_seed_gives_the_same_intervals_and_another_nearly_the_same():
+def test_the_same_runs_give_the_same_intervals_and_more_samples_nearly_the_same(monkeypatch):
     arrays = _arrays({"a": 1.0, "b": 2.0})
-    assert _ranked(arrays, seed=5) == _ranked(arrays, seed=5)
-    one, other = (_ranked(arrays, seed=seed).order.pairs[0].ratio for seed in (5, 6))
-    assert one.lower == pytest.approx(other.lower, rel=0.1)
+    one = _ranked(arrays)
+    assert one == _ranked(arrays)
+    monkeypatch.setattr("robolaser.benchmark.statistics.running_time.SAMPLES", 3000)
+    other = _ranked(arrays).order.pairs[0].ratio
+    assert one.order.pairs[0].ratio != other
+    assert one.order.pairs[0].ratio.lower == pytest.approx(other.lower, rel=0.1)
 
 
 def test_equals_hardly_ever_differ_significantly():

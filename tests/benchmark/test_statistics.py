@@ -3,7 +3,7 @@ import pytest
 from scipy import stats
 
 from robolaser.benchmark.result import outcomes
-from robolaser.benchmark.statistics import difference, running_time, superiority
+from robolaser.benchmark.statistics import difference, running_time
 from robolaser.benchmark.statistics.intervals import Intervals, wilson
 
 
@@ -27,32 +27,32 @@ def test_without_runs_no_share_is_known():
 # expected running time
 
 
+def _expected(running_times, totals):
+    """ERT of the runs of one algorithm on one problem."""
+    return running_time.expected(np.array([[running_times]]), np.array([[totals]]))[0, 0, 0]
+
+
 def test_running_time_of_runs_that_all_succeed_is_their_mean():
-    running_times = np.random.default_rng(0).exponential(100, (7, 3))
-    assert running_time.expected(running_times, running_times.max(axis=1) + 5) == pytest.approx(
-        running_times.mean(axis=0)
-    )
+    running_times = np.random.default_rng(0).exponential(100, 7)
+    assert _expected(running_times, running_times + 5) == pytest.approx(running_times.mean())
 
 
 def test_running_time_pays_for_failures_and_counts_successes():
-    assert running_time.expected(np.array([[100.0], [np.inf], [300.0]]), np.array([900.0, 1000.0, 900.0])) == 700.0
+    assert _expected([100.0, np.inf, 300.0], [900.0, 1000.0, 900.0]) == 700.0
 
 
 def test_a_target_nobody_reached_takes_for_ever_and_without_runs_nothing_is_known():
-    assert running_time.expected(np.array([[np.inf]]), np.array([100.0])) == np.inf
-    assert np.isnan(running_time.expected(np.array([[np.nan]]), np.array([np.nan])))
+    assert _expected([np.inf], [100.0]) == np.inf
+    assert np.isnan(_expected([np.nan], [np.nan]))
 
 
-def _intervals(running_times, spent, runs=None, seed=0):
-    """ERT and its interval to one target, (p, a, s) -> (p, a); and the ratios."""
-    p, a, s = running_times.shape
-    drawn = running_time.draws(p, s, np.random.default_rng(seed), samples=1000)
-    value = running_time.expected(running_times[..., None], spent)[..., 0]
-    samples = running_time.resampled(running_times, spent, drawn)
-    runs = np.full((p, a), s) if runs is None else runs
-    alone = [running_time.mean_ratios(samples[[i]], value[[i]], runs[[i]]) for i in range(p)]
+def _intervals(running_times, spent):
+    """ERT with its interval to one target, (p, a, s) -> (p, a); the ratios on each problem, and their means."""
+    found = running_time.expected(running_times, spent)
+    runs = np.full(found.shape[:2], running_times.shape[2])
+    alone = [running_time.mean_ratios(found[[i]], runs[[i]]) for i in range(len(found))]
     ratios = Intervals(*(np.array([getattr(one, name) for one in alone]) for name in ("value", "lower", "upper")))
-    return running_time.bounds(value, samples, runs), ratios, (samples, value, runs)
+    return running_time.bounded(found, runs), ratios, running_time.mean_ratios(found, runs)
 
 
 @pytest.mark.parametrize("success", [1.0, 0.7])
@@ -72,8 +72,7 @@ def test_the_mean_ratio_over_problems_is_inside_its_interval_too():
     spent = rng.exponential(100, (150, 3, 2, 6)) * np.array([1, 10, 100])[:, None, None] * np.array([1, 3])[:, None]
     inside = 0
     for of_problems in spent:
-        _, _, measured = _intervals(of_problems, of_problems)
-        mean = running_time.mean_ratios(*measured)
+        _, _, mean = _intervals(of_problems, of_problems)
         assert mean.lower[0, 1] <= mean.value[0, 1] <= mean.upper[0, 1]
         inside += bool(mean.lower[0, 1] <= 3 <= mean.upper[0, 1])
     assert not _rare(150 - inside, 150, 0.06)
@@ -81,19 +80,18 @@ def test_the_mean_ratio_over_problems_is_inside_its_interval_too():
 
 def test_a_ratio_turned_round_is_its_inverse():
     running_times = np.random.default_rng(4).exponential(100, (2, 3, 8))
-    _, ratios, measured = _intervals(running_times, running_times)
-    mean = running_time.mean_ratios(*measured)
+    _, ratios, mean = _intervals(running_times, running_times)
     for of in (ratios, mean):
         others = ~np.eye(3, dtype=bool)
         assert (of.value * np.swapaxes(of.value, -1, -2))[..., others] == pytest.approx(1.0)
         assert (of.lower * np.swapaxes(of.upper, -1, -2))[..., others] == pytest.approx(1.0)
 
 
-def test_the_mean_ratio_leaves_out_problems_that_either_did_not_solve():
-    running_times = np.array([[[10.0] * 6, [20.0] * 6], [[10.0] * 6, [np.inf] * 6]])
-    _, ratios, measured = _intervals(running_times, np.where(np.isfinite(running_times), running_times, 100.0))
-    assert running_time.mean_ratios(*measured).value[0, 1] == pytest.approx(2.0)
-    assert np.isnan(ratios.value[1, 0, 1])
+def test_the_mean_ratio_is_geometric_and_leaves_out_problems_that_either_did_not_solve():
+    running_times = np.array([[[10.0] * 6, [20.0] * 6], [[10.0] * 6, [80.0] * 6], [[10.0] * 6, [np.inf] * 6]])
+    _, ratios, mean = _intervals(running_times, np.where(np.isfinite(running_times), running_times, 100.0))
+    assert mean.value[0, 1] == pytest.approx(4.0)
+    assert np.isnan(ratios.value[2, 0, 1])
 
 
 def test_where_successes_are_rare_the_running_time_has_no_upper_bound():
@@ -152,16 +150,16 @@ def test_equal_runs_share_a_place():
 
 def test_superiority_and_its_bounds_turned_round_are_what_is_left_to_one():
     x = np.random.default_rng(10).integers(0, 8, (3, 4, 9)).astype(float)
-    for of in (superiority.superiority(x), superiority.mean_superiority(superiority.superiority(x))):
-        assert of.value + np.swapaxes(of.value, -1, -2) == pytest.approx(1.0)
-        assert of.lower + np.swapaxes(of.upper, -1, -2) == pytest.approx(1.0)
+    for of in (difference.superiority(x[:1]), difference.superiority(x)):
+        assert of.value + of.value.T == pytest.approx(1.0)
+        assert of.lower + of.upper.T == pytest.approx(1.0)
         assert (of.lower <= of.value).all()
 
 
 def test_superiority_is_mann_and_whitneys_u_per_pair_of_runs():
     x = np.random.default_rng(11).normal(size=(1, 2, 12))
     u = stats.mannwhitneyu(x[0, 1], x[0, 0]).statistic
-    assert superiority.superiority(x).value[0, 0, 1] == pytest.approx(u / 144)
+    assert difference.superiority(x).value[0, 1] == pytest.approx(u / 144)
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.5])
@@ -169,12 +167,16 @@ def test_superiority_is_inside_its_interval_nineteen_times_in_twenty(shift):
     rng = np.random.default_rng(12)
     x = rng.normal(size=(1200, 2, 8)) + np.array([0, shift])[:, None]
     truth = stats.norm.cdf(shift / np.sqrt(2))
-    single = superiority.superiority(x)
-    inside = (single.lower[:, 0, 1] <= truth) & (truth <= single.upper[:, 0, 1])
-    assert not _rare(int((~inside).sum()), 1200, 0.06)
-    means = [superiority.mean_superiority(superiority.superiority(x[i : i + 3])) for i in range(0, 1200, 3)]
-    outside = sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in means)
-    assert not _rare(outside, 400, 0.06)
+    for problems, trials in ((1, 1200), (3, 400)):
+        found = [difference.superiority(one) for one in np.split(x[: problems * trials], trials)]
+        outside = sum(not of.lower[0, 1] <= truth <= of.upper[0, 1] for of in found)
+        assert not _rare(outside, trials, 0.06)
+
+
+def test_superiority_over_several_problems_is_the_mean_of_those_with_runs_of_both():
+    x = np.array([[[1.0, 2.0], [3.0, 4.0]], [[1.0, 4.0], [2.0, 3.0]], [[1.0, 2.0], [np.nan, np.nan]]])
+    assert difference.superiority(x).value[0, 1] == pytest.approx((1.0 + 0.5) / 2)
+    assert np.isnan(difference.superiority(x[2:]).value[0, 1])
 
 
 # tests

@@ -29,21 +29,9 @@ class ForgetsItsSeed(Shuffling):
         return X[np.random.default_rng().permutation(2)] * np.random.default_rng().random()
 
 
-class DrawsFromEverywhere(Shuffling):
-    def _do(self, problem, X, *args, **kwargs):
-        np.random.random()  # noqa: NPY002
-        return X
-
-
 class LeavesTheBox(Shuffling):
     def _do(self, problem, X, *args, **kwargs):
         return 2.0 * X - X[::-1]
-
-
-class Remembers(Shuffling):
-    def _do(self, problem, X, *args, **kwargs):
-        self.last = X
-        return X
 
 
 class Overwrites(Mutation):
@@ -67,9 +55,7 @@ class Breaks(Shuffling):
     ("operator", "way"),
     [
         (ForgetsItsSeed, "another outcome with the same seed"),
-        (DrawsFromEverywhere, "NumPy's global generator"),
         (LeavesTheBox, "leaves the bounds, in variable 0"),
-        (Remembers, "keeps last of a run"),
         (Overwrites, "changes the parents"),
         (SelectsOne, r"selects an array \(10,\)"),
         (Breaks, "failed where it was tried: AttributeError"),

@@ -49,18 +49,13 @@ def individuals():
     return np.random.default_rng(6).uniform(LOWER, UPPER, (4000, 5))
 
 
-@pytest.fixture(params=["linear", "power"])
-def form(request):
-    return request.param
-
-
-def test_mutants_stay_within_bounds_to_the_last_digit(form):
+def test_mutants_stay_within_bounds_to_the_last_digit():
     rng = np.random.default_rng(7)
     lower = rng.standard_normal(10_000)
     upper = lower + 10.0 ** rng.uniform(-16, 3, 10_000)
     x = np.clip(lower + rng.random(10_000) * (upper - lower), lower, upper)
     for upward in (np.ones(10_000, bool), np.zeros(10_000, bool)):
-        for share in (np.ones(10_000), step_size(rng.random(10_000), 0.0, 5.0, form)):
+        for share in (np.ones(10_000), step_size(rng.random(10_000), 0.0, 5.0)):
             y = non_uniform(x, lower, upper, upward, share)
             assert np.all((y >= lower) & (y <= upper))
             assert np.all(y >= x) if upward[0] else np.all(y <= x)
@@ -72,20 +67,19 @@ def test_a_full_step_reaches_the_bound():
     assert non_uniform(x, lower, upper, np.array([False]), np.ones(1)) == lower
 
 
-def test_at_the_last_generation_nothing_moves(X, form):
-    mutation = NonUniformMutation(prob_var=1.0, form=form)
+def test_at_the_last_generation_nothing_moves(X):
+    mutation = NonUniformMutation(prob_var=1.0)
     assert np.array_equal(mutate(mutation, X, n_iter=101), X)
     assert np.array_equal(mutate(mutation, X, n_iter=1000), X)
 
 
 @pytest.mark.parametrize("n_iter", [1, 26, 51])
-def test_steps_are_distributed_as_the_form_says(X, form, n_iter):
+def test_steps_are_distributed_as_the_equation_says(X, n_iter):
     b, rest = 2.0, 1.0 - (n_iter - 1) / 100
-    Y = mutate(NonUniformMutation(prob_var=1.0, b=b, form=form), X, n_iter=n_iter)
+    Y = mutate(NonUniformMutation(prob_var=1.0, b=b), X, n_iter=n_iter)
     ahead = np.where(Y > X, UPPER - X, X - LOWER)[:, 0]
     share = np.abs(Y - X)[:, 0] / ahead
-    r = share / rest**b if form == "linear" else (1.0 - share) ** (1.0 / rest**b)
-    assert stats.kstest(r, "uniform").pvalue > 0.01
+    assert stats.kstest(share / rest**b, "uniform").pvalue > 0.01
 
 
 def test_up_and_down_are_equally_likely(X):
@@ -117,12 +111,6 @@ def test_whole_numbers_become_real():
     problem = Problem(n_var=2, n_obj=1, xl=0, xu=10)
     Y = mutate(NonUniformMutation(prob_var=1.0), np.full((50, 2), 5), problem)
     assert np.any(np.round(Y) != Y)
-
-
-def test_an_explicit_last_generation_overrides_the_termination(X):
-    mutation = NonUniformMutation(prob_var=1.0, last_generation=20)
-    assert np.array_equal(mutate(mutation, X, n_iter=21), X)
-    assert not np.array_equal(mutate(mutation, X, n_iter=20), X)
 
 
 def test_without_the_time_it_says_what_to_do(X):
@@ -161,7 +149,7 @@ def test_a_problem_without_bounds_is_refused(bounds):
 
 @pytest.mark.parametrize(
     "setting",
-    [{"form": "cubic"}, {"b": -1.0}, {"b": np.nan}, {"last_generation": 0}, {"prob_var": 1.5}, {"prob_var": -0.1}],
+    [{"b": -1.0}, {"b": np.nan}, {"prob_var": 1.5}, {"prob_var": -0.1}],
 )
 def test_settings_without_meaning_are_refused(setting):
     with pytest.raises(AlgorithmError, match=next(iter(setting))):
@@ -220,8 +208,3 @@ def test_a_termination_of_unknown_kind_is_believed():
     mine.perc = 0.4
     assert progress(running(1, TerminateIfAny(mine))) == 0.4
     assert progress(SimpleNamespace(n_iter=1, termination=SimpleNamespace(perc=0.5))) == 0.5
-
-
-def test_an_explicit_last_generation_overrides_all():
-    mutation = NonUniformMutation(last_generation=10)
-    assert mutation.progress_of(running(6, get_termination("n_gen", 50))) == 0.5

@@ -6,12 +6,12 @@ import numpy as np
 
 from robolaser.benchmark.evaluator import ConvergenceTrace
 from robolaser.benchmark.problem import ProblemSummary
-from robolaser.benchmark.result import BenchmarkResult, Effort
+from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.run import DONE, FAILED, BenchmarkRun
 from robolaser.benchmark.standings.ranking import standings
 
 BUDGET = 60_000
-LONG = "ga:crossover=arithmetic:mutation=non-uniform"
+LONG = "ga:crossover=ArithmeticCrossover:mutation=NonUniformMutation"
 SPEEDS = {
     "screening": ("screened starts, then least squares", 0.05, 1.0, 3e-6),
     "scipy-least-squares": ("SciPy's least squares from many starts", 0.08, 0.97, 3e-6),
@@ -110,7 +110,9 @@ def made(
         time_limit_s=20.0,
         runs=tuple(runs),
         made=tuple(runs),
-        effort=Effort("this machine", 2, 0.53 * busy, busy),
+        engine="this machine",
+        workers=2,
+        seconds=0.53 * busy,
     )
 
 
@@ -136,7 +138,7 @@ def nothing():
     """Nothing is finished yet."""
     one = made()
     problems = tuple(replace(problem, best=np.inf, found_by="") for problem in one.problems)
-    return replace(one, problems=problems, runs=(), made=(), effort=Effort("tcp://10.0.0.7:8786", 12, 0.4, 0.0))
+    return replace(one, problems=problems, runs=(), made=(), engine="tcp://10.0.0.7:8786", workers=12, seconds=0.4)
 
 
 def all_fail():

@@ -1,6 +1,5 @@
 """A trial from end to end, as typed."""
 
-import hashlib
 import json
 import shutil
 import stat
@@ -55,7 +54,6 @@ def test_who_is_always_right_scores_everything(trial, capsys):
     assert main(["challenge", "score", str(trial)]) == 0
     scored = json.loads((trial / "score.json").read_text())
     assert scored["groups"]["none"]["share"] == scored["groups"]["outliers"]["share"] == 1.0
-    assert scored["false_alarms"]["right"] == 0
     assert len(capsys.readouterr().out.splitlines()) <= 25
 
 
@@ -111,14 +109,6 @@ def test_other_data_than_were_made_are_not_scored(trial, file, capsys):
     path.write_text(path.read_text() + "\n")
     assert main(["challenge", "score", str(trial)]) == 1
     assert "world-002 holds other data" in capsys.readouterr().err
-
-
-def test_a_score_says_of_which_data_and_diagnoses_it_is(trial):
-    assert main(["challenge", "score", str(trial)]) == 0
-    said = json.loads((trial / "score.json").read_text())["sha256"]
-    diagnosis = trial / "world-003" / DIAGNOSIS
-    assert said["world-003"]["diagnosis"] == hashlib.sha256(diagnosis.read_bytes()).hexdigest()
-    assert said["world-003"]["data"] != said["world-002"]["data"]
 
 
 @pytest.mark.parametrize(

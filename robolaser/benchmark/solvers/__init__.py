@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -13,9 +14,8 @@ from robolaser.benchmark.solvers.searches import SEARCHES
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 
-_TITLES = {name: title for name, (_, title, _) in SEARCHES.items()}
-_FIRST = next(iter(_TITLES))
-SOLVERS: Mapping[str, str] = {_FIRST: _TITLES[_FIRST]} | {n: one.title for n, one in ALGORITHMS.items()} | _TITLES
+_FIRST, *_OTHERS = [(name, one.title) for name, one in SEARCHES.items()]
+SOLVERS: Mapping[str, str] = dict([_FIRST, *((name, one.title) for name, one in ALGORITHMS.items()), *_OTHERS])
 """Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)
 """Solvers that take part if none are named."""
@@ -62,11 +62,9 @@ def find(given: Any, name: str = "") -> Solver:
             raise UsageError(f"'{given}' cannot be read: '{spec.attribute}' is not a setting.")
         return _own(spec, imported(spec), name)
     if spec.name in SEARCHES:
-        if spec.operators:
-            raise UsageError(f"{given}: the operators of {spec.name} cannot be exchanged.")
-        search, title, refuses = SEARCHES[spec.name]
-        check_settings(spec, spec.settings, search, ARGUMENTS)
-        return Solver(name, title, partial(search, **spec.settings), refuses)
+        if spec.settings or spec.operators:
+            raise UsageError(f"{given}: {spec.name} has no settings, and its operators cannot be exchanged.")
+        return replace(SEARCHES[spec.name], name=name)
     if spec.name not in algorithms() and pymoos("algorithms", spec.name) is None:
         raise unknown_algorithm(spec.name, solver_titles())
     title = solver_titles().get(spec.name) or f"pymoo's {spec.name}"

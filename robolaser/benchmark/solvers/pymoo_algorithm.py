@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
 from robolaser.benchmark.solvers.solver import ONE_OBJECTIVE, REAL, Search, Solver, within
-from robolaser.errors import AlgorithmError
+from robolaser.errors import AlgorithmError, UsageError
 
 IDLE_ROUNDS = 1000
 """Iterations without a candidate after which a search is taken to loop for ever."""
@@ -62,8 +62,11 @@ def _search(make: Maker, evaluator: BudgetedEvaluator, seed: int) -> None:
 
 
 def _refuses(make: Maker, problem: BenchmarkProblem) -> str | None:
-    """Those that know one objective only say so, and those that only make real numbers."""
-    made = make(problem.n_obj)
+    """Those that know one objective only say so, those that need several, and those that only make real numbers."""
+    try:
+        made = make(problem.n_obj)
+    except UsageError as error:
+        return str(error)
     kinds = {kind.__name__: kind.__module__ for kind in type(made).__mro__}
     if problem.n_obj > 1 and any(home.startswith("pymoo.algorithms.soo.") for home in kinds.values()):
         return ONE_OBJECTIVE

@@ -1,11 +1,11 @@
 """Searches besides pymoo's algorithms: SciPy's, pycma, random candidates, and `calibrate`'s own.
 
-Each is a function of an evaluator and a seed, as those of users are; its settings are its keywords.
+Each is a function of an evaluator and a seed, as those of users are, with the settings of its library.
 """
 
 import warnings
-from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -13,12 +13,16 @@ from robolaser.algorithms.registry import SCREENING
 from robolaser.arrays import Array
 from robolaser.benchmark.evaluator import BudgetedEvaluator
 from robolaser.benchmark.problem import BenchmarkProblem
-from robolaser.benchmark.solvers.solver import Refusal, applies_to_all, one_objective_of_reals, within
+from robolaser.benchmark.solvers.solver import Solver, one_objective_of_reals, within
 
 SILENT = -9
 """pycma's setting for no output, neither on the terminal nor in files."""
+SIGMA, RESTARTS = 0.3, 9
+"""Its initial step in the unit box, the authors' advice, and restarts after which it begins anew."""
 BATCH = 100
 """Random candidates that are evaluated together."""
+TOL = 1e-12
+"""Of least squares: SciPy's default, 1e-8, stops in a flat valley before the optimum."""
 
 
 def random_search(evaluator: BudgetedEvaluator, seed: int) -> None:
@@ -28,17 +32,7 @@ def random_search(evaluator: BudgetedEvaluator, seed: int) -> None:
         evaluator.evaluate(evaluator.problem.sample_uniform(rng, BATCH))
 
 
-def scipy_evolution(
-    evaluator: BudgetedEvaluator,
-    seed: int,
-    *,
-    popsize: int = 15,
-    maxiter: int = 1000,
-    tol: float = 0.01,
-    recombination: float = 0.7,
-    strategy: Any = "best1bin",
-    polish: bool = True,
-) -> None:
+def scipy_evolution(evaluator: BudgetedEvaluator, seed: int) -> None:
     """Run `scipy.optimize.differential_evolution`, whole populations at once, and restart it when it ends."""
     from scipy.optimize import Bounds, differential_evolution  # noqa: PLC0415 - half a second to import
 
@@ -55,34 +49,11 @@ def scipy_evolution(
             vectorized=True,
             updating="deferred",
             seed=int(rng.integers(1, 2**31)),
-            popsize=popsize,
-            maxiter=maxiter,
-            tol=tol,
-            recombination=recombination,
-            strategy=strategy,
-            polish=polish,
         )
 
 
-def pycma(
-    evaluator: BudgetedEvaluator,
-    seed: int,
-    *,
-    sigma: float = 0.3,
-    bipop: bool = True,
-    restarts: int = 9,
-    tolfun: float = 1e-11,
-) -> None:
-    """Run Hansen's pycma in the unit box, with restarts that alternate large and small populations (BIPOP, 2009).
-
-    Args:
-        evaluator: Of the problem.
-        seed: Of the run.
-        sigma: Initial step size in the unit box; 0.3 is the authors' advice.
-        bipop: Whether restarts alternate small and large populations; if not, each is larger than the last.
-        restarts: Restarts after which the search begins anew.
-        tolfun: Restart when costs differ by less, in the cost's unit.
-    """
+def pycma(evaluator: BudgetedEvaluator, seed: int) -> None:
+    """Run Hansen's pycma in the unit box, with restarts that alternate large and small populations (BIPOP, 2009)."""
     import cma  # noqa: PLC0415 - half a second to import
 
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
@@ -100,25 +71,22 @@ def pycma(
     with seeded(seed):
         warnings.simplefilter("ignore")
         while True:
-            options = {"bounds": [0, 1], "seed": int(rng.integers(1, 2**31)), "verbose": SILENT, "tolfun": tolfun}
-            cma.fmin2(None, start, sigma, options, restarts=restarts, bipop=bipop, parallel_objective=costs)
+            options = {"bounds": [0, 1], "seed": int(rng.integers(1, 2**31)), "verbose": SILENT}
+            cma.fmin2(None, start, SIGMA, options, restarts=RESTARTS, bipop=True, parallel_objective=costs)
 
 
-def least_squares(
-    evaluator: BudgetedEvaluator, seed: int, *, method: Literal["trf", "dogbox"] = "trf", tol: float = 1e-12
-) -> None:
+def least_squares(evaluator: BudgetedEvaluator, seed: int) -> None:
     """Run `scipy.optimize.least_squares` within the bounds, with its differences, from one random start after another.
 
     More exact derivatives would not help: descents that find nothing then go on for five times as many candidates.
-    SciPy's default tolerance of 1e-8 stops in a flat valley before the optimum.
     """
     from scipy import optimize  # noqa: PLC0415 - half a second to import
 
     problem, rng = evaluator.problem, np.random.default_rng(seed)
     free = problem.upper > problem.lower
     bounds = problem.lower[free], problem.upper[free]
-    options: dict[str, Any] = {"bounds": bounds, "x_scale": bounds[1] - bounds[0], "method": method}
-    options |= dict.fromkeys(("ftol", "xtol", "gtol"), tol)
+    options: dict[str, Any] = {"bounds": bounds, "x_scale": bounds[1] - bounds[0]}
+    options |= dict.fromkeys(("ftol", "xtol", "gtol"), TOL)
     while True:
         x, before = problem.sample_uniform(rng)[0], evaluator.evaluations
 
@@ -165,15 +133,19 @@ def _sums_of_squares_only(problem: BenchmarkProblem) -> str | None:
     return None if problem.residuals is not None else "it needs residuals, and the cost is not a sum of squares"
 
 
-SEARCHES: Mapping[str, tuple[Callable[..., None], str, Refusal]] = {
-    SCREENING: (
-        screening,
-        "robolaser's default: the best of random candidates refined until enough end at one optimum",
-        _calibrations_only,
-    ),
-    "pycma": (pycma, "pycma: covariance matrix adaptation with BIPOP restarts", one_objective_of_reals),
-    "least-squares": (least_squares, "SciPy's least squares from random starts", _sums_of_squares_only),
-    "scipy-de": (scipy_evolution, "SciPy's differential evolution", one_objective_of_reals),
-    "random": (random_search, "uniformly random candidates: what every search has to beat", applies_to_all),
+SEARCHES: Mapping[str, Solver] = {
+    one.name: one
+    for one in (
+        Solver(
+            SCREENING,
+            "robolaser's default: the best of random candidates refined until enough end at one optimum",
+            screening,
+            _calibrations_only,
+        ),
+        Solver("pycma", "pycma: covariance matrix adaptation with BIPOP restarts", pycma, one_objective_of_reals),
+        Solver("least-squares", "SciPy's least squares from random starts", least_squares, _sums_of_squares_only),
+        Solver("scipy-de", "SciPy's differential evolution", scipy_evolution, one_objective_of_reals),
+        Solver("random", "uniformly random candidates: what every search has to beat", random_search),
+    )
 }
-"""The searches by name, each with its title and the problems that it refuses."""
+"""The searches by name."""

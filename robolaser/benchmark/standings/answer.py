@@ -32,8 +32,8 @@ def answer(standings: Sequence[Standing], *, problems: int, runs: int, compariso
 
 def _alone(standing: Standing) -> str:
     time = ""
-    if (expected := standing.running_time).value is not None:
-        time = f", with an expected running time of {figure(expected.value)}{between(expected)} evaluations"
+    if (spent := standing.running_time).value is not None:
+        time = f", with an expected running time of {figure(spent.value)}{between(spent)} evaluations"
     return (
         f"Only {standing.algorithm} can be ranked: it reached the target in {share(standing.success)} of its "
         f"runs{time}."
@@ -41,75 +41,49 @@ def _alone(standing: Standing) -> str:
 
 
 def _several(ranked: list[Standing], *, problems: int, runs: int, comparisons: int) -> list[str]:
-    first, others = ranked[0], {one.algorithm: one.against_first for one in ranked[1:]}
-    beaten = {name: pair for name, pair in others.items() if pair is not None and pair.significant}
-    rivals = [name for name in others if name not in beaten]
-    level = [one.algorithm for one in ranked[1:] if one.rank == first.rank]
-    place = f"ties for first place with {names(level)}" if level else "ranks first"
+    first, second = ranked[0], ranked[1]
+    beaten = [one.algorithm for one in ranked[1:] if one.against_first is not None and one.against_first.significant]
+    rivals = [one.algorithm for one in ranked[1:] if one.algorithm not in beaten]
+    lead, seeds = f"{first.algorithm} ranks first", f"{runs} {'seed' if runs == 1 else 'seeds'}"
     reaching = f", reaching the target in {share(first.success)} of its runs" if first.solved else ""
+    needed = None if beaten else fewest_runs(problems, comparisons)
     sentences = []
     if not any(one.solved for one in ranked):
         sentences.append("No algorithm reached the target, so the ranking is by how close they came.")
-    if not beaten:
-        sentences.append(_nothing_significant(ranked, place, problems=problems, runs=runs, comparisons=comparisons))
-    elif rivals:
+    if not rivals:
+        others = {1: beaten[0], 2: "both others"}.get(len(beaten), f"all {len(beaten)} others")
+        sentences.append(f"{first.algorithm} is better than {others}{reaching}.")
+    elif beaten:
         verb = "do" if len(rivals) > 1 else "does"
         sentences.append(
-            f"{first.algorithm} {place}{reaching}, but {names(rivals)} {verb} not differ significantly from it with"
-            f" {runs} seeds; it is better than {names(list(beaten))}."
+            f"{lead}{reaching}, but {names(rivals)} {verb} not differ significantly from it with {seeds}; it is better"
+            f" than {names(beaten)}."
+        )
+    elif needed is not None and runs < needed:
+        sentences.append(
+            f"{lead}, but with {seeds} no difference can be significant, however large: at least {needed} are needed."
         )
     else:
-        all_ = {1: next(iter(beaten)), 2: "both others"}.get(len(beaten), f"all {len(beaten)} others")
-        sentences.append(f"{first.algorithm} is better than {all_}{reaching}.")
-    if beaten:
-        sentences.append(_by_how_much(first, *next(iter(beaten.items())), problems=problems, comparisons=comparisons))
-    solved = [one.algorithm for one in ranked if one.solved]
-    if solved and not first.solved:
-        sentences.append(
-            f"Only {names(solved)} reached the target, but too rarely to rank first: most runs are ranked by how close"
-            " they came."
-        )
+        sentences.append(f"{lead}{reaching}, but no algorithm differs significantly from it with {seeds}.")
+    if (pair := second.against_first) is not None and pair.p_adjusted is not None:
+        sentences.append(_by_how_much(first, pair, problems=problems, comparisons=comparisons))
     return sentences
 
 
-def _nothing_significant(ranked: list[Standing], place: str, *, problems: int, runs: int, comparisons: int) -> str:
-    first, second, needed = ranked[0].algorithm, ranked[1].algorithm, fewest_runs(problems, comparisons)
-    if needed is not None and runs < needed:
-        return (
-            f"{first} {place}, but with {runs} {'seed' if runs == 1 else 'seeds'} no difference can be significant,"
-            f" however large: at least {needed} are needed."
-        )
-    pair = ranked[1].against_first
-    if pair is None or pair.p_adjusted is None:
-        return "The algorithms cannot be compared."
-    comes = "comes next; " if pair.ratio.value is None else f"comes next and {_needs(pair, problems)}; "
-    return (
-        f"No algorithm differs significantly from {first}, which {place}: {second} {comes}"
-        f"{_how_sure(first, second, pair, comparisons)}."
-    )
-
-
-def _by_how_much(first: Standing, next_: str, pair: PairwiseComparison, *, problems: int, comparisons: int) -> str:
-    sure = _how_sure(first.algorithm, next_, pair, comparisons)
-    if not first.solved:
-        return f"{next_} comes next: {sure}."
-    if pair.ratio.value is None:
-        return f"{next_} comes next, and never reached the target where {first.algorithm} did: {sure}."
-    return f"{next_} comes next and {_needs(pair, problems)}; {sure}."
-
-
-def _needs(pair: PairwiseComparison, problems: int) -> str:
-    solved = len(pair.ratio_problems)
-    where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
-    times = f"{figure(pair.ratio.value or 0.0)}{between(pair.ratio)}"
-    return f"needs {times} times as many evaluations to the target{where}"
-
-
-def _how_sure(first: str, other: str, pair: PairwiseComparison, comparisons: int) -> str:
+def _by_how_much(first: Standing, pair: PairwiseComparison, *, problems: int, comparisons: int) -> str:
+    """The second against the first."""
+    how = f"{pair.other} comes next"
+    if pair.ratio.value is not None:
+        solved = len(pair.ratio_problems)
+        where = f" on the {solved} of {problems} problems where both reached it" if solved < problems else ""
+        times = f"{figure(pair.ratio.value)}{between(pair.ratio)} times"
+        how += f" and needs {times} as many evaluations to the target{where}"
+    elif first.solved:
+        how += f", and never reached the target where {first.algorithm} did"
     corrected = f" after correction for {comparisons} comparisons" if comparisons > 1 else ""
     return (
-        f"a run of {first} does better than one of {other} in {share(pair.superiority)} of cases, "
-        f"{chance(pair.p_adjusted or 0.0)}{corrected}"
+        f"{how}: a run of {first.algorithm} does better than one of {pair.other} in"
+        f" {share(pair.superiority)} of cases, {chance(pair.p_adjusted or 0.0)}{corrected}."
     )
 
 
@@ -128,9 +102,8 @@ def share(estimate: IntervalEstimate) -> str:
     """A share with its interval, as `80 % (49 to 94 %)`."""
     if estimate.value is None:
         return "an unknown share"
-    if estimate.lower is None or estimate.upper is None:
-        return f"{estimate.value:.0%}".replace("%", " %")
-    return f"{100 * estimate.value:.0f} % ({100 * estimate.lower:.0f} to {100 * estimate.upper:.0f} %)"
+    lower, upper = estimate.lower or 0.0, estimate.upper or 0.0
+    return f"{100 * estimate.value:.0f} % ({100 * lower:.0f} to {100 * upper:.0f} %)"
 
 
 def between(estimate: IntervalEstimate) -> str:

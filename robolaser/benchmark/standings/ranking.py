@@ -23,7 +23,7 @@ from robolaser.benchmark.standings.table import (
     Standing,
     Standings,
 )
-from robolaser.benchmark.statistics import difference, running_time, superiority
+from robolaser.benchmark.statistics import difference, running_time
 from robolaser.benchmark.statistics.intervals import IntervalEstimate, finite, wilson
 from robolaser.errors import UsageError
 
@@ -39,15 +39,14 @@ Reasons = Mapping[tuple[str, str], str]
 """Why a solver has no runs on a problem, or not all, by (problem, solver)."""
 
 
-def standings(result: BenchmarkResult, family: str, *, seed: int = 1) -> Standings:
-    """Rank the solvers on a family of problems; `seed` is that of the bootstrap samples."""
-    return standings_of(result.arrays(family), family=family, refused=result.refused, seed=seed)
+def standings(result: BenchmarkResult, family: str) -> Standings:
+    """Rank the solvers on a family of problems."""
+    return standings_of(result.arrays(family), family=family, refused=result.refused)
 
 
-def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: int = 1) -> Standings:
+def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons) -> Standings:
     """Rank the solvers, given their runs as arrays."""
-    drawn = running_time.draws(len(arrays.problems), len(arrays.seeds), np.random.default_rng(seed))
-    ranking = _Ranking(arrays, drawn)
+    ranking = _Ranking(arrays)
     every = range(len(arrays.problems))
     return Standings(
         family=family,
@@ -62,7 +61,7 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
             )
             for p, name in enumerate(arrays.problems)
         ),
-        effects=_operator_effects(arrays.algorithms, ranking.places, ranking.expected.value, ranking.samples),
+        effects=_operator_effects(arrays.algorithms, ranking.places, ranking.expected),
         scope=SCOPE,
     )
 
@@ -71,15 +70,13 @@ def standings_of(arrays: ResultArrays, *, family: str, refused: Reasons, seed: i
 class _Ranking:
     """A family's runs: problems p, algorithms a, seeds s, targets t, bootstrap samples b."""
 
-    def __init__(self, arrays: ResultArrays, drawn: Ints) -> None:
+    def __init__(self, arrays: ResultArrays) -> None:
         self.arrays = arrays
         self.times = arrays.evaluations[..., arrays.headline]  # to the target, (p, a, s)
         judged = np.where(arrays.noisy[:, None, None] & ~np.isnan(self.times), np.inf, self.times)
         self.places = outcomes(judged, arrays.final)  # of runs on their problem
-        self.samples = running_time.resampled(self.times, arrays.total_evaluations, drawn)  # (p, a, b)
-        runs = arrays.there.sum(axis=2)
-        expected = running_time.expected(self.times[..., None], arrays.total_evaluations)[..., 0]
-        self.expected = running_time.bounds(expected, self.samples, runs)  # (p, a)
+        self.expected = running_time.expected(self.times, arrays.total_evaluations)  # (p, a, 1 + b)
+        self.bounded = running_time.bounded(self.expected, arrays.there.sum(axis=2))  # (p, a)
         self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
     def order(self, problems: Sequence[int], refused: Reasons) -> Order:
@@ -109,7 +106,7 @@ class _Ranking:
                 runs=int(runs[:, a].sum()),
                 failed=int(arrays.failed[at, a].sum()),
                 success=wilson(int(reached[:, a].sum()), int(runs[:, a].sum())),
-                running_time=self.expected.at(at[0], a) if len(at) == 1 else UNKNOWN,
+                running_time=self.bounded.at(at[0], a) if len(at) == 1 else UNKNOWN,
                 solved=int((reached[:, a] > 0).sum()),
                 against_first=pairs.get((ordered[0], a)) if a in mean else None,
                 unranked=unranked.get(names[a], ""),
@@ -142,7 +139,7 @@ class _Ranking:
             successes=int(np.isfinite(self.times[p, a]).sum()),
             final=dict(zip(FINAL, map(finite, ends), strict=True)) if len(final) else None,
             violation=float(np.median(infeasible)) / INFEASIBLE - 1.0 if len(infeasible) else None,
-            evaluations=self.expected.at(p, a),
+            evaluations=self.bounded.at(p, a),
             run_seconds=float(np.nanmedian(arrays.total_s[p, a])) if len(final) else None,
         )
 
@@ -151,8 +148,7 @@ class _Ranking:
     ) -> dict[tuple[int, int], PairwiseComparison]:
         """Each with each, the one that stands before first."""
         names, solved = self.arrays.algorithms, np.isfinite(self.times[at]).sum(axis=2) > 0
-        better = superiority.mean_superiority(superiority.superiority(self.places[at]))
-        ratios = running_time.mean_ratios(self.samples[at], self.expected.value[at], runs)
+        better, ratios = difference.superiority(self.places[at]), running_time.mean_ratios(self.expected[at], runs)
         found = {}
         for one, other in combinations(ordered, 2):
             both = np.flatnonzero(solved[:, one] & solved[:, other])
@@ -160,7 +156,7 @@ class _Ranking:
                 one=names[one],
                 other=names[other],
                 superiority=better.at(one, other),
-                ratio=ratios.at(one, other) if len(both) else UNKNOWN,
+                ratio=ratios.at(one, other),
                 ratio_problems=tuple(self.arrays.problems[at[i]] for i in both),
                 p=finite(p[one, other]),
                 p_adjusted=finite(adjusted[one, other]),
@@ -181,17 +177,13 @@ def _unranked(arrays: ResultArrays, at: list[int], runs: Ints, refused: Reasons)
     return found
 
 
-def _operator_effects(
-    algorithms: Sequence[str], places: Array, expected: Array, samples: Array
-) -> tuple[OperatorEffect, ...]:
+def _operator_effects(algorithms: Sequence[str], places: Array, expected: Array) -> tuple[OperatorEffect, ...]:
     """The effect of each part that is exchanged in one of the algorithms and in another is not.
 
     Runs with the part are compared with runs without it that are alike in all else: same problem, same other operators.
-    The effect is the mean of A12 over these strata (`mean_superiority`), the geometric mean of the ratios of running
-    times (`mean_ratios`), and the p of van Elteren's test of the strata.
-
-    Places of runs (p, a, s), expected running times to the headline target (p, a), the same in bootstrap samples (p, a,
-    b).
+    The effect is the mean of A12 over these strata, the geometric mean of the ratios of running times, and the p of van
+    Elteren's test of the strata. Places of runs (p, a, s), expected running times to the headline target, of all runs
+    and of bootstrap samples (p, a, 1 + b).
     """
     found = []
     for (stock, slot, operator), pairs in _pairs(algorithms).items():
@@ -201,16 +193,10 @@ def _operator_effects(
         there = (runs > 0).all(axis=1)
         if not there.any():
             continue
-        better = superiority.mean_superiority(superiority.superiority(strata[there]))
-        ratio = running_time.mean_ratios(
-            _strata(samples, without, with_part)[there],
-            _strata(expected, without, with_part)[there],
-            runs[there][:, ::-1],
-        )
+        better = difference.superiority(strata[there]).at(0, 1)
+        ratio = running_time.mean_ratios(_strata(expected, with_part, without)[there], runs[there]).at(1, 0)
         p = float(difference.stratified(strata[there])[0, 1])
-        found.append(
-            OperatorEffect(stock, slot, operator, int(there.sum()), better.at(0, 1), ratio.at(0, 1), p, p_adjusted=p)
-        )
+        found.append(OperatorEffect(stock, slot, operator, int(there.sum()), better, ratio, p, p_adjusted=p))
     adjusted = difference.holm(np.array([effect.p for effect in found]))
     return tuple(replace(effect, p_adjusted=float(p)) for effect, p in zip(found, adjusted, strict=True))
 

@@ -26,53 +26,40 @@ truth 95 times in a hundred do so at least 92 times."""
 
 
 def expected(running_times: Array, totals: Array) -> Array:
-    """ERT of each target, running times (..., s, t) and totals of the whole runs (..., s) -> (..., t).
+    """ERT to a target, times and totals of the whole runs (p, a, s) -> (p, a, 1 + b): of all runs, then of samples b.
 
-    Infinite where no run reached the target, NaN where there are no runs.
+    A sample is of as many seeds, drawn on each problem anew, and the same for all algorithms: what may be common to
+    runs with one seed stays so. Infinite where no run reached the target, NaN where there are no runs.
     """
-    return _over(_paid(running_times, totals).sum(axis=-2), np.isfinite(running_times).sum(axis=-2))
+    problems, _, seeds = running_times.shape
+    drawn = np.random.default_rng(1).multinomial(seeds, np.full(seeds, 1.0 / seeds), size=(problems, SAMPLES))
+    weights = np.concatenate([np.ones((problems, seeds, 1)), np.swapaxes(drawn, 1, 2)], axis=2)
+    reached = np.isfinite(running_times)
+    paid = np.nan_to_num(np.where(reached, running_times, totals), nan=0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(paid @ weights / (reached @ weights))
 
 
-def draws(problems: int, seeds: int, rng: np.random.Generator, samples: int = SAMPLES) -> Ints:
-    """How often each seed is drawn in a bootstrap sample of as many seeds, on each problem anew, (p, b, s).
-
-    The same for all algorithms: what may be common to runs with one seed stays so.
-    """
-    drawn: Ints = rng.multinomial(seeds, np.full(seeds, 1.0 / seeds), size=(problems, samples))
-    return drawn
+def bounded(expected: Array, runs: Ints) -> Intervals:
+    """ERT with intervals, that of all runs and of samples (..., 1 + b), of so many runs (...)."""
+    return _bounded(expected, runs, runs - 1)
 
 
-def resampled(running_times: Array, totals: Array, drawn: Ints) -> Array:
-    """ERT to one target in bootstrap samples: times and totals (p, a, s), draws (p, b, s) -> (p, a, b)."""
-    weights = np.swapaxes(drawn, 1, 2).astype(float)  # (p, s, b)
-    paid = _paid(running_times[..., None], totals)[..., 0]
-    return _over(paid @ weights, np.isfinite(running_times).astype(float) @ weights)
-
-
-def bounds(value: Array, samples: Array, runs: Ints) -> Intervals:
-    """Intervals of numbers (...) that were estimated from so many runs (...), and anew in bootstrap samples (..., b).
-
-    A sample without an answer, NaN, could be anything.
-    """
-    return _bounds(value, samples, runs, runs - 1)
-
-
-def mean_ratios(samples: Array, value: Array, runs: Ints) -> Intervals:
+def mean_ratios(expected: Array, runs: Ints) -> Intervals:
     """How many times longer the other takes than the one: geometric mean over problems on which both succeeded.
 
-    ERT to one target in bootstrap samples (p, a, b), of all runs (p, a), and runs (p, a) -> (a, a), the second
-    algorithm's over the first's; NaN where there is no such problem.
+    ERT of all runs and of samples (p, a, 1 + b), and runs (p, a) -> (a, a), the second algorithm's over the first's;
+    NaN where there is no such problem.
     """
-    solved, count = np.isfinite(value), value.shape[1]
+    solved, count = np.isfinite(expected[..., 0]), expected.shape[1]
     ratios = np.full((3, count, count), np.nan)
     for one, other in permutations(range(count), 2):  # pair by pair: all at once would take gigabytes
         both = solved[:, one] & solved[:, other]
         if both.any():
             fewer = np.minimum(runs[both, one], runs[both, other])
             with np.errstate(invalid="ignore", divide="ignore"):
-                mean = np.exp(np.log(value[both, other] / value[both, one]).mean())
-                drawn = np.exp(np.log(samples[both, other] / samples[both, one]).mean(axis=0))
-            found = _bounds(mean, drawn, fewer.min(), (fewer - 1).sum())
+                mean = np.exp(np.log(expected[both, other] / expected[both, one]).mean(axis=0))
+            found = _bounded(mean, fewer.min(), (fewer - 1).sum())
             ratios[:, one, other] = found.value, found.lower, found.upper
     return Intervals(*ratios)
 
@@ -101,31 +88,16 @@ def shares(running_times: Array, budgets: Array) -> Array:
     return found
 
 
-def _paid(running_times: Array, totals: Array) -> Array:
-    """Up to the target, or the end; nothing where there is no run."""
-    return np.nan_to_num(np.where(np.isfinite(running_times), running_times, totals[..., None]), nan=0.0)
-
-
-def _over(paid: Array, reached: Array | Ints) -> Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        expected: Array = np.where((reached == 0) & (paid > 0), np.inf, paid / reached)
-    return expected
-
-
-def _bounds(value: Array, samples: Array, runs: Ints, freedoms: Ints) -> Intervals:
+def _bounded(found: Array, runs: Ints, freedoms: Ints) -> Intervals:
+    """Numbers of all runs and of samples (..., 1 + b) with intervals; a sample without an answer could be anything."""
+    value, samples = found[..., 0], found[..., 1:]
     enough = (freedoms >= FEWEST) & (runs >= FEWEST_RUNS) & ~np.isnan(value)
     n, df = np.where(enough, runs, 2), np.where(enough, freedoms, 1)
     level = norm.cdf(np.sqrt(n / (n - 1)) * t.ppf((1 - CONFIDENCE) / 2, df))
-    count = samples.shape[-1]
-    at = np.clip(np.floor(level * count).astype(int), 0, count - 1)[..., None]
-    unknown = np.isnan(samples)
+    at = np.floor(level * SAMPLES).astype(int)[..., None]
 
-    def picked(filled: Array, at: Ints) -> Array:
-        picked: Array = np.take_along_axis(np.sort(filled, axis=-1), at, axis=-1)[..., 0]
-        return np.where(enough, picked, np.nan)
+    def picked(unknown: float, at: Ints) -> Array:
+        filled = np.sort(np.where(np.isnan(samples), unknown, samples), axis=-1)
+        return np.where(enough, np.take_along_axis(filled, at, axis=-1)[..., 0], np.nan)
 
-    return Intervals(
-        value,
-        picked(np.where(unknown, 0.0, samples), at),
-        picked(np.where(unknown, np.inf, samples), count - 1 - at),
-    )
+    return Intervals(value, picked(0.0, at), picked(np.inf, SAMPLES - 1 - at))

@@ -16,7 +16,7 @@ from robolaser.benchmark.problem import (
 )
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.table import Standings
-from robolaser.report.digits import duration, plain, rate, times
+from robolaser.report.digits import duration, plain, times
 from robolaser.report.page import version
 
 FAMILIES = {
@@ -123,8 +123,8 @@ def missing(comparison: BenchmarkResult) -> str:
 
 
 def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
-    """Conditions of the runs, and the effort."""
-    effort, seeds = comparison.effort, comparison.seeds
+    """Conditions of the runs."""
+    seeds = comparison.seeds
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in PACKAGES)
     ended = sum(bool(run.reason) for run in comparison.runs) - len(comparison.failures)
     return (
@@ -135,8 +135,8 @@ def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:
         ),
         ("Seeds", f"{_many(len(seeds), 'seed')} from {min(seeds)} to {max(seeds)}, the same for all"),
         ("Runs", f"{len(comparison.runs):,} of {comparison.wanted:,}, {len(comparison.failures):,} of them failed"),
-        ("Run on", f"{effort.engine or 'nothing yet'}, {_many(effort.workers, 'run')} at a time"),
-        ("Took", f"{duration(effort.seconds)}; {rate(effort.busy)} of the workers' time went into runs"),
+        ("Run on", f"{comparison.engine or 'nothing yet'}, {_many(comparison.workers, 'run')} at a time"),
+        ("Took", duration(comparison.seconds)),
         ("Versions", f"robolaser {version()}, {versions}, Python {platform.python_version()}"),
     )
 
