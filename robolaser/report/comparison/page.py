@@ -8,7 +8,7 @@ from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import names
 from robolaser.benchmark.standings.table import Standings
 from robolaser.report.comparison import tables, words
-from robolaser.report.comparison.charts import AlgorithmLines, attained, solved
+from robolaser.report.comparison.charts import numbers, solved
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
 
 LONG = 140
@@ -32,7 +32,7 @@ def document(
     """
     shown = judged if comparison.runs else ()
     lead, sense = _parted(_unbroken(shown[0].order.answer if shown else "No run has finished yet."))
-    families = [_family(AlgorithmLines(comparison, one), i, brief=brief) for i, one in enumerate(shown)]
+    families = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
@@ -61,16 +61,15 @@ def _parted(answer: str) -> tuple[str, str]:
     return f"{lead}:", rest
 
 
-def _family(lines: AlgorithmLines, number: int, *, brief: bool) -> Section:
-    standings, comparison = lines.standings, lines.comparison
+def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, brief: bool) -> Section:
     title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
-    table = tables.standing_table(comparison, standings, lines.numbers, most)
+    table = tables.standing_table(comparison, standings, numbers(standings), most)
     blocks: list[Block] = [] if number == 0 else [Text(_unbroken(standings.order.answer), printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
     blocks.append(tables.effect_table(standings))
     if not brief:
-        blocks += charts([solved(lines, f"Targets reached by evaluations: {title.lower()}")])
+        blocks += charts([solved(comparison, standings, f"Targets reached by evaluations: {title.lower()}")])
         blocks += [tables.pairwise_matrix(standings.order)] if len(standings.by_problem) > 1 else []
     return Section(title, blocks)
 
@@ -115,7 +114,7 @@ def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[
     )
     scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in judged)]
     return [
-        *(section for one in judged for section in _problems(AlgorithmLines(comparison, one))),
+        *(section for one in judged for section in _problems(comparison, one)),
         Section("Problems", [_problem_table(comparison, judged)]),
         Section("Runs that failed", [failed]),
         Section("What could not be run", [refused]),
@@ -124,14 +123,13 @@ def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[
     ]
 
 
-def _problems(lines: AlgorithmLines) -> list[Section]:
-    sections, several = [], len(lines.standings.by_problem) > 1
-    for on in lines.standings.by_problem:
-        problem = next(one for one in lines.comparison.problems if one.name == on.problem)
+def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section]:
+    sections, several = [], len(standings.by_problem) > 1
+    for on in standings.by_problem:
+        problem = next(one for one in comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
         blocks += [Text(_unbroken(on.order.answer))] if several else []
-        blocks += charts([attained(lines, problem, f"Half of the runs attain this on {problem.name}")])
-        blocks.append(tables.result_table(problem, on, lines.standings.tolerance, lines.numbers))
+        blocks.append(tables.result_table(problem, on, standings.tolerance, numbers(standings)))
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))
     return sections
