@@ -238,24 +238,14 @@ def _along_time(fit: MotionFit) -> Chart | None:
 SHOWN_BY = {"tracking": "readings", "torque": "torques", "load": "second encoder"}
 
 
-def plan_document(plan: MotionPlan, *, command: str = "") -> Document:
-    """The report.
-
-    Args:
-        plan: What it shows.
-        command: What to type to repeat it.
-    """
+def plan_document(plan: MotionPlan) -> Document:
+    """The report of planned motions, on a terminal."""
     log = plan.log
     shown = [one for one in plan.limits if one.size is not None]
     alone = sum(not one.alike for one in shown)
-    columns = [
-        Column("Effect", "name", brief="effect"),
-        Column("Where", brief="where"),
-        Column("Rows", brief="shown by"),
-        Column("Detectable from", brief="detectable from"),
-        Column("Not distinguished from", "wide", brief="not distinguished from"),
-    ]
-    untried = dict(sorted(plan.untestable.items()))
+    titles = ("effect", "where", "shown by", "detectable from", "not distinguished from")
+    rows = [_limit_row(group, log.joints) for group in _groups(plan)]
+    sizes = Table([Column(title, brief=title) for title in titles], rows, printed=len(rows))
     return Document(
         log.name,
         "planned",
@@ -265,14 +255,9 @@ def plan_document(plan: MotionPlan, *, command: str = "") -> Document:
         "",
         [],
         [
-            Section(
-                "Smallest sizes",
-                [Table(columns, [_limit_row(group, log.joints) for group in _groups(plan)], printed=1000)],
-            ),
+            Section("Smallest sizes", [sizes]),
             Section("Motions to add", [Notes(plan.next_motions, "steps", 8)]),
-            Section("What these motions cannot test", [untestable(untried)]),
         ],
-        command=command,
         prints_lead=True,
     )
 

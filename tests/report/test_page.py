@@ -80,12 +80,6 @@ def test_errors_and_noise_have_an_entry_in_the_legend_each_and_errors_of_poses_a
     assert is_logarithmic(shown["Errors of each pose"], "y")
 
 
-def test_every_searched_parameter_has_a_line(calibrations, pages):
-    assert series(titled(pages["stripe"])["Parameters over the generations"]) == list(
-        calibrations["stripe"].history.names
-    )
-
-
 def test_every_point_and_every_pose_has_a_name_under_the_pointer(calibrations, pages):
     for kind, calibration in calibrations.items():
         shown = titled(pages[kind])

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.report.calibration.charts import convergence, distribution, image, parameters
+from robolaser.report.calibration.charts import convergence, distribution, image
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.chart import Chart
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
@@ -110,9 +110,7 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
         Section("The cell", [cell]),
         Section(
             "Charts",
-            charts(
-                [convergence(analysis), parameters(analysis), image(analysis), poses(analysis), distribution(analysis)]
-            ),
+            charts([convergence(analysis), image(analysis), poses(analysis), distribution(analysis)]),
         ),
         Section("Noise", [noise_table(calibration.noise, analysis.sources, origins(analysis))]),
     ]
