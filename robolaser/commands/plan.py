@@ -3,16 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from robolaser.commands.terminal import TERMINAL, Count, Positive, Seed, Terminal, stated
+from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal
 from robolaser.errors import UsageError, near
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
-
-NOISE = Group("Expected noise, one standard deviation", sort_key=0)
-Deviation = Annotated[Positive | None, Parameter(metavar="STD", group=NOISE)]
 
 
 def plan(
@@ -24,11 +21,7 @@ def plan(
     sensor: Annotated[str | None, Parameter(metavar="KIND")] = None,
     mount: Literal["flange", "base"] = "flange",
     points: Count | None = None,
-    pixel_px: Deviation = None,
-    target_m: Deviation = None,
-    joint_rad: Deviation = None,
-    point_m: Deviation = None,
-    angle_rad: Deviation = None,
+    noise: NoiseOptions = NO_NOISE,
     seed: Seed = 1,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -47,11 +40,6 @@ def plan(
         sensor: Kind of sensor, for a poses.csv: one of `robolaser list sensors`.
         mount: Carrier of the camera.
         points: Number of points in each pose.
-        pixel_px: Of a pixel coordinate.
-        target_m: Of a target point's coordinate.
-        joint_rad: Of a joint angle.
-        point_m: Of a coordinate that a tracker or a profile sensor measures.
-        angle_rad: Of a tracked body's rotation, about each axis.
         seed: Seed of the random sensor.
     """
     from dataclasses import replace
@@ -63,15 +51,12 @@ def plan(
     from robolaser.report import motion, pose_plan
     from robolaser.report.console import print_document
 
-    typed_noise = stated(
-        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
-    )
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
         if doubled := [option for option, value in given.items() if value is not None]:
             raise UsageError(f"{poses} is a data set, which contains that: leave out {', '.join(doubled)}.")
         if is_motion(poses):
-            if typed_noise or points is not None:
+            if noise.typed or points is not None:
                 raise UsageError(f"{poses} is the log of a moving arm: leave out --points and the noise.")
             motions = plan_motion(load_motion(poses, planned=True))
             terminal.show(motions.to_dict(), lambda: print_document(motion.plan_document(motions)))
@@ -82,7 +67,7 @@ def plan(
             raise UsageError(f"State --robot and --sensor, which {poses} does not contain.")
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
-    dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))
+    dataset = replace(dataset, noise=replace(dataset.noise, **noise.typed))
     terminal.warn(*dataset.warnings)
     found = examine_plan(dataset, points=points, mount=mount, seed=seed)
     terminal.show(found.to_dict(), lambda: print_document(pose_plan.document(found)))

@@ -20,6 +20,7 @@ Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
 Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
 Positive = Annotated[float, Parameter(validator=Number(gt=0, lt=math.inf))]
+Deviation = Annotated[Positive, Parameter(metavar="STD")]
 Force = Annotated[bool, Parameter(group=RESULT)]
 Resume = Annotated[bool, Parameter(group=RESULT)]
 Typed = Annotated[str, Parameter(parse=False)]
@@ -93,9 +94,33 @@ class Terminal:
 TERMINAL = Terminal()  # text on standard output, progress on a terminal
 
 
-def stated(**options: float | None) -> dict[str, float]:
-    """Those that were typed."""
-    return {name: value for name, value in options.items() if value is not None}
+@final
+@Parameter(name="*", group=Group("Noise, one standard deviation", sort_key=0))
+@dataclass(frozen=True)
+class NoiseOptions:
+    """The noise of measurements.
+
+    Attributes:
+        pixel_px: Of a pixel coordinate.
+        target_m: Of a target point's coordinate.
+        joint_rad: Of a joint angle.
+        point_m: Of a coordinate that a tracker or a profile sensor measures.
+        angle_rad: Of a tracked body's rotation, about each axis.
+    """
+
+    pixel_px: Deviation | None = None
+    target_m: Deviation | None = None
+    joint_rad: Deviation | None = None
+    point_m: Deviation | None = None
+    angle_rad: Deviation | None = None
+
+    @property
+    def typed(self) -> dict[str, float]:
+        """Those that were typed."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+NO_NOISE = NoiseOptions()
 
 
 def shown_default(value: object) -> str | None:
