@@ -102,12 +102,10 @@ def _planned(cell: "Cell", poses: Path) -> "Dataset":
 
 
 def _collisions(cell: "Cell", data: "Dataset") -> "CollisionScene":
-    """What the poses of a data set would hit in a cell."""
+    """What an arm like that of a data set could hit in a cell."""
     from robolaser.cell.plan_validation import RouteCheck
     from robolaser.report.viewer.scene import CollisionScene
 
     if data.robot is None or data.robot.joints != cell.robot.joints or data.poses.q is None:
         raise UsageError(f"The data set's joints are not those of --cell ({', '.join(cell.robot.joints)}).")
-    check = RouteCheck.of(cell)
-    broken = check.violations(None, data.poses.names, data.poses.q)
-    return CollisionScene(check.bodies, cell.limits.margin_m, tuple(broken))
+    return CollisionScene(RouteCheck.of(cell).bodies, cell.limits.margin_m)

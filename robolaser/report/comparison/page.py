@@ -15,8 +15,10 @@ LONG = 140
 """Letters of a sentence that is too long for large type."""
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
-MOST_LINES, LONGEST = 8, 90
-"""Lines of targets, of notes and of failures on the terminal, and letters of a reason."""
+MOST_LINES = 8
+"""Problems, failures and refusals that the terminal shows."""
+
+NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
 def document(
@@ -28,11 +30,17 @@ def document(
         comparison: What was run.
         judged: The standings of each family of problems.
         command: What to type to repeat it.
-        brief: For the terminal: without charts and evidence, with the targets in words.
+        brief: Leave out what only a page shows.
     """
     shown = judged if comparison.runs else ()
     lead, sense = _parted(_unbroken(shown[0].order.answer if shown else "No run has finished yet."))
-    families = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
+    sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
+    sections += [] if brief else [section for one in shown for section in _problems(comparison, one)]
+    sections += _conditions(comparison, shown)
+    if not brief:
+        scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in shown)]
+        sections.append(Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]))
+        sections.append(Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]))
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
@@ -40,8 +48,7 @@ def document(
         lead,
         sense,
         [],
-        [*families, _remarks(comparison, shown)] if brief else [*families, *_evidence(comparison, shown)],
-        tag=(words.missing(comparison), "unexplained"),
+        sections,
         command=command,
         prints_lead=True,
     )
@@ -74,52 +81,24 @@ def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, b
     return Section(title, blocks)
 
 
-def _remarks(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Section:
-    """What the terminal says besides: how far it has come, targets, notes and failures, not too many of each."""
-    knowing = [name for name in comparison.solvers if name in comparison.know_budget]
-    noisy = [one.name for one in comparison.problems if one.noisy]
-    aims = [line for one in judged for line in words.aims(comparison, one)]
-    notes = [f"{', '.join(knowing)}: searches differently with another budget."] if knowing else []
-    notes += [f"{name} is noisy: runs are ranked by their returned candidates, re-evaluated." for name in noisy]
-    failures = [
-        f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
-        for name, reason, count, _ in tables.failure_rows(comparison)
-    ]
-    failures += [
-        f"{name} was not run on {where}: {_short(why)}" for name, where, why in tables.refusal_rows(comparison)
-    ]
-    missing = words.missing(comparison)
-    blocks: list[Block] = [Text(missing, printed=True)] if missing else []
-    for lines in (aims, notes, failures):
-        more = [f"and {len(lines) - MOST_LINES} more, see the report"] if len(lines) > MOST_LINES else []
-        blocks += [Text(line, "quiet", printed=True) for line in [*lines[:MOST_LINES], *more]]
-    if not comparison.wanted:
-        blocks.append(Text("No algorithm could be run on any of the problems.", printed=True))
-    return Section("Remarks", blocks)
-
-
-def _short(reason: str) -> str:
-    line = reason.splitlines()[0] if reason else ""
-    return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
-
-
-def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
+def _conditions(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
+    """Problems with their targets, and what failed or could not be run."""
     failed = Table(
-        [Column("Algorithm", "name"), Column("Runs", "number"), Column("Reason", "wide"), Column("Problems", "wide")],
+        [Column("Algorithm", "name", brief="failed"), Column("Runs", "number", brief="runs"),
+         Column("Reason", "wide", brief="reason"), Column("Problems", "wide")],
         [(name, Cell(str(n), order=n), reason, where) for name, reason, n, where in tables.failure_rows(comparison)],
-    )
+        printed=MOST_LINES,
+    )  # fmt: skip
     refused = Table(
-        [Column("Algorithm", "name"), Column("Problem", "wide"), Column("Reason", "wide")],
+        [Column("Algorithm", "name", brief="not run"), Column("Problem", "wide", brief="on"),
+         Column("Reason", "wide", brief="reason")],
         tables.refusal_rows(comparison),
-    )
-    scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in judged)]
+        printed=MOST_LINES,
+    )  # fmt: skip
     return [
-        *(section for one in judged for section in _problems(comparison, one)),
         Section("Problems", [_problem_table(comparison, judged)]),
         Section("Runs that failed", [failed]),
         Section("What could not be run", [refused]),
-        Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]),
-        Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]),
     ]
 
 
@@ -143,11 +122,12 @@ def _problem_table(comparison: BenchmarkResult, judged: Sequence[Standings]) -> 
     tolerance = {one.family: one.tolerance for one in judged}
     rows = [
         (
-            Cell(one.name, below=[one.title, *(["noisy"] if one.noisy else [])]),
+            Cell(one.name, below=[one.title], note=NOISY if one.noisy else ""),
             Cell(str(one.dimension), order=one.dimension),
             f"{one.budget:,}",
             words.target(one, tolerance[one.family]) if one.family in tolerance else "",
         )
         for one in comparison.problems
     ]
-    return Table([Column("Problem", "name", 30), Column("Variables"), Column("Budget"), Column("Target", "wide")], rows)
+    columns = [Column("Problem", "name", 30, "problem"), Column("Variables"), Column("Budget")]
+    return Table([*columns, Column("Target", "wide", brief="target")], rows, printed=MOST_LINES)

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.cell.plan_validation import Violation, collisions
+from robolaser.cell.plan_validation import collisions
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
 from robolaser.report.cell_poses import CellFrames, CellPoses
@@ -125,7 +125,6 @@ def _frustum(eye: Array, corners: Array) -> Array:
 
 BOX: Colour = (196, 170, 120)
 OPACITY = 0.7
-MOST_SHOWN = 8  # lines of the panel
 SWOLLEN = 1.04  # red bodies are shown so much thicker, lest the arm that is drawn hides them
 
 
@@ -137,21 +136,10 @@ class CollisionScene:
     Attributes:
         model: Links, sensor and boxes.
         margin_m: Least distance that they should keep [m].
-        route: What the poses that are shown would break, and the ways between them.
     """
 
     model: CollisionModel
     margin_m: float
-    route: tuple[Violation, ...]
-
-    @property
-    def route_note(self) -> str:
-        """Of all poses, for the panel."""
-        if not self.route:
-            return "Nothing is hit at these poses, nor on the way between them."
-        more = len(self.route) - MOST_SHOWN
-        lines = [f"* {one}" for one in self.route[:MOST_SHOWN]] + [f"* ... and {more} more"] * (more > 0)
-        return "\n".join(lines)
 
     def at(self, q: Array) -> tuple[str, tuple[Shape, ...]]:
         """What is too near to what at one configuration (j,), in words, and the shapes to be shown there."""

@@ -177,7 +177,7 @@ def test_what_is_hit_is_shown_in_red_where_it_is():
     robot, q = data.arm
     flange = robot.forward(q[None])[0]
     at = Box("block", tuple(flange[0, :3, 3].tolist()), (0.02, 0.02, 0.02))
-    scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01, ())
+    scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01)
     words, shapes = scene.at(q[0])
     assert "block overlap by" in words
     assert {shape.look["color"] for shape in shapes} == {HIT}
