@@ -44,27 +44,21 @@ def view(
     """
     from robolaser.data.cell_config import load_cell
     from robolaser.data.loading import load
-    from robolaser.model.sensors import sensor_class
-    from robolaser.report.viewer.cell_model import calibrated, has_nominal, nominal
+    from robolaser.model.sensors.stripe import SCANNER
+    from robolaser.report.cell_poses import nominal_cell
     from robolaser.report.viewer.scene import ShownCell
     from robolaser.report.viewer.serving import ViewerApp
     from robolaser.report.viewer.shapes import downsampled
-    from robolaser.scan import read_calibration
     from robolaser.scan.ply import map_ply
 
     stated = None if cell is None else load_cell(cell)
     data = load(dataset) if stated is None or dataset.is_dir() else _planned(stated, dataset)
-    models: tuple[ShownCell, ...]
-    if calibration is None:
-        models = (nominal(data),)
-    elif sensor_class(data.kind).has_laser_plane():
-        found = read_calibration(calibration, data.robot)
-        models = (*((nominal(data),) if has_nominal(data) else ()), calibrated(found, data))
-    else:
-        models = (_fitted(data, calibration),)
+    models: list[ShownCell] = [] if calibration is None else [_fitted(data, calibration)]
+    if calibration is None or set(SCANNER) <= set(data.parameters):
+        models.insert(0, nominal_cell(data))
     points = None if cloud is None else downsampled(map_ply(cloud))
-    terminal.warn(*data.warnings, *(note for model in models for note in model.notes))
-    app = ViewerApp(models, points, port, None if stated is None else _collisions(stated, data))
+    terminal.warn(*data.warnings)
+    app = ViewerApp(tuple(models), points, port, None if stated is None else _collisions(stated, data))
     terminal.show({"url": app.url}, lambda: say(f"{data.name} is at {app.url}; stop with Ctrl-C."))
     if browser:
         webbrowser.open(app.url)
