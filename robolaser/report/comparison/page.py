@@ -1,14 +1,18 @@
 """The report of a comparison, as a page and in twenty lines on the terminal."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from robolaser.arrays import Array
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import names
 from robolaser.benchmark.standings.table import Standings
+from robolaser.benchmark.statistics.running_time import budgets, shares
+from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.comparison import tables, words
-from robolaser.report.comparison.charts import numbers, solved
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
 
 LONG = 140
@@ -18,6 +22,8 @@ MOST_PRINTED, FEWEST_PRINTED = 12, 4
 MOST_LINES = 8
 """Problems, failures and refusals that the terminal shows."""
 
+LEADING = 6
+"""Algorithms that have a colour of their own, by rank."""
 NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
@@ -71,14 +77,57 @@ def _parted(answer: str) -> tuple[str, str]:
 def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, brief: bool) -> Section:
     title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
-    table = tables.standing_table(comparison, standings, numbers(standings), most)
+    table = tables.standing_table(comparison, standings, _numbers(standings), most)
     blocks: list[Block] = [] if number == 0 else [Text(_unbroken(standings.order.answer), printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
     blocks.append(tables.effect_table(standings))
     if not brief:
-        blocks += charts([solved(comparison, standings, f"Targets reached by evaluations: {title.lower()}")])
+        blocks += charts([_solved(comparison, standings, f"Targets reached by evaluations: {title.lower()}")])
         blocks += [tables.pairwise_matrix(standings.order)] if len(standings.by_problem) > 1 else []
     return Section(title, blocks)
+
+
+def _numbers(standings: Standings) -> Mapping[str, int]:
+    """Numbers of the colours of the algorithms that have one."""
+    return {place.algorithm: i for i, place in enumerate(standings.order.places[:LEADING])}
+
+
+def _solved(comparison: BenchmarkResult, standings: Standings, title: str) -> Chart | None:
+    """Share of targets that runs have reached, over the evaluations that they spent."""
+    arrays = comparison.arrays(standings.family)
+    spent = budgets(arrays.evaluations, arrays.total_evaluations)
+    if len(spent) < 2 or spent[0] >= spent[-1]:
+        return None
+    reached = dict(zip(arrays.algorithms, 100 * shares(arrays.evaluations, spent), strict=True))
+    drawn = {name: _steps(spent, share) for name, share in reached.items() if np.isfinite(share).all()}
+    last = max(drawn, key=lambda name: reached[name][-1])
+    order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)
+    of = {name: LINES[coloured[name]] if name in coloured else MUTED for name in order if name in drawn}
+    easiest, hardest = (words.number(arrays.tolerances[end]) for end in (0, -1))
+    return chart(
+        title,
+        f"Share of all {len(arrays.tolerances)} targets from {easiest} to {hardest} above the lowest known cost"
+        " (relative to J), over all runs and problems, reached by then. Higher and further left is better."
+        " A line that levels off low means that runs got stuck.",
+        f"In the end {last} has reached {reached[last][-1]:.0f} % of the targets.",
+        [
+            layer(
+                line(step=True),
+                [row for name in reversed(of) for row in records(**drawn[name], series=name)],  # the best drawn last
+                tooltip=hover("series", spent="evaluations", share="targets reached [%]"),
+                x=quantity("spent", "evaluations", log=True, domain=(spent[0], spent[-1])),
+                y=quantity("share", "targets reached, over all runs [%]", domain=(0, 100)),
+                color=colours(of, legend={"orient": "bottom", "columns": 2}),
+            )
+        ],
+        height=HEIGHT_PX + 12 * min(len(order), LEADING),
+    )
+
+
+def _steps(spent: Array, share: Array) -> dict[str, Array]:
+    """The corners of a line of steps."""
+    kept: Sequence[int] = np.unique([0, *(np.flatnonzero(np.diff(share)) + 1), len(spent) - 1]).tolist()
+    return {"spent": spent[kept], "share": share[kept]}
 
 
 def _conditions(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
@@ -108,7 +157,7 @@ def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section
         problem = next(one for one in comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
         blocks += [Text(_unbroken(on.order.answer))] if several else []
-        blocks.append(tables.result_table(problem, on, standings.tolerance, numbers(standings)))
+        blocks.append(tables.result_table(problem, on, standings.tolerance, _numbers(standings)))
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))
     return sections
