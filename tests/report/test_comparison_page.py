@@ -108,4 +108,4 @@ def test_the_terminal_says_the_answer_and_the_target(name, comparison, standings
     if comparison.runs:
         assert "J of at most" in text or "not known yet" in text
     if name == "large":
-        assert "searches differently with another budget" in text
+        assert "knows its budget" in text

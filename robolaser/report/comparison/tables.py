@@ -52,7 +52,7 @@ def _standing(
     results = [result for on in standings.by_problem for result in on.results if result.algorithm == name]
     problems = len(standings.by_problem)
     solved = [f"{standing.solved} of {problems} problems"] if standing.solved < problems > 1 and standing.runs else []
-    knows = "searches differently with another budget" if name in comparison.know_budget else ""
+    knows = "knows its budget: searches differently with another" if name in comparison.know_budget else ""
     success = standing.success
     return [
         Cell(
