@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Resume, Seed, Terminal, Typed
-from robolaser.errors import Interrupted, OutputError, UsageError
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Resume, Seed, Terminal, Typed, refuse
+from robolaser.errors import Interrupted, OutputError
 
 
 def calibrate(
@@ -60,11 +60,9 @@ def calibrate(
 
     is_stopped = (output / CHECKPOINT).exists()
     if moves := is_motion(dataset):
-        of_poses = {"--weights": weights != "plain", "--loss": loss != "square", "--no-polish": not polish}
-        searches = {"--algorithm": algorithm, "--generations": generations, "--resume": resume}
-        unused = [option for option, given in (searches | of_poses).items() if given]
-        if unused:
-            raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
+        idle = {"--algorithm": algorithm, "--generations": generations, "--resume": resume, "--no-polish": not polish,
+                "--weights": weights != "plain", "--loss": loss != "square"}  # fmt: skip
+        refuse("A log of a moving arm is fitted by least squares", idle)
     if is_stopped and not (resume or force):
         raise OutputError(
             f"{output} holds a search that was stopped. Continue it with --resume, or start over with --force."

@@ -5,8 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed
-from robolaser.errors import UsageError
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed, refuse
 
 
 def diagnose(
@@ -48,8 +47,7 @@ def diagnose(
     from robolaser.results.motion import MOTION_FILES, MotionResult
 
     moves = is_motion(dataset)
-    if moves and validate:
-        raise UsageError(f"{dataset} is the log of a moving arm; --validate predicts measured poses. Leave it out.")
+    refuse(f"{dataset} is the log of a moving arm, without measured poses", {"--validate": moves and validate})
     data, others = load_motion(dataset) if moves else load(dataset), [load(other) for other in validate]
     terminal.warn(*data.warnings)
     files = MOTION_FILES if moves else DIAGNOSIS_FILES

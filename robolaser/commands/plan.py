@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal
+from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal, refuse
 from robolaser.errors import UsageError, near
 
 if TYPE_CHECKING:
@@ -53,11 +53,9 @@ def plan(
 
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
-        if doubled := [option for option, value in given.items() if value is not None]:
-            raise UsageError(f"{poses} is a data set, which contains that: leave out {', '.join(doubled)}.")
+        refuse(f"{poses} is a data set, which contains that", given)
         if is_motion(poses):
-            if noise.typed or points is not None:
-                raise UsageError(f"{poses} is the log of a moving arm: leave out --points and the noise.")
+            refuse(f"{poses} is the log of a moving arm", {"--points": points, "the noise": noise.typed})
             motions = plan_motion(load_motion(poses, planned=True))
             terminal.show(motions.to_dict(), lambda: print_document(motion.plan_document(motions)))
             return

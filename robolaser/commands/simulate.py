@@ -5,8 +5,18 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import NO_NOISE, RESULT, TERMINAL, Count, Force, NoiseOptions, Seed, Terminal, say
-from robolaser.errors import UsageError
+from robolaser.commands.terminal import (
+    NO_NOISE,
+    RESULT,
+    TERMINAL,
+    Count,
+    Force,
+    NoiseOptions,
+    Seed,
+    Terminal,
+    refuse,
+    say,
+)
 
 
 def simulate(
@@ -79,8 +89,8 @@ def simulate(
                 options=CellOptions(repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=name),
             )
             dataset = made.dataset
-            if mount != "flange" and not isinstance(dataset.options, Mounting):
-                raise UsageError(f"--mount {mount} is only for a camera or a profile sensor: leave it out.")
+            if not isinstance(dataset.options, Mounting):
+                refuse("Only a camera and a profile sensor stand in the cell", {"--mount": mount != "flange"})
             counts = {"poses": len(dataset.poses), "points": len(dataset.points)}
             claim(files_of(dataset))
             write_results(output, texts_of(dataset))

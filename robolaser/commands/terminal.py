@@ -13,6 +13,7 @@ from typing import Annotated, Never, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
+from robolaser.errors import UsageError
 from robolaser.report.printable import printable
 
 RESULT = Group("Result", sort_key=1)  # the options that say where a result goes
@@ -121,6 +122,20 @@ class NoiseOptions:
 
 
 NO_NOISE = NoiseOptions()
+
+
+def refuse(why: str, options: Mapping[str, object]) -> None:
+    """Refuse those of some options that were typed, as they mean nothing here.
+
+    Args:
+        why: The beginning of the sentence.
+        options: By name, each with whether it was typed.
+
+    Raises:
+        UsageError: One was.
+    """
+    if idle := [option for option, given in options.items() if given]:
+        raise UsageError(f"{why}: leave out {', '.join(idle)}.")
 
 
 def shown_default(value: object) -> str | None:

@@ -288,7 +288,7 @@ def test_generations_of_a_search_that_has_none_are_pointed_out(
     [
         (
             ["simulate", "--robot", "ur5e", "--sensor", "point", "--poses", "5", "--mount", "base"],
-            "--mount base is only",
+            "leave out --mount",
         ),
         (["import", "log.csv", "--dh", "modified"], "--dh modified: of which robot"),
         (["import", "log.csv", "--xacro-arg", "a=b"], "--xacro-arg a=b: of which robot"),

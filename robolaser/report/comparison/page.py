@@ -82,7 +82,7 @@ def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, b
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
     blocks.append(tables.effect_table(standings))
     if not brief:
-        blocks += charts([_solved(comparison, standings, f"Targets reached by evaluations: {title.lower()}")])
+        blocks += charts([solved(comparison, standings, f"Targets reached by evaluations: {title.lower()}")])
         blocks += [tables.pairwise_matrix(standings.order)] if len(standings.by_problem) > 1 else []
     return Section(title, blocks)
 
@@ -92,7 +92,7 @@ def _numbers(standings: Standings) -> Mapping[str, int]:
     return {place.algorithm: i for i, place in enumerate(standings.order.places[:LEADING])}
 
 
-def _solved(comparison: BenchmarkResult, standings: Standings, title: str) -> Chart | None:
+def solved(comparison: BenchmarkResult, standings: Standings, title: str) -> Chart | None:
     """Share of targets that runs have reached, over the evaluations that they spent."""
     arrays = comparison.arrays(standings.family)
     spent = budgets(arrays.evaluations, arrays.total_evaluations)
