@@ -38,13 +38,12 @@ WHAT = {
 TURN = 180.0 / np.pi
 
 
-def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: str = "") -> Document:
+def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report.
 
     Args:
         fit: Of the effects that a user asked for, or that were found.
         found: The diagnosis that found them.
-        command: What to type to repeat it.
     """
     log, sure = fit.log, found is not None
     lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
@@ -73,7 +72,6 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: s
             Section("Noise", remarks),
         ],
         tag=(found.verdict.replace("_", " "), found.verdict) if found else ("", ""),
-        command=command,
         footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
         f" {log.source} {log.licence}".strip(),
         prints_lead=True,

@@ -91,7 +91,7 @@ class CalibrationResult(FittedResult):
         return {
             **exported(self.calibration),
             **{one.file: one.text for one in self._delivered},
-            PAGE: render(of_calibration.document(self.calibration, command=command, files=self["files"])),
+            PAGE: render(of_calibration.document(self.calibration, files=self["files"]), command),
             "calibration.json": json_text(self.to_dict()),
         }
 

@@ -33,7 +33,7 @@ def standings(comparisons):
 
 @pytest.fixture(scope="module")
 def pages(comparisons, standings):
-    return {name: render(document(one, standings[name], command=COMMAND)) for name, one in comparisons.items()}
+    return {name: render(document(one, standings[name]), COMMAND) for name, one in comparisons.items()}
 
 
 @pytest.fixture(params=MADE)

@@ -32,7 +32,7 @@ from robolaser.simulation import simulate
 
 
 def page(calibration, command=""):
-    return render(document(calibration, command=command))
+    return render(document(calibration), command)
 
 
 @pytest.fixture(scope="session")

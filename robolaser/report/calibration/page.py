@@ -63,7 +63,6 @@ def _in_unit(rms: float | None, unit: str) -> str:
 def document(
     calibration: Calibration,
     *,
-    command: str = "",
     brief: bool = False,
     files: Delivered = (),
     folder: Path | None = None,
@@ -72,7 +71,6 @@ def document(
 
     Args:
         calibration: The result.
-        command: What to type to repeat it.
         brief: Leave out what only a page shows.
         files: As `files` of calibration.json.
         folder: Where it was written, for the terminal.
@@ -96,7 +94,6 @@ def document(
             files_section(files),
             *([Section("Remarks", _remarks(calibration, folder))] if brief else _evidence(analysis)),
         ],
-        command=command,
         footer=origin(dataset),
     )
 

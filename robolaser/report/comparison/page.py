@@ -27,15 +27,12 @@ LEADING = 6
 NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
-def document(
-    comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "", brief: bool = False
-) -> Document:
+def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief: bool = False) -> Document:
     """The report.
 
     Args:
         comparison: What was run.
         judged: The standings of each family of problems.
-        command: What to type to repeat it.
         brief: Leave out what only a page shows.
     """
     shown = judged if comparison.runs else ()
@@ -55,7 +52,6 @@ def document(
         sense,
         [],
         sections,
-        command=command,
         prints_lead=True,
     )
 

@@ -33,12 +33,11 @@ MOST_SITES, MOST_ADVICE = 2, 3
 """Lines of each on the terminal."""
 
 
-def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, files: Delivered = ()) -> Document:
+def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()) -> Document:
     """The report.
 
     Args:
         diagnosis: The result.
-        command: What to type to repeat it.
         brief: Leave out what only a page shows.
         files: As `files` of diagnosis.json.
     """
@@ -66,7 +65,6 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, fi
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
         tag=(diagnosis.verdict.replace("_", " "), diagnosis.verdict),
-        command=command,
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
     )
