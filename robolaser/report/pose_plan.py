@@ -5,7 +5,7 @@ from robolaser.diagnosis.pose_plan import PosePlan
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Column, Document, Figure, Figures, Section, Table, Text
-from robolaser.report.setting import noise_lines
+from robolaser.report.setting import disturbed, noise_size
 
 DIGITS = 2
 LEAST_SEEING = 0.7
@@ -21,10 +21,11 @@ def document(plan: PosePlan) -> Document:
     """The report."""
     poses = len(plan.dataset.poses)
     seen = "" if plan.seeing == poses else f", {plan.seeing} of them see something"
+    units = {source.name: source.unit for source in plan.noise.sources}
     noise = [
-        Figure("", name.replace("_", " "), size, what)
-        for name, what, size in noise_lines(plan.noise.sigmas, plan.noise.sources)
-        if plan.noise.sigmas[name] > 0 or name in plan.silent
+        Figure("", name.replace("_", " "), noise_size(sigma, units[name]), disturbed(name))
+        for name, sigma in plan.noise.sigmas.items()
+        if sigma > 0 or name in plan.silent
     ]
     columns = [Column(title, brief=title) for title in COLUMNS]
     sizes = Table(columns, [_row(limit) for limit in plan.limits], printed=len(plan.limits))

@@ -15,6 +15,7 @@ from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import Delivered, disturbed, files_section, noise_table, origin
 
+ESTIMATED = "estimated from the residuals, including what is unmodelled"
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""
 MOST_PRINTED = 16
@@ -102,14 +103,14 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     calibration = analysis.calibration
     errors = {"errors of the fit": calibration.errors_m}
     cell = cell_scene(calibration.model, calibration.x, errors, title="Each pose, and its errors")
+    units, known = {source.name: source.unit for source in analysis.sources}, analysis.known_noise
+    sizes = calibration.noise.items()
+    noise = [(name, sigma, units.get(name, ""), known.get(name, ESTIMATED)) for name, sigma in sizes]
     return [
         Section("Which errors stand out", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),
-        Section(
-            "Charts",
-            charts([convergence(analysis), image(analysis), poses(analysis), distribution(analysis)]),
-        ),
-        Section("Noise", [noise_table(calibration.noise, analysis.sources, origins(analysis))]),
+        Section("Charts", charts([convergence(analysis), image(analysis), poses(analysis), distribution(analysis)])),
+        Section("Noise", [noise_table(noise)]),
     ]
 
 
@@ -246,9 +247,3 @@ def method(analysis: ErrorAnalysis) -> str:
         f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
         f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
     )
-
-
-def origins(analysis: ErrorAnalysis) -> dict[str, str]:
-    """How the size of each source of noise is known."""
-    estimated = "estimated from the residuals, including what is unmodelled"
-    return {name: analysis.known_noise.get(name, estimated) for name in analysis.calibration.noise}
