@@ -1,25 +1,52 @@
 """robolaser diff: two results side by side."""
 
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Annotated
 
-from robolaser.commands.terminal import TERMINAL, Terminal
+from cyclopts import Parameter
+
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, Typed
+
+FILES = ("diff.json", "report.html")
 
 
-def diff(first: Path, second: Path, /, *, terminal: Terminal = TERMINAL) -> None:
+def diff(
+    first: Path,
+    second: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
+    force: Force = False,
+    terminal: Terminal = TERMINAL,
+    typed: Typed = "",
+) -> None:
     """Show two calibrations, or two diagnoses, side by side.
 
     For example:
 
         robolaser diff result-monday result-friday
+        robolaser diff result-monday result-friday --output moved
 
     Args:
         first: Folder of a result, or its JSON file.
         second: Folder of another result of the same kind, or its JSON file.
+        output: Folder for the difference and its page. Default: they are not written.
+        force: Overwrite an earlier result.
     """
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.report.console import print_document
     from robolaser.report.difference import document
+    from robolaser.report.page import render
+    from robolaser.results.contents import json_text
     from robolaser.results.difference import difference
 
-    found = difference(first, second)
+    read = [first, second]
+    writing = results_in(output, command="diff", files=FILES, inputs=read, force=force) if output else nullcontext()
     names = (str(first), str(second)) if first.name == second.name else (first.name, second.name)
+    with writing:
+        found = difference(first, second)
+        if output:
+            page = render(document(found, names), typed)
+            write_results(output, {"report.html": page, "diff.json": json_text(found)})
     terminal.show(found, lambda: print_document(document(found, names)))

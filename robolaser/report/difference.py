@@ -1,14 +1,17 @@
-"""Two results side by side, as tables on the terminal."""
+"""The report of two results side by side: a page, and a table on the terminal."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from robolaser.diagnosis.cause_words import listed
-from robolaser.report.digits import SIGNIFICANT, millimetres, plain
-from robolaser.report.document import Column, Document, Section, Table
+from robolaser.report.chart import FITTED, HELD_OUT, MUTED, Chart, chart, hover, layer, named_rows, quantity, records
+from robolaser.report.digits import SIGNIFICANT, human, millimetres, plain
+from robolaser.report.document import Cell, Column, Document, Section, Table, charts
 
 CLEAR: Final = 3.0
 """Standard errors from which on a change is no chance among a dozen numbers."""
+MOST: Final = 30
+"""Numbers in the chart, those that changed most."""
 NAMED: Final = 4
 """Numbers that the first sentence names."""
 ERRORS: Final = {
@@ -38,11 +41,13 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Documen
     sure = [row for row in rows if row["name"].startswith(PROBABILITY)]
     numbers = [row for row in numbers if row not in sure]
     alone = [row for row in rows if row not in (*errors, *numbers, *sure) and "change" not in row]
-    columns = [Column(title, brief=title) for title in ("", *names, "change (standard errors)")]
+    heads = [Column("", "name", 34, ""), *(Column(name, "number", 0, name) for name in names)]
+    columns = [*heads, Column("Change", "number", 0, "change")]
 
-    def table(some: Sequence[Row]) -> list[Table]:
-        return [Table(columns, [_cells(row) for row in some], printed=len(some))]
+    def table(some: Sequence[Row], note: str = "") -> Table:
+        return Table(columns, [_cells(row) for row in some], note=note, printed=len(some))
 
+    in_brackets = "A change in brackets is in standard errors of both results together."
     return Document(
         " and ".join(dict.fromkeys(map(str, found["results"]))),
         "compared",
@@ -51,10 +56,10 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Documen
         _sense(found, rows, names),
         [],
         [
-            Section("Errors", table(errors)),
-            Section("Numbers", table(numbers)),
-            Section("In one of them only", table(alone)),
-            Section("How sure", table(sure)),
+            Section("Errors", [table(errors)]),
+            Section("Numbers", [*charts([_moved(numbers)]), table(numbers, in_brackets)]),
+            Section("In one of them only", [table(alone)]),
+            Section("How sure", [table(sure)]),
         ],
         prints_lead=True,
     )
@@ -84,7 +89,7 @@ def _sense(found: Mapping[str, Any], rows: Sequence[Row], names: tuple[str, str]
     return " ".join(said)
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: Row) -> tuple[Cell, ...]:
     name, unit, apart = str(row["name"]), row.get("unit", ""), row.get("errors")
     is_sure = name.startswith(PROBABILITY)
     change = _value_text(row["change"], unit, SIGNIFICANT, is_sure=is_sure) if row.get("change") else ""
@@ -93,8 +98,8 @@ def _cells(row: Row) -> tuple[str, ...]:
     if change and apart is not None:
         change += f" ({abs(apart):.1f})"
     digits = SIGNIFICANT if name in ERRORS else VALUE
-    values = [_value_text(row[each], unit, digits, is_sure=is_sure) for each in PAIR]
-    return ERRORS.get(name, name), *values, change
+    values = [Cell(_value_text(row[each], unit, digits, is_sure=is_sure)) for each in PAIR]
+    return Cell(ERRORS.get(name, name)), *values, Cell(change, order=apart)
 
 
 def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: bool) -> str:
@@ -103,3 +108,31 @@ def _value_text(value: float | str | None, unit: str, digits: int, *, is_sure: b
     if is_sure:
         return f"{100 * value:.3g} %"
     return plain(value * 1e-3, "m", digits) if unit == "mm" else plain(value, unit, digits)
+
+
+def _moved(numbers: Sequence[Row]) -> Chart | None:
+    """How many standard errors each number changed by."""
+    known = sorted((row for row in numbers if row["errors"] is not None), key=lambda row: -abs(row["errors"]))[:MOST]
+    if not known:
+        return None
+    names, errors = [row["name"] for row in known], [row["errors"] for row in known]
+    changes = [human(row["change"], row.get("unit", ""))[0] for row in known]
+    units = [human(0.0, row.get("unit", ""))[1] for row in known]
+    clear = sum(abs(each) > CLEAR for each in errors)
+    rows = named_rows("name")
+    rows["axis"] = rows["axis"] | {"labelLimit": 320}
+    return chart(
+        "What moved",
+        f"Each number's change over the standard error of the change. Beyond the lines, at {CLEAR:.0f}, chance is"
+        " unlikely. Numbers of one fit go together: one cause may move several.",
+        f"{clear} of {len(known)} numbers changed by more than {CLEAR:.0f} standard errors.",
+        [
+            layer({"type": "rule", "strokeDash": [5, 4], "color": MUTED}, records(at=[-CLEAR, CLEAR]),
+                  x=quantity("at", "change, in standard errors")),
+            layer({"type": "point", "size": 60}, records(name=names, x=errors, change=changes, unit=units),
+                  x=quantity("x", "change, in standard errors"), y=rows,
+                  color={"condition": {"test": f"abs(datum.x) > {CLEAR}", "value": HELD_OUT}, "value": FITTED},
+                  tooltip=hover("name", "unit", x="standard errors", change="change")),
+        ],
+        height=max(120, 24 * len(known)), zoomable=False,
+    )  # fmt: skip

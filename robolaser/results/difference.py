@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any, Final, final
 import numpy as np
 
 from robolaser.bounded_reading import read_json
+from robolaser.data.atomic_write import write_text
 from robolaser.errors import UsageError
 from robolaser.report.console import printed
 from robolaser.report.difference import document
+from robolaser.report.page import render
 from robolaser.results.contents import numbers_of, read_result, robot_in
 from robolaser.robot.kinematics import Robot
 
@@ -33,6 +35,14 @@ class Difference(dict[str, Any]):
         import pandas as pd  # noqa: PLC0415 - half a second that the command does without
 
         return pd.DataFrame(self["rows"])
+
+    def report(self, path: str | Path) -> None:
+        """Write the page.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        write_text(Path(path), render(document(self)))
 
     def __repr__(self) -> str:
         """What `robolaser diff` prints."""
