@@ -39,6 +39,7 @@ def compare(
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None,
     merge: Annotated[bool, Parameter(negative="")] = False,
     iohprofiler: Annotated[bool, Parameter(group=RESULT)] = False,
+    latex: Annotated[bool, Parameter(group=RESULT)] = False,
     resume: Resume = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -71,6 +72,7 @@ def compare(
         scheduler: Address of a Dask cluster, tcp://HOST:PORT.
         merge: Merge finished or unfinished comparisons; name their folders instead of problems.
         iohprofiler: Also write the runs in IOHprofiler's format.
+        latex: Also write tables for a paper, to tables.tex.
         resume: Continue a comparison that was stopped, or extend it.
         force: Overwrite an earlier result.
     """
@@ -87,7 +89,7 @@ def compare(
 
         def write(result: "BenchmarkResult", folder: Path) -> None:
             shown.close()  # the progress, before the result is printed
-            _write(result, folder, terminal, iohprofiler=iohprofiler, typed=typed)
+            _write(result, folder, terminal, iohprofiler=iohprofiler, latex=latex, typed=typed)
 
         if merge:
             result = journal.merge(datasets)
@@ -117,10 +119,13 @@ def compare(
         )
 
 
-def _write(result: "BenchmarkResult", folder: Path, terminal: Terminal, *, iohprofiler: bool, typed: str) -> None:
+def _write(
+    result: "BenchmarkResult", folder: Path, terminal: Terminal, *, iohprofiler: bool, latex: bool, typed: str
+) -> None:
     """Write all files and print the result."""
     from robolaser.benchmark.export import iohprofiler_files
     from robolaser.data.result_folder import results_in, write_results
+    from robolaser.report.comparison.latex import FILE, latex_tables
     from robolaser.report.comparison.page import document
     from robolaser.report.console import print_document
     from robolaser.results.comparison import ComparisonResult
@@ -129,6 +134,8 @@ def _write(result: "BenchmarkResult", folder: Path, terminal: Terminal, *, iohpr
     files = dict(compared.files(command=typed))
     if iohprofiler:
         files |= {f"iohprofiler/{name}": text for name, text in iohprofiler_files(result).items()}
+    if latex:
+        files[FILE] = latex_tables(result, compared.standings)
     with results_in(folder, command="compare", files=list(files), force=True):
         write_results(folder, files)
     shown = partial(document, result, compared.standings, brief=True)

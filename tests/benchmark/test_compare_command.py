@@ -33,7 +33,8 @@ def at_home():
 @pytest.fixture(scope="module")
 def result(at_home, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("compared") / "result"
-    assert main([*ASKED, "--output", str(folder), "--jobs", "2", "--iohprofiler"]) == 0
+    exports = ["--iohprofiler", "--latex"]
+    assert main([*ASKED, "--output", str(folder), "--jobs", "2", *exports]) == 0
     return folder
 
 
@@ -85,6 +86,11 @@ def test_who_has_nothing_to_say_on_a_problem_is_named_with_the_reason(result):
 
 def test_the_runs_are_written_for_iohprofiler_too(result):
     assert len(list((result / "iohprofiler").glob("*/*.json"))) == 11
+
+
+def test_the_tables_for_a_paper_name_every_algorithm(result):
+    text = (result / "tables.tex").read_text()
+    assert all(name.replace("_", r"\_") in text for name in ALGORITHMS.split(","))
 
 
 def test_one_process_gives_what_two_give_to_the_last_bit(result, at_home, tmp_path):

@@ -7,11 +7,26 @@ from dataclasses import replace
 import numpy as np
 
 from robolaser.arrays import Array
+from robolaser.benchmark.measures import attainment
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import names
 from robolaser.benchmark.standings.table import Standings
 from robolaser.benchmark.statistics.running_time import budgets, shares
-from robolaser.report.chart import HEIGHT_PX, LINES, MUTED, Chart, chart, colours, hover, layer, line, quantity, records
+from robolaser.report.chart import (
+    HEIGHT_PX,
+    LINES,
+    MUTED,
+    Channel,
+    Chart,
+    chart,
+    colours,
+    hover,
+    layer,
+    line,
+    quantity,
+    records,
+)
 from robolaser.report.comparison import tables, words
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
 
@@ -97,25 +112,64 @@ def solved(comparison: BenchmarkResult, standings: Standings, title: str) -> Cha
     reached = dict(zip(arrays.algorithms, 100 * shares(arrays.evaluations, spent), strict=True))
     drawn = {name: _steps(spent, share) for name, share in reached.items() if np.isfinite(share).all()}
     last = max(drawn, key=lambda name: reached[name][-1])
-    order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)
-    of = {name: LINES[coloured[name]] if name in coloured else MUTED for name in order if name in drawn}
     easiest, hardest = (words.number(arrays.tolerances[end]) for end in (0, -1))
-    return chart(
+    return _step_chart(
+        standings,
         title,
         f"Share of all {len(arrays.tolerances)} targets from {easiest} to {hardest} above the lowest known cost"
         " (relative to J), over all runs and problems, reached by then. Higher and further left is better."
         " A line that levels off low means that runs got stuck.",
         f"In the end {last} has reached {reached[last][-1]:.0f} % of the targets.",
-        [
-            layer(
-                line(step=True),
-                [row for name in reversed(of) for row in records(**drawn[name], series=name)],  # the best drawn last
-                tooltip=hover("series", spent="evaluations", share="targets reached [%]"),
-                x=quantity("spent", "evaluations", log=True, domain=(spent[0], spent[-1])),
-                y=quantity("share", "targets reached, over all runs [%]", domain=(0, 100)),
-                color=colours(of, legend={"orient": "bottom", "columns": 2}),
-            )
-        ],
+        drawn,
+        tooltip=hover("series", spent="evaluations", share="targets reached [%]"),
+        x=quantity("spent", "evaluations", log=True, domain=(spent[0], spent[-1])),
+        y=quantity("share", "targets reached, over all runs [%]", domain=(0, 100)),
+    )
+
+
+def attained(comparison: BenchmarkResult, standings: Standings, problem: ProblemSummary) -> Chart | None:
+    """Median attainment surfaces of the leading algorithms, of two objectives."""
+    if problem.objectives != 2:
+        return None
+    drawn = {}
+    for name in _numbers(standings):
+        surface = attainment([run for run in comparison.made if run.key[:2] == (problem.name, name)])
+        if len(surface):
+            first, second = surface[surface[:, 0].argsort()].T
+            drawn[name] = {"first": first, "second": second}
+    if not drawn:
+        return None
+    return _step_chart(
+        standings,
+        f"Half of the runs attain this on {problem.name}",
+        "What half of the runs have attained or dominated in the end; nearer to the lower left corner is better"
+        " (Grunert da Fonseca, Fonseca and Hall 2001).",
+        f"The surfaces of {', '.join(drawn)}.",
+        drawn,
+        tooltip=hover("series", first="first objective", second="second objective"),
+        x=quantity("first", "first objective"),
+        y=quantity("second", "second objective"),
+    )
+
+
+def _step_chart(
+    standings: Standings,
+    title: str,
+    caption: str,
+    alt: str,
+    drawn: Mapping[str, Mapping[str, Array]],
+    **encoding: Channel | Sequence[Channel],
+) -> Chart:
+    """A line of steps of each algorithm, the best drawn last; those that do not lead are grey."""
+    order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)
+    of = {name: LINES[coloured[name]] if name in coloured else MUTED for name in order if name in drawn}
+    rows = [row for name in reversed(of) for row in records(**drawn[name], series=name)]
+    colour = colours(of, legend={"orient": "bottom", "columns": 2})
+    return chart(
+        title,
+        caption,
+        alt,
+        [layer(line(step=True), rows, color=colour, **encoding)],
         height=HEIGHT_PX + 12 * min(len(order), LEADING),
     )
 
@@ -153,6 +207,7 @@ def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section
         problem = next(one for one in comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
         blocks += [Text(_unbroken(on.order.answer))] if several else []
+        blocks += charts([attained(comparison, standings, problem)])
         blocks.append(tables.result_table(problem, on, standings.tolerance, _numbers(standings)))
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))
