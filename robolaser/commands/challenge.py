@@ -40,6 +40,7 @@ def new(
     points: Annotated[str | None, Parameter(metavar="A-B")] = None,
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
     seed: Seed | None = None,
+    truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -50,7 +51,7 @@ def new(
         robolaser challenge new trial --count 24 --robot panda --robot ur5
 
     Args:
-        folder: Folder for the trial; the truth is beside it, in FOLDER.truth.
+        folder: Folder for the trial.
         robot: A robot or a URDF file; may be given again, they take turns. Default: scorbot_er7.
         flange: Frame of URDF files that carries the sensor.
         like: Data set whose arm, sensor, poses and noise are imitated; may be given again.
@@ -59,6 +60,7 @@ def new(
         points: Range of the number of points in each pose. Default: 6-12.
         kinds: Kinds of data sets, or names of faults, in equal shares. Default: all but physics, mostly single faults.
         seed: Seed of the trial. Default: a new, secret one each time.
+        truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier trial.
     """
     import secrets
@@ -79,13 +81,16 @@ def new(
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
-    truth = truth_beside(folder)
+    kept = "" if truth is None else f" --truth {truth}"
+    truth = truth or truth_beside(folder)
+    if truth.resolve().is_relative_to(folder.resolve()):
+        raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
     with results_in(folder, command=NEW, files=[], over=[SCORE], force=force) as claim, terminal.progress() as tell:
         names = trial.new(folder, truth, sources, plan, claim=claim, tell=tell)
 
     def print_names() -> None:
         say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
-        say(f"robolaser challenge score {folder}")
+        say(f"robolaser challenge score {folder}{kept}")
         say(f"Keep {truth} to yourself: it holds the truth.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
@@ -99,6 +104,7 @@ def score(
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     seed: Seed = 1,
     jobs: Count = 1,
+    truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -109,10 +115,11 @@ def score(
         robolaser challenge score trial --jobs 4
 
     Args:
-        folder: Folder of the trial, with its truth beside it.
+        folder: Folder of the trial.
         output: Folder for score.json. Default: FOLDER.
         seed: Seed of the diagnoses that have yet to be made.
         jobs: Number of diagnoses at a time.
+        truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier score.
     """
     from robolaser.benchmark.executors import engine_of
@@ -122,7 +129,7 @@ def score(
 
     file = (output or folder) / "score.json"
     with results_in(file.parent, command=SCORE, files=[file.name], force=force) as claim, ExitStack() as stack:
-        truths = unseal(folder, truth_beside(folder))
+        truths = unseal(folder, truth or truth_beside(folder))
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
         executor = stack.enter_context(engine_of(jobs, None)).executor

@@ -77,7 +77,7 @@ def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
     try:
         text = read_bytes(path)
     except DataError as error:
-        raise TrialError(f"{error} Whoever made the trial has its truth: it belongs beside the trial.") from None
+        raise TrialError(f"{error} Whoever made the trial has its truth: --truth DIR.") from None
     if hashlib.sha256(text).hexdigest() != number[1]:
         raise _changed(path, f"does not match the hash in {folder / SEAL}")
     worlds = json.loads(text)["worlds"]

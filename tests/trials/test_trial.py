@@ -91,9 +91,19 @@ def test_the_truth_is_in_a_folder_of_its_own_that_its_maker_alone_reads(trial, t
     truth = truth_beside(trial)
     assert trial not in truth.parents
     assert [stat.S_IMODE(file.stat().st_mode) for file in truth.iterdir()] == [0o600]
+    assert main(["challenge", "score", str(trial), "--truth", str(tmp_path / "none")]) == 1
+    assert "--truth DIR" in capsys.readouterr().err
     truth.rename(tmp_path / "kept")
-    assert main(["challenge", "score", str(trial)]) == 1
-    assert "it belongs beside the trial" in capsys.readouterr().err
+    assert main(["challenge", "score", str(trial), "--truth", str(tmp_path / "kept")]) == 0
+
+
+def test_a_folder_may_hold_the_truths_of_several_trials(made, tmp_path, capsys):
+    both = tmp_path / "truths"
+    for name, seed in (("one", "5"), ("other", "6")):
+        few = ("--kinds", "none", "--count", "1", "--poses", "8", "--points", "4", "--seed", seed)
+        assert main(["challenge", "new", str(tmp_path / name), *few, "--truth", str(both)]) == 0
+        assert f"score {tmp_path / name} --truth {both}" in capsys.readouterr().out
+    assert [unseal(tmp_path / name, both)["world-000"]["kind"] for name in ("one", "other")] == ["none", "none"]
 
 
 @pytest.mark.parametrize("file", ["points.csv", "poses.csv", "dataset.toml"])
@@ -160,6 +170,7 @@ def test_the_same_seed_makes_the_same_trial_to_the_bit(made, tmp_path):
         (("new", "{new}", "--kinds", "hysteresys"), 2, "Did you mean 'hysteresis'"),
         (("new", "{new}", "--poses", "72-36"), 2, "least before the most"),
         (("new", "{new}", "--points", "0.5"), 2, "whole numbers"),
+        (("new", "{new}", "--truth", "{new}/truth"), 2, "given away with it"),
         (("score", "{new}"), 1, "not a blind trial"),
     ],
 )
