@@ -1,13 +1,14 @@
 """robolaser view: a cell in the browser."""
 
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from robolaser.commands.terminal import TERMINAL, Port, Terminal, say
-from robolaser.errors import UsageError
+from robolaser.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.cell_config import Cell
@@ -53,11 +54,15 @@ def view(
 
     stated = None if cell is None else load_cell(cell)
     data = load(dataset) if stated is None or dataset.is_dir() else _planned(stated, dataset)
-    models: list[ShownCell] = [] if calibration is None else [_fitted(data, calibration)]
+    models: list[ShownCell] = []
+    doubts: Sequence[str] = ()
     if calibration is None or set(SCANNER) <= set(data.parameters):
-        models.insert(0, nominal_cell(data))
+        models.append(nominal_cell(data))
+    if calibration is not None:
+        fitted, doubts = _fitted(data, calibration)
+        models.append(fitted)
     points = None if cloud is None else downsampled(map_ply(cloud))
-    terminal.warn(*data.warnings)
+    terminal.warn(*data.warnings, *doubts)
     app = ViewerApp(tuple(models), points, port, None if stated is None else _collisions(stated, data))
     terminal.show({"url": app.url}, lambda: say(f"{data.name} is at {app.url}; stop with Ctrl-C."))
     if browser:
@@ -68,17 +73,29 @@ def view(
         app.stop()
 
 
-def _fitted(data: "Dataset", calibration: Path) -> "CellPoses":
-    """The cell by the numbers and effects of a saved calibration."""
-    from robolaser.model.effects import candidate_effects
+def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[str]]:
+    """The cell by the numbers and effects of a saved calibration, and what is not known of the effects."""
+    import msgspec
+
+    from robolaser.model.effects import found_effect
+    from robolaser.model.effects.run_summary import RunSummary
     from robolaser.report.cell_poses import fitted_cell
     from robolaser.results.calibration import load_calibration
     from robolaser.results.contents import numbers_of
 
     found = load_calibration(calibration)
-    names = [f"{one.effect}:{one.where}" for one in found.effects if one.effect != "outliers"]
+    image = found.get("model", {}).get("image")
+    if image and data.image_px and tuple(image) != data.image_px:
+        of_data, of_calibration = ("{} x {} px".format(*size) for size in (data.image_px, image))
+        raise DataError(
+            f"{data.name} has images of {of_data}, but the calibration is of a camera with {of_calibration}. Use the"
+            " calibration of the camera that took them, or correct [image] in dataset.toml.",
+            file=calibration,
+        )
+    effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects if one.effect != "outliers"]
     numbers = {name: float(number["value"]) for name, number in numbers_of(found).items()}
-    return fitted_cell(data, tuple(candidate_effects(names, data)), numbers)
+    run = msgspec.convert(found.get("run"), RunSummary | None)
+    return fitted_cell(data, effects, numbers, run)
 
 
 def _planned(cell: "Cell", poses: Path) -> "Dataset":

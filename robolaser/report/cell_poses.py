@@ -1,6 +1,6 @@
 """Where everything of a cell is in each pose, by a model that was fitted: arm, sensor, light and points."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar, Final, final
@@ -13,7 +13,8 @@ from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
-from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.effect import CandidateEffect, CarryOver, Run
+from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.in_cell import stands
@@ -309,23 +310,49 @@ class ArmAlone:
         return CellFrames(robot.joint_frames(q[None, None])[0, 0], robot.forward(q[None])[0])
 
 
-def fitted_cell(dataset: Dataset, effects: tuple[CandidateEffect, ...], numbers: Mapping[str, float]) -> CellPoses:
-    """The cell of a data set by the numbers of a calibration, by name.
+def fitted_cell(
+    dataset: Dataset,
+    effects: Sequence[CandidateEffect],
+    numbers: Mapping[str, float],
+    found_in: RunSummary | None,
+) -> tuple[CellPoses, Sequence[str]]:
+    """The cell of a data set by the numbers of a calibration, by name; and what is not known of its effects there.
+
+    Args:
+        dataset: The calibrated run, or a recording of the same cell.
+        effects: Of the calibration.
+        numbers: Of the calibration, those of effects too.
+        found_in: The calibrated run; None if unknown.
 
     Raises:
         DataError: The calibration lacks a number that the data set's model has: it is of another cell.
     """
+    run = Run(dataset) if found_in == RunSummary.of(dataset) else continued(found_in, dataset)
     found = {name: numbers[name] for name in SCANNER if name in numbers}
     scanner = {name: Parameter(name, "", value, value, value) for name, value in found.items()}
-    model = Model(replace(_with_stripes(dataset), parameters={**scanner, **dataset.parameters}), effects)
+    described = replace(_with_stripes(dataset), parameters={**scanner, **dataset.parameters})
+    model = Model(described, tuple(effects), run.course)
     if missing := [name for name in model.parameters.names if name not in numbers]:
         raise DataError(
             f"The calibration has no {', '.join(missing[:4])}, which {dataset.name} needs: it is of another cell, or of"
             " other sessions. Name the calibration of this data set.",
             file="calibration.json",
         )
-    x = np.array([numbers[name] for name in model.parameters.names])
-    return CellPoses(model, x, is_measured=len(dataset.points) > 0)
+    acting, here, doubts = [], dict(numbers), []
+    for one in effects:
+        effect = one.at({name: np.array([number]) for name, number in numbers.items()})
+        as_found = run.course is None and not effect.hindrance(run)
+        carried = CarryOver(effect) if as_found else effect.carried_to(run, found_in)
+        if carried.effect is None:
+            doubts.append(f"{one} is left out: {carried.doubt}.")
+            continue
+        acting.append(one)
+        here |= {one.key(name): float(getattr(carried.effect, name)[0]) for name in one.effect.units()}
+        if carried.doubt:
+            doubts.append(f"{one}: {carried.doubt}{', points may be off' if carried.alternatives else ''}.")
+    model = model.with_effects(tuple(acting))
+    x = np.array([here[name] for name in model.parameters.names])
+    return CellPoses(model, x, is_measured=len(dataset.points) > 0), doubts
 
 
 def nominal_cell(dataset: Dataset) -> CellPoses | ArmAlone:

@@ -10,6 +10,10 @@ from scanned import calibrated, dataset, recorded, written
 
 import robolaser
 from robolaser.cli import main
+from robolaser.data.dataset import Points
+from robolaser.geometry.rigid_motion import apply, inverse
+from robolaser.scan import read_calibration
+from robolaser.scan.carry_over import carried_over
 
 
 @pytest.fixture(scope="module")
@@ -42,10 +46,64 @@ def test_without_what_draws_the_scene_it_says_how_to_get_it(cell, monkeypatch, c
     assert "robolaser[view]" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["data", "elsewhere"])
-def test_a_scanner_is_shown_as_it_was_drawn_and_as_it_was_calibrated(name, cell, served):
+@pytest.mark.parametrize(("name", "told"), [("data", False), ("elsewhere", True)])
+def test_what_is_not_known_about_another_run_is_told(name, told, cell, served, capsys):
     assert main(["view", str(cell / name), str(cell / "calibration"), "--no-browser"]) == 0
+    assert ("laser_drift at laser" in capsys.readouterr().err) is told
     assert [model.name for model in served[0][0]] == ["nominal", "calibrated"]
+
+
+def test_a_calibration_for_images_of_another_size_is_refused(cell, tmp_path, served, capsys):
+    data = dataset(poses=6)
+    width, height = data.image_px
+    recorded(replace(data, image_px=(2 * width, height)), tmp_path / "data")
+    assert main(["view", str(tmp_path / "data"), str(cell / "calibration"), "--no-browser"]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"has images of {2 * width} x {height} px" in said
+    assert f"a camera with {width} x {height} px" in said
+    assert not served
+
+
+LEFT_OUT = "backlash at joint_2 is left out: the order of the poses is not known"
+AFTER_IT = "base_shift at base: the cell is taken as it was after the shift"
+AS_WARM = "thermal_drift at joint_2: how far it has come in this recording is not known"
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        (["time_s", "temperature_c"], {LEFT_OUT, AFTER_IT, AS_WARM}),
+        (["temperature_c"], {AFTER_IT, AS_WARM}),
+        ([], set()),
+    ],
+)
+def test_a_recording_that_lacks_what_effects_need_is_shown_as_it_is_scanned(columns, told, tmp_path, served, capsys):
+    data = dataset(poses=8)
+    data = replace(data, poses=replace(data.poses, temperature_c=np.linspace(20.0, 30.0, 8)))
+    numbers = {
+        "laser_drift.laser.angle": 0.01,
+        "thermal_drift.joint_2.growth": 0.001,
+        "backlash.joint_2.lost_motion": 0.001,
+        "base_shift.base.turn_z": 0.01,
+    }
+    effects = [name.rpartition(".")[0].replace(".", ":") for name in numbers]
+    found = read_calibration(written(calibrated(data, effects, numbers), tmp_path / "calibration"))
+    bare = replace(data, poses=replace(data.poses, **dict.fromkeys(columns)), points=Points(np.empty(0, np.int64), ()))
+    bare = recorded(bare, tmp_path / "data")
+    assert main(["view", str(tmp_path / "data"), str(tmp_path / "calibration"), "--no-browser"]) == 0
+    said, shown = " ".join(capsys.readouterr().err.split()), served[-1][0][-1]
+    assert {one for one in (LEFT_OUT, AFTER_IT, AS_WARM) if one in said} == told
+    scanner, _ = carried_over(found, found.fitted_to(bare), data.points)
+    np.testing.assert_allclose(shown.camera, scanner.camera, atol=1e-12)
+    light, plane = apply(inverse(shown.camera[3]), shown.at_pose(3).light), scanner.laser_plane[3]
+    np.testing.assert_allclose(light @ plane[:3], plane[3], atol=1e-12)
+
+
+def test_a_calibration_without_a_number_of_its_effect_is_told(cell, tmp_path, served, capsys):
+    text = (cell / "calibration/calibration.json").read_text()
+    (tmp_path / "calibration.json").write_text(text.replace('"tau"', '"other"'))
+    assert main(["view", str(cell / "data"), str(tmp_path / "calibration.json"), "--no-browser"]) == 1
+    assert "has no laser_drift.laser.tau" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_calibration_that_is_none_is_told(cell, served, capsys):
