@@ -78,24 +78,24 @@ def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[s
     import msgspec
 
     from robolaser.model.effects import found_effect
-    from robolaser.model.effects.run_summary import RunSummary
     from robolaser.report.cell_poses import fitted_cell
     from robolaser.results.calibration import load_calibration
-    from robolaser.results.contents import numbers_of
+    from robolaser.scan.calibrated import SavedCell
 
-    found = load_calibration(calibration)
-    image = found.get("model", {}).get("image")
-    if image and data.image_px and tuple(image) != data.image_px:
+    try:
+        found = msgspec.convert(load_calibration(calibration).to_dict(), SavedCell)
+    except msgspec.ValidationError as error:
+        raise DataError(f"Cannot use {calibration}: {error}.", file=calibration) from None
+    image = found.model.image
+    if image and data.image_px and image != data.image_px:
         of_data, of_calibration = ("{} x {} px".format(*size) for size in (data.image_px, image))
         raise DataError(
             f"{data.name} has images of {of_data}, but the calibration is of a camera with {of_calibration}. Use the"
             " calibration of the camera that took them, or correct [image] in dataset.toml.",
             file=calibration,
         )
-    effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects if one.effect != "outliers"]
-    numbers = {name: float(number["value"]) for name, number in numbers_of(found).items()}
-    run = msgspec.convert(found.get("run"), RunSummary | None)
-    return fitted_cell(data, effects, numbers, run)
+    effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects]
+    return fitted_cell(data, effects, found.numbers, found.run)
 
 
 def _planned(cell: "Cell", poses: Path) -> "Dataset":

@@ -1,6 +1,7 @@
 """What `robolaser view` says before anything is to be seen."""
 
 import builtins
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -104,6 +105,15 @@ def test_a_calibration_without_a_number_of_its_effect_is_told(cell, tmp_path, se
     (tmp_path / "calibration.json").write_text(text.replace('"tau"', '"other"'))
     assert main(["view", str(cell / "data"), str(tmp_path / "calibration.json"), "--no-browser"]) == 1
     assert "has no laser_drift.laser.tau" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(
+    "said", [{}, {"effects": [], "model": []}, {"effects": [{"effect": "backlash"}], "model": {}}], ids=str
+)
+def test_a_calibration_with_something_missing_is_told(said, cell, tmp_path, served, capsys):
+    (tmp_path / "half.json").write_text(json.dumps({"format": "robolaser-calibration/1", **said}))
+    assert main(["view", str(cell / "data"), str(tmp_path / "half.json"), "--no-browser"]) == 1
+    assert "half.json: " in "".join(capsys.readouterr().err.splitlines())
 
 
 def test_a_calibration_that_is_none_is_told(cell, served, capsys):
