@@ -16,71 +16,50 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from robolaser import scan as scan
-    from robolaser.api import calibrate, check, compare, diagnose, extract, import_files, load, plan
-    from robolaser.calibration.plan import Plan
-    from robolaser.data.dataset import Dataset
-    from robolaser.data.importers.importer import ImportOptions
-    from robolaser.data.importers.robots import find_robot
-    from robolaser.data.writing import save
-    from robolaser.errors import RobolaserError
-    from robolaser.model.effects import EFFECTS
-    from robolaser.report.progress_bar import progress_bar
-    from robolaser.results.calibration import CalibrationResult, load_calibration
-    from robolaser.results.comparison import ComparisonResult, load_comparison
-    from robolaser.results.diagnosis import DiagnosisResult, load_diagnosis
-    from robolaser.simulation.simulate import simulate
+    from robolaser.api import calibrate as calibrate
+    from robolaser.api import check as check
+    from robolaser.api import compare as compare
+    from robolaser.api import diagnose as diagnose
+    from robolaser.api import extract as extract
+    from robolaser.api import import_files as import_files
+    from robolaser.api import load as load
+    from robolaser.api import plan as plan
+    from robolaser.calibration.plan import Plan as Plan
+    from robolaser.data.dataset import Dataset as Dataset
+    from robolaser.data.importers.importer import ImportOptions as ImportOptions
+    from robolaser.data.importers.robots import find_robot as find_robot
+    from robolaser.data.writing import save as save
+    from robolaser.errors import RobolaserError as RobolaserError
+    from robolaser.model.effects import EFFECTS as EFFECTS
+    from robolaser.report.progress_bar import progress_bar as progress_bar
+    from robolaser.results.calibration import CalibrationResult as CalibrationResult
+    from robolaser.results.calibration import load_calibration as load_calibration
+    from robolaser.results.comparison import ComparisonResult as ComparisonResult
+    from robolaser.results.comparison import load_comparison as load_comparison
+    from robolaser.results.diagnosis import DiagnosisResult as DiagnosisResult
+    from robolaser.results.diagnosis import load_diagnosis as load_diagnosis
+    from robolaser.simulation.simulate import simulate as simulate
 
 _HOME = {
-    "CalibrationResult": "results.calibration",
-    "ComparisonResult": "results.comparison",
-    "Dataset": "data.dataset",
-    "DiagnosisResult": "results.diagnosis",
-    "EFFECTS": "model.effects",
-    "ImportOptions": "data.importers.importer",
-    "Plan": "calibration.plan",
-    "RobolaserError": "errors",
-    "calibrate": "api",
-    "check": "api",
-    "compare": "api",
-    "diagnose": "api",
-    "extract": "api",
-    "find_robot": "data.importers.robots",
-    "import_files": "api",
-    "load": "api",
-    "load_calibration": "results.calibration",
-    "load_comparison": "results.comparison",
-    "load_diagnosis": "results.diagnosis",
-    "plan": "api",
-    "progress_bar": "report.progress_bar",
-    "save": "data.writing",
-    "simulate": "simulation.simulate",
+    name: module
+    for module, names in {
+        "api": "calibrate check compare diagnose extract import_files load plan",
+        "calibration.plan": "Plan",
+        "data.dataset": "Dataset",
+        "data.importers.importer": "ImportOptions",
+        "data.importers.robots": "find_robot",
+        "data.writing": "save",
+        "errors": "RobolaserError",
+        "model.effects": "EFFECTS",
+        "report.progress_bar": "progress_bar",
+        "results.calibration": "CalibrationResult load_calibration",
+        "results.comparison": "ComparisonResult load_comparison",
+        "results.diagnosis": "DiagnosisResult load_diagnosis",
+        "simulation.simulate": "simulate",
+    }.items()
+    for name in names.split()
 }
-
-__all__ = [
-    "EFFECTS",
-    "CalibrationResult",
-    "ComparisonResult",
-    "Dataset",
-    "DiagnosisResult",
-    "ImportOptions",
-    "Plan",
-    "RobolaserError",
-    "calibrate",
-    "check",
-    "compare",
-    "diagnose",
-    "extract",
-    "find_robot",
-    "import_files",
-    "load",
-    "load_calibration",
-    "load_comparison",
-    "load_diagnosis",
-    "plan",
-    "progress_bar",
-    "save",
-    "simulate",
-]
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:

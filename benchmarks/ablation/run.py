@@ -19,7 +19,7 @@ from robolaser import load_comparison
 from robolaser.benchmark.problem import CALIBRATION
 from robolaser.benchmark.standings.ranking import standings
 from robolaser.report.chart import CONFIG
-from robolaser.report.comparison.charts import AlgorithmLines, solved
+from robolaser.report.comparison.page import solved
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "build" / "ablation"
@@ -99,8 +99,8 @@ def main() -> None:
 
 def picture(part: str) -> str:
     """The ECDF of running times from the report, with the colours of its light style."""
-    comparison = load_comparison(FOLDER / part)
-    drawn = solved(AlgorithmLines(comparison, standings(comparison, CALIBRATION)), "Targets reached by evaluations")
+    comparison = load_comparison(FOLDER / part).benchmark
+    drawn = solved(comparison, standings(comparison, CALIBRATION), "Targets reached by evaluations")
     assert drawn is not None
     style = files("robolaser").joinpath("report/templates/style.css").read_text()
     colours = dict(reversed(re.findall(r"(--[\w-]+): (#\w+)", style)))  # the first of each are the light ones

@@ -85,21 +85,17 @@ def _non_dominated(F: Array) -> Array:
     return kept
 
 
-def final_front(run: BenchmarkRun) -> Array:
-    """What nothing dominates of a run as it was made, (n, m)."""
-    return _non_dominated(run.trace.costs) if len(run.trace.costs) else run.trace.costs
-
-
 def attainment(runs: Sequence[BenchmarkRun]) -> Array:
-    """What half of the runs, as they were made, attained or dominated, (k, m); (0, 0) without fronts.
+    """What half of the runs, as they were made, attained or dominated, (k, m); (0, 0) if half of them found nothing.
 
     Empirical attainment function: Grunert da Fonseca, Fonseca & Hall 2001.
     """
     import moocore  # noqa: PLC0415 - only several objectives need it
 
-    fronts = [final_front(run) for run in runs]
-    if not any(len(front) for front in fronts):
+    fronts = [_non_dominated(run.trace.costs) for run in runs if len(run.trace.costs)]
+    if not fronts or 2 * len(fronts) < len(runs):
         return np.empty((0, 0))
     of_run = np.repeat(np.arange(len(fronts)), [len(front) for front in fronts])
-    corners: Array = moocore.eaf(np.concatenate([f for f in fronts if len(f)]), of_run, percentiles=[50.0])
+    half = 50.0 * len(runs) / len(fronts)  # those that found nothing are runs, too
+    corners: Array = moocore.eaf(np.concatenate(fronts), of_run, percentiles=[half])
     return corners[:, :-1]

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Resume, Seed, Terminal, Typed
-from robolaser.errors import Interrupted, OutputError, UsageError
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Resume, Seed, Terminal, Typed, refuse
+from robolaser.errors import Interrupted, OutputError
 
 
 def calibrate(
@@ -44,38 +44,23 @@ def calibrate(
         resume: Continue a stopped search.
         force: Overwrite an earlier result.
     """
-    from robolaser.data.result_folder import results_in, write_results
-    from robolaser.motion.reading import is_motion, load_motion
-
-    if is_motion(dataset):
-        of_poses = {"--weights": weights != "plain", "--no-polish": not polish}
-        searches = {"--algorithm": algorithm, "--generations": generations, "--resume": resume}
-        unused = [option for option, given in (searches | of_poses).items() if given]
-        if unused:
-            raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
-        from robolaser.commands.moving_arm import found_in
-        from robolaser.motion.calibration import calibrate_motion
-        from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
-
-        log = load_motion(dataset)
-        with results_in(output, command="calibrate", files=MOTION_CALIBRATION_FILES, inputs=[dataset], force=force):
-            moving = found_in(
-                log,
-                lambda progress: MotionCalibrationResult(calibrate_motion(log, effects, seed, progress), seed),
-                output, terminal, typed,
-            )  # fmt: skip
-        terminal.show(moving.to_dict(), lambda: moving.print(output))
-        return
     from robolaser.algorithms.registry import POLISH_ONLY, SCREENING
     from robolaser.calibration.calibrate import calibrate as find
     from robolaser.calibration.plan import GENERATIONS, Plan
     from robolaser.calibration.pymoo_search import CHECKPOINT
     from robolaser.data.loading import load
-    from robolaser.report.calibration.page import document
-    from robolaser.report.console import print_document
+    from robolaser.data.result_folder import results_in, write_results
+    from robolaser.motion.calibration import calibrate_motion
+    from robolaser.motion.log import MotionLog
+    from robolaser.motion.reading import is_motion, load_motion
     from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
+    from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
 
     is_stopped = (output / CHECKPOINT).exists()
+    if moves := is_motion(dataset):
+        idle = {"--algorithm": algorithm, "--generations": generations, "--resume": resume, "--no-polish": not polish,
+                "--weights": weights != "plain"}  # fmt: skip
+        refuse("A log of a moving arm is fitted by least squares", idle)
     if is_stopped and not (resume or force):
         raise OutputError(
             f"{output} holds a search that was stopped. Continue it with --resume, or start over with --force."
@@ -84,7 +69,7 @@ def calibrate(
         terminal.warn(f"--generations has no effect: {algorithm or 'the default search'} has no generations.")
     if resume and not is_stopped:
         terminal.warn(f"--resume has no effect: {output} holds no search that was stopped.")
-    data = load(dataset)
+    data = load_motion(dataset) if moves else load(dataset)
     plan = Plan(
         algorithm=algorithm,
         polish=polish,
@@ -93,14 +78,16 @@ def calibrate(
         seed=seed,
         generations=generations or GENERATIONS,
     )
-    with results_in(
-        output, command="calibrate", files=CALIBRATION_FILES, state=(CHECKPOINT,), inputs=[dataset], force=force
-    ):
+    files = MOTION_CALIBRATION_FILES if moves else CALIBRATION_FILES
+    with results_in(output, command="calibrate", files=files, state=(CHECKPOINT,), inputs=[dataset], force=force):
         try:
             with terminal.progress() as progress:
-                found = find(data, plan, state=output, resume=resume, progress=progress)
-            terminal.warn(*found.warnings)
-            result = CalibrationResult.of(found)
+                result: CalibrationResult | MotionCalibrationResult
+                if isinstance(data, MotionLog):
+                    result = MotionCalibrationResult(calibrate_motion(data, effects, seed, progress), seed)
+                else:
+                    result = CalibrationResult.of(find(data, plan, state=output, resume=resume, progress=progress))
+            terminal.warn(*(data.warnings if moves else result.warnings))
             texts = result.files(command=typed)
             write_results(output, texts)
         except KeyboardInterrupt:
@@ -108,8 +95,4 @@ def calibrate(
             state = f"The search's state is in {output}: continue with --resume." if kept else "Nothing was written."
             raise Interrupted(f"Stopped. {state}") from None
         (output / CHECKPOINT).unlink(missing_ok=True)
-
-    def print_summary() -> None:
-        print_document(document(found, brief=True, files=result["files"], folder=output), output)
-
-    terminal.show(texts["calibration.json"] or "", print_summary)
+    terminal.show(texts["calibration.json"] or "", lambda: result.print(output))

@@ -2,10 +2,10 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 NEW, SCORE = "challenge new", "challenge score"
 USUAL_ARM = "scorbot_er7"  # the one that needs no further package
-NUMBER = r"(\d+(?:\.\d*)?(?:e-?\d+)?)"
-N = TypeVar("N", int, float)
 
 challenge = App(
     "challenge",
@@ -39,9 +37,7 @@ def new(
     count: Count = 12,
     poses: Annotated[str | None, Parameter(metavar="A-B")] = None,
     points: Annotated[str | None, Parameter(metavar="A-B")] = None,
-    pixel_noise: Annotated[str | None, Parameter(metavar="A-B")] = None,
     kinds: Annotated[str | None, Parameter(metavar="A,B")] = None,
-    tracked: Annotated[bool, Parameter(negative="")] = False,
     seed: Seed | None = None,
     truth: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     force: Force = False,
@@ -61,9 +57,7 @@ def new(
         count: Number of data sets.
         poses: Range of the number of poses. Default: 36-72.
         points: Range of the number of points in each pose. Default: 6-12.
-        pixel_noise: Range of the noise in pixels. Default: 0.06-0.2.
         kinds: Kinds of data sets, or names of faults, in equal shares. Default: all but physics, mostly single faults.
-        tracked: Measure all arms with a tracker, whatever the kind.
         seed: Seed of the trial. Default: a new, secret one each time.
         truth: Folder for the truth; keep it to yourself. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier trial.
@@ -82,15 +76,11 @@ def new(
         count=count,
         seed=secrets.randbits(48) if seed is None else seed,
         kinds=kinds.split(",") if kinds else (),
-        ranges=Ranges(
-            poses=_range("--poses", poses, usual.poses, int),
-            points=_range("--points", points, usual.points, int),
-            pixel_px=_range("--pixel-noise", pixel_noise, usual.pixel_px, float),
-        ),
-        tracked=tracked,
+        ranges=Ranges(poses=_range("--poses", poses, usual.poses), points=_range("--points", points, usual.points)),
     )
     sources: list[Robot | Dataset] = [load(path) for path in like]
     sources += [find_robot(name, flange=flange) for name in robot or (() if sources else (USUAL_ARM,))]
+    kept = "" if truth is None else f" --truth {truth}"
     truth = truth or truth_beside(folder)
     if truth.resolve().is_relative_to(folder.resolve()):
         raise UsageError(f"--truth {truth} is in {folder} and would be given away with it. Keep it elsewhere.")
@@ -99,7 +89,7 @@ def new(
 
     def print_names() -> None:
         say(f"{len(names)} blind data sets: {folder / names[0]} to {names[-1]}. Diagnose them, then:")
-        say(f"robolaser challenge score {folder}")
+        say(f"robolaser challenge score {folder}{kept}")
         say(f"Keep {truth} to yourself: it holds the truth.")
 
     terminal.show({"folder": str(folder), "datasets": names}, print_names)
@@ -112,7 +102,7 @@ def score(
     *,
     output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
     seed: Seed = 1,
-    jobs: Count | None = None,
+    jobs: Count = 1,
     truth: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -127,7 +117,7 @@ def score(
         folder: Folder of the trial.
         output: Folder for score.json. Default: FOLDER.
         seed: Seed of the diagnoses that have yet to be made.
-        jobs: Number of diagnoses at a time. Default: 1.
+        jobs: Number of diagnoses at a time.
         truth: Folder of the trial's truth. Default: FOLDER.truth, beside the folder.
         force: Overwrite an earlier score.
     """
@@ -141,7 +131,7 @@ def score(
         truths = unseal(folder, truth or truth_beside(folder))
         diagnoses = trial.diagnosis_files(folder, truths, file.parent)
         claim(f"{name}/{trial.DIAGNOSIS}" for name, path in diagnoses.items() if not path.exists())
-        executor = stack.enter_context(Processes(jobs or 1))
+        executor = stack.enter_context(Processes(jobs))
         tell = stack.enter_context(terminal.progress())
         trial.diagnose_missing(folder, diagnoses, seed=seed, executor=executor, tell=tell)
         scored = trial.score(truths, diagnoses)
@@ -150,21 +140,16 @@ def score(
     terminal.show(text, lambda: say("\n".join([*summary(scored), f"Wrote {file}"])))
 
 
-def _range(option: str, text: str | None, usual: tuple[N, N], kind: Callable[[str], N]) -> tuple[N, N]:
+def _range(option: str, text: str | None, usual: tuple[int, int]) -> tuple[int, int]:
     """The least and the most of a number, as typed."""
     if text is None:
         return usual
-    wrong = UsageError(
-        f"{option} {text}: expected two positive {'whole ' if kind is int else ''}numbers, the least before the most,"
-        " as in 36-72."
-    )
-    match = re.fullmatch(rf"{NUMBER}(?:-{NUMBER})?", text.strip())
-    try:
-        low, high = (kind(part) for part in ((match[1], match[2] or match[1]) if match else ("", "")))
-    except ValueError:
-        raise wrong from None
+    match = re.fullmatch(r"(\d+)(?:-(\d+))?", text.strip(), re.ASCII)
+    low, high = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
     if not 0 < low <= high:
-        raise wrong
+        raise UsageError(
+            f"{option} {text}: expected two positive whole numbers, the least before the most, as in 36-72."
+        )
     return low, high
 
 

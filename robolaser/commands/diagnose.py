@@ -5,8 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed
-from robolaser.errors import UsageError
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Seed, Terminal, Typed, refuse
 
 
 def diagnose(
@@ -37,41 +36,34 @@ def diagnose(
         seed: Seed of the random draws.
         force: Overwrite an earlier result.
     """
-    from robolaser.data.result_folder import results_in, write_results
-    from robolaser.motion.reading import is_motion, load_motion
-
-    if is_motion(dataset):
-        if validate:
-            raise UsageError(f"{dataset} is the log of a moving arm; --validate predicts measured poses. Leave it out.")
-        from robolaser.commands.moving_arm import found_in
-        from robolaser.motion.diagnosis import diagnose_motion
-        from robolaser.results.motion import MOTION_FILES, MotionResult
-
-        log = load_motion(dataset)
-        with results_in(output, command="diagnose", files=MOTION_FILES, inputs=[dataset], force=force):
-            moving = found_in(
-                log,
-                lambda progress: MotionResult(diagnose_motion(log, without=without, seed=seed, progress=progress)),
-                output, terminal, typed,
-            )  # fmt: skip
-        terminal.show(moving.to_dict(), lambda: moving.print(output))
-        return
     from robolaser.data.loading import load
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis import examine
     from robolaser.export.files import is_withheld
+    from robolaser.motion.diagnosis import diagnose_motion
+    from robolaser.motion.log import MotionLog
+    from robolaser.motion.reading import is_motion, load_motion
     from robolaser.results.diagnosis import DIAGNOSIS_FILES, DiagnosisResult
+    from robolaser.results.motion import MOTION_FILES, MotionResult
 
-    data, others = load(dataset), [load(other) for other in validate]
-    with results_in(output, command="diagnose", files=DIAGNOSIS_FILES, inputs=[dataset, *validate], force=force):
+    moves = is_motion(dataset)
+    refuse(f"{dataset} is the log of a moving arm, without measured poses", {"--validate": moves and validate})
+    data, others = load_motion(dataset) if moves else load(dataset), [load(other) for other in validate]
+    terminal.warn(*data.warnings)
+    files = MOTION_FILES if moves else DIAGNOSIS_FILES
+    with results_in(output, command="diagnose", files=files, inputs=[dataset, *validate], force=force):
         with terminal.progress() as progress:
-            found = examine(data, seed=seed, without=without, validate=others, progress=progress)
-        terminal.warn(*data.warnings)
-        result = DiagnosisResult.of(found, seed)
+            result: DiagnosisResult | MotionResult
+            if isinstance(data, MotionLog):
+                result = MotionResult(diagnose_motion(data, without=without, seed=seed, progress=progress))
+            else:
+                found = examine(data, seed=seed, without=without, validate=others, progress=progress)
+                result = DiagnosisResult.of(found, seed)
         texts = result.files(command=typed)
-        if result.model and is_withheld(result.model):
-            terminal.warn(
-                "With all that was found, points are still centimetres off: the data set describes the cell wrongly;"
-                " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
-            )
         write_results(output, texts)
+    if isinstance(result, DiagnosisResult) and result.model and is_withheld(result.model):
+        terminal.warn(
+            "With all that was found, points are still centimetres off: the data set describes the cell wrongly;"
+            " only robot.urdf is exported. Check the start values in [parameters], units and signs, and the flange."
+        )
     terminal.show(texts["diagnosis.json"] or "", lambda: result.print(output))

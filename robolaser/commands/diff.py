@@ -47,6 +47,6 @@ def diff(
     with writing:
         found = difference(first, second)
         if output:
-            page = render(document(found, names, command=typed))
+            page = render(document(found, names), typed)
             write_results(output, {"report.html": page, "diff.json": json_text(found)})
     terminal.show(found, lambda: print_document(document(found, names)))

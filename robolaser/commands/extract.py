@@ -1,7 +1,7 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,6 @@ from cyclopts import Parameter
 from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Terminal, say
 
 if TYPE_CHECKING:
-    from robolaser.data.atomic_write import Contents
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
     from robolaser.vision.recordings import StripeOptions
@@ -89,24 +88,20 @@ class _Place:
     def folder(self) -> Path:
         return self.output or self.recording
 
-    def save(self, dataset: "Dataset") -> None:
-        """Write a data set's points, or all of it where it is a new one."""
+    def write(self, dataset: "Dataset", stripes: Path | None = None) -> None:
+        """Write a data set's points, or stripes, and all of it with its images where it is a new one."""
+        from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+        from robolaser.data.atomic_write import Contents, written_later
         from robolaser.data.result_folder import write_results
         from robolaser.data.writing import point_texts, texts_of
 
-        if self.output is None:
-            write_results(self.recording, point_texts(dataset))
-        else:
-            self.write_new(texts_of(dataset))
-
-    def write_new(self, files: "Mapping[str, str | Contents | None]") -> None:
-        """Write a new data set with its images."""
-        from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
-        from robolaser.data.atomic_write import written_later
-        from robolaser.data.result_folder import write_results
-
         copies = {name: written_later(partial(read_bytes, self.recording / name, IMAGE_BYTES)) for name in self.images}
-        write_results(self.folder, {**copies, **files})
+        files: dict[str, str | Contents | None] = {**copies}
+        if self.output is not None:
+            files |= texts_of(dataset)
+        elif stripes is None:
+            files |= point_texts(dataset)
+        write_results(self.folder, files if stripes is None else {**files, STRIPES: stripes})
         for name in self.images:
             taken = (self.recording / name).stat()
             os.utime(self.folder / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
@@ -129,7 +124,7 @@ def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal
     if found.channel != "grey":
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
     terminal.warn(*found.doubts)
-    place.save(dataset)
+    place.write(dataset)
     file = place.folder / POINTS
     skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
     images, corners = len(found.frames) - len(skipped), len(dataset.points) - len(found)
@@ -158,7 +153,7 @@ def _corners(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
     for one in seen:
         rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
         terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
-    place.save(dataset)
+    place.write(dataset)
     file = place.folder / POINTS
     skipped = {one.pose: "no target" for one in seen if not one.points}
     points, images = len(dataset.points), len(seen) - len(skipped)
@@ -171,7 +166,6 @@ def _corners(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
 def _stripes(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal: Terminal) -> None:
     from robolaser.data.atomic_write import STAGED
     from robolaser.data.stripe_file import write_stripes
-    from robolaser.data.writing import texts_of
     from robolaser.vision.recordings import stripes_from_images
 
     file = place.folder / STRIPES
@@ -184,12 +178,11 @@ def _stripes(recording: "Dataset", place: _Place, seen: "StripeOptions", termina
             blank += not len(block)
             yield block
 
-    written = file if place.output is None else file.with_name(f"{STAGED}{STRIPES}")
+    staged = file.with_name(f"{STAGED}{STRIPES}")
     with terminal.progress() as progress:
         blocks = stripes_from_images(recording, **seen, progress=progress)
-        centres = write_stripes(written, counted(blocks))
-    if place.output is not None:
-        place.write_new({**texts_of(recording), STRIPES: written})
+        centres = write_stripes(staged, counted(blocks))
+    place.write(recording, staged)
     terminal.show(
         {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
         lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),

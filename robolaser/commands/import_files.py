@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, aligned, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, aligned, refuse, say
 from robolaser.errors import UsageError
 
 if TYPE_CHECKING:
@@ -115,10 +115,8 @@ def import_files(
     if sensor == "motion":
         if options.robot is None:
             raise UsageError("A log of a moving arm needs its arm: name it with --robot.")
-        idle = {"--euler": euler is not None, "--point": point is not None, "--ordered": ordered,
-                "--extract": extract, "--kind": kind is not None}  # fmt: skip
-        for option in (name for name, given in idle.items() if given):
-            raise UsageError(f"{option} is not for logs of moving arms: leave it out.")
+        idle = {"--euler": euler, "--point": point, "--ordered": ordered, "--extract": extract, "--kind": kind}
+        refuse("These are logs of a moving arm", idle)
         _import_motion(sources, options.robot, options, output, terminal, dry_run=dry_run, force=force)
         return
     importer = importer_for(sources, kind)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Positive, Terminal, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Terminal, say
 
 new = App("new", help="Write a new cell: its files, a board to print, and plans of poses and motions.")
 
@@ -17,11 +17,6 @@ def cell(
     *,
     camera: bool = False,
     lerobot: Annotated[Path | None, Parameter(metavar="CALIBRATION.json")] = None,
-    columns: Count = 10,
-    rows: Count = 7,
-    square: Annotated[Positive, Parameter(metavar="MM")] = 20.0,
-    width: Annotated[Count, Parameter(metavar="PX")] = 640,
-    height: Annotated[Count, Parameter(metavar="PX")] = 480,
     poses: Count = 20,
     output: Annotated[Path | None, Parameter(metavar="CELL", group=RESULT)] = None,
     force: Force = False,
@@ -37,11 +32,6 @@ def cell(
         name: The arm, one of `robolaser list robots`.
         camera: The arm carries a camera. Default: a stripe scanner, which is a camera and a laser.
         lerobot: LeRobot's calibration of this arm; joint angles are then those that LeRobot reads.
-        columns: Inner corners of the board along its longer side.
-        rows: Inner corners across.
-        square: Side of a square.
-        width: Width of the camera's images.
-        height: Height of the camera's images.
         poses: Number of poses.
         output: Folder for the cell. Default: NAME-cell.
         force: Overwrite an earlier cell.
@@ -58,9 +48,8 @@ def cell(
     if lerobot is not None and entry.controller.get("kind") != "feetech":
         raise UsageError(f"--lerobot is for arms of Feetech servos, which {entry.title} is not: leave it out.")
     servos = {} if lerobot is None else read_servos(read_text(lerobot), entry.joints, lerobot.name)
-    side_m = square / 1e3
-    board = Board(columns, rows, side_m, "charuco", round(0.75 * side_m, 6), "DICT_4X4_100")
-    wanted = NewCell(entry, "camera" if camera else "stripe", board, (width, height), poses, servos)
+    board = Board(10, 7, 0.020, "charuco", 0.015, "DICT_4X4_100")  # which fits on a sheet of A4
+    wanted = NewCell(entry, "camera" if camera else "stripe", board, (640, 480), poses, servos)
     folder = Path(f"{entry.name}-cell") if output is None else output
     read = [] if lerobot is None else [lerobot]
     with results_in(folder, command="new cell", files=CELL_FILES, inputs=read, force=force):

@@ -1,20 +1,15 @@
 """robolaser plan: what poses could tell, before anything is measured in them."""
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Positive, Seed, Terminal, Typed, stated
+from robolaser.commands.terminal import NO_NOISE, TERMINAL, Count, NoiseOptions, Seed, Terminal, refuse
 from robolaser.errors import UsageError, near
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
-
-FILES = ("plan.json", "report.html")
-NOISE = Group("Expected noise, one standard deviation", sort_key=0)
-Deviation = Annotated[Positive | None, Parameter(metavar="STD", group=NOISE)]
 
 
 def plan(
@@ -26,23 +21,16 @@ def plan(
     sensor: Annotated[str | None, Parameter(metavar="KIND")] = None,
     mount: Literal["flange", "base"] = "flange",
     points: Count | None = None,
-    pixel_px: Deviation = None,
-    target_m: Deviation = None,
-    joint_rad: Deviation = None,
-    point_m: Deviation = None,
-    angle_rad: Deviation = None,
+    noise: NoiseOptions = NO_NOISE,
     seed: Seed = 1,
-    output: Annotated[Path | None, Parameter(metavar="DIR", group=RESULT)] = None,
-    force: Force = False,
     terminal: Terminal = TERMINAL,
-    typed: Typed = "",
 ) -> None:
     """Show which effects could be detected and distinguished at planned poses or in planned motions.
 
     For example:
 
         robolaser plan poses.csv --robot ur5e --sensor camera --pixel-px 0.1 --joint-rad 2e-5
-        robolaser plan recording --output planned
+        robolaser plan recording
 
     Args:
         poses: A poses.csv with joint angles, or a data set. The points of a data set are used as measured; of the log
@@ -52,45 +40,24 @@ def plan(
         sensor: Kind of sensor, for a poses.csv: one of `robolaser list sensors`.
         mount: Carrier of the camera.
         points: Number of points in each pose.
-        pixel_px: Of a pixel coordinate.
-        target_m: Of a target point's coordinate.
-        joint_rad: Of a joint angle.
-        point_m: Of a coordinate that a tracker or a profile sensor measures.
-        angle_rad: Of a tracked body's rotation, about each axis.
         seed: Seed of the random sensor.
-        output: Folder for the result and its page. Default: they are not written.
-        force: Overwrite an earlier result.
     """
     from dataclasses import replace
 
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in, write_results
     from robolaser.diagnosis.pose_plan import examine_plan
     from robolaser.motion.plan import plan_motion
     from robolaser.motion.reading import is_motion, load_motion
     from robolaser.report import motion, pose_plan
     from robolaser.report.console import print_document
-    from robolaser.report.page import render
-    from robolaser.results.contents import json_text
 
-    writing = results_in(output, command="plan", files=FILES, inputs=[poses], force=force) if output else nullcontext()
-    typed_noise = stated(
-        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
-    )
     if poses.is_dir():
         given = {"--robot": robot, "--flange": flange, "--sensor": sensor}
-        if doubled := [option for option, value in given.items() if value is not None]:
-            raise UsageError(f"{poses} is a data set, which contains that: leave out {', '.join(doubled)}.")
+        refuse(f"{poses} is a data set, which contains that", given)
         if is_motion(poses):
-            if typed_noise or points is not None:
-                raise UsageError(f"{poses} is the log of a moving arm: leave out --points and the noise.")
-            with writing:
-                motions = plan_motion(load_motion(poses, planned=True))
-                result = json_text(motions.to_dict())
-                if output:
-                    texts = {"report.html": render(motion.plan_document(motions, command=typed)), "plan.json": result}
-                    write_results(output, texts)
-            terminal.show(result, lambda: print_document(motion.plan_document(motions), output))
+            refuse(f"{poses} is the log of a moving arm", {"--points": points, "the noise": noise.typed})
+            motions = plan_motion(load_motion(poses, planned=True))
+            terminal.show(motions.to_dict(), lambda: print_document(motion.plan_document(motions)))
             return
         dataset = load(poses)
     else:
@@ -98,16 +65,10 @@ def plan(
             raise UsageError(f"State --robot and --sensor, which {poses} does not contain.")
         dataset = _of_table(poses, robot, flange, sensor)
         _warn_of_collisions(dataset, terminal)
-    dataset = replace(dataset, noise=replace(dataset.noise, **typed_noise))
+    dataset = replace(dataset, noise=replace(dataset.noise, **noise.typed))
     terminal.warn(*dataset.warnings)
-    with writing:
-        found = examine_plan(dataset, points=points, mount=mount, seed=seed)
-        result = json_text(found.to_dict())
-        if output:
-            write_results(
-                output, {"report.html": render(pose_plan.document(found, command=typed)), "plan.json": result}
-            )
-    terminal.show(result, lambda: print_document(pose_plan.document(found, brief=True), output))
+    found = examine_plan(dataset, points=points, mount=mount, seed=seed)
+    terminal.show(found.to_dict(), lambda: print_document(pose_plan.document(found)))
 
 
 def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:

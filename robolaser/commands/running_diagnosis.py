@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -28,25 +27,26 @@ class RunningDiagnosis:
     """
 
     def __init__(self, folder: Path, *, exposures: bool, show: Callable[[str], None]) -> None:
-        self._folder, self._exposures, self._show = folder, exposures, show
+        self._show = show
         self._engine = ProcessPoolExecutor(1, get_context("spawn"), initializer=_leave_ctrl_c_to_the_arm)
+        self._answer = partial(answer, folder, exposures=exposures)
         self._asked: Future[str] | None = None
-        self._is_current = False
+        self._is_current = True
         self.latest = ""
 
     def pose_recorded(self) -> None:
         """Show what has come, and ask of the poses that are on the disk now."""
-        self._is_current = False
-        if self._asked is None or self._asked.done():
+        self._is_current = self._asked is None or self._asked.done()
+        if self._is_current:
             self._take()
             self._ask()
 
     def finish(self) -> None:
         """Show the answer of all poses."""
-        if self._asked is not None and not self._is_current:
-            self._take()
-            self._ask()
         self._take()
+        if not self._is_current:
+            self._ask()
+            self._take()
 
     def stop(self) -> None:
         """Ask no more."""
@@ -54,10 +54,7 @@ class RunningDiagnosis:
 
     def _ask(self) -> None:
         with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
-            self._asked, self._is_current = (
-                self._engine.submit(answer, self._folder, exposures=self._exposures),
-                True,
-            )
+            self._asked = self._engine.submit(self._answer)
 
     def _take(self) -> None:
         if self._asked is None:
@@ -75,16 +72,9 @@ def _leave_ctrl_c_to_the_arm() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-@final
-@dataclass
-class _SoFar:
-    """What a process knows of a recording: what its images showed, and the last diagnosis."""
-
-    shown: dict[object, Any] = field(default_factory=dict)
-    found: Any = None
-
-
-_KNOWN: defaultdict[Path, _SoFar] = defaultdict(_SoFar)
+_SHOWN: defaultdict[Path, dict[object, Any]] = defaultdict(dict)
+_FOUND: dict[Path, Any] = {}
+"""What a process knows of a recording: what its images showed, and the last diagnosis."""
 
 
 def answer(folder: Path, *, exposures: bool = False) -> str:
@@ -98,18 +88,18 @@ def answer(folder: Path, *, exposures: bool = False) -> str:
     from robolaser.vision.recordings import points_from_images
     from robolaser.vision.target_corners import points_of_target
 
-    so_far = _KNOWN[folder]
     try:
         recording = load(folder)
         has_stripe = sensor_class(recording.kind).has_laser_plane()
         of_images = partial(points_from_images, exposures=exposures) if has_stripe else points_of_target
-        _, dataset = of_images(recording, known=so_far.shown)
-        so_far.found = so_far.found.with_poses(dataset) if so_far.found else diagnose(dataset, seed=1)
+        _, dataset = of_images(recording, known=_SHOWN[folder])
+        found = _FOUND[folder].with_poses(dataset) if folder in _FOUND else diagnose(dataset, seed=1)
     except RobolaserError as error:
         return f"no diagnosis yet: {error}"
     except np.linalg.LinAlgError:
         return "no diagnosis yet: these poses do not determine the model."
-    return in_a_line(so_far.found)
+    _FOUND[folder] = found
+    return in_a_line(found)
 
 
 def in_a_line(found: Mapping[str, Any]) -> str:

@@ -129,7 +129,7 @@ def scan(
         wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
         try:
             quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
-            shown = {files[1].name: render(document(made, quality, command=typed))} if report else {}
+            shown = {files[1].name: render(document(made, quality), typed)} if report else {}
             write_results(output.parent, {output.name: cloud, **shown})
         except KeyboardInterrupt:
             write_results(output.parent, {output.name: cloud})

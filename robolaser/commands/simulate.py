@@ -1,16 +1,22 @@
 """robolaser simulate: a data set as the real cell would give it."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import Group, Parameter
+from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Seed, Terminal, say, stated
-from robolaser.errors import UsageError
-
-NOISE = Group("Noise, one standard deviation", sort_key=0)
-Deviation = Annotated[float | None, Parameter(metavar="STD", group=NOISE)]
+from robolaser.commands.terminal import (
+    NO_NOISE,
+    RESULT,
+    TERMINAL,
+    Count,
+    Force,
+    NoiseOptions,
+    Seed,
+    Terminal,
+    refuse,
+    say,
+)
 
 
 def simulate(
@@ -24,14 +30,9 @@ def simulate(
     points: Count | None = None,
     repeats: Count = 1,
     sessions: Count = 1,
-    pixel_px: Deviation = None,
-    target_m: Deviation = None,
-    joint_rad: Deviation = None,
-    point_m: Deviation = None,
-    angle_rad: Deviation = None,
+    noise: NoiseOptions = NO_NOISE,
     unplaced: bool = False,
     effects: Annotated[tuple[str, ...], Parameter(name="--effect", metavar="NAME[:WHERE]=SIZE")] = (),
-    paper: bool = False,
     seed: Seed = 1,
     force: Force = False,
     terminal: Terminal = TERMINAL,
@@ -53,14 +54,8 @@ def simulate(
         points: Points in each pose. Default: 12 of a stripe, 35 corners, 3 reflectors, sockets or balls, 1 body.
         repeats: Number of shots in each pose.
         sessions: Number of sessions with other positions of base, target or sockets; series of a motion, 6 by default.
-        pixel_px: Of a pixel coordinate.
-        target_m: Of a target point's coordinate.
-        joint_rad: Of a joint angle.
-        point_m: Of a coordinate that a tracker or a profile sensor measures.
-        angle_rad: Of a tracked body's rotation, about each axis.
         unplaced: Do not state the pose of the target.
         effects: Add one of `robolaser list effects`, with its size in SI units; may be given again.
-        paper: Repeat the experiment of Lee et al. 2004: 25 points, 5 poses.
         seed: Seed of poses and noise.
         force: Overwrite an earlier data set.
     """
@@ -72,25 +67,8 @@ def simulate(
     from robolaser.motion.reading import MOTION_FOLDER, motion_texts
     from robolaser.motion.simulation import simulate_motion
     from robolaser.simulation import CellOptions, sizes_of
-    from robolaser.simulation import paper as paper_experiment
     from robolaser.simulation import simulate as simulated
 
-    typed_noise = stated(
-        pixel_px=pixel_px, target_m=target_m, joint_rad=joint_rad, point_m=point_m, angle_rad=angle_rad
-    )
-    fixed = {
-        "--sensor": sensor != "stripe",
-        "--mount": mount != "flange",
-        "--poses": poses != 40,
-        "--points": points is not None,
-        "--repeats": repeats != 1,
-        "--sessions": sessions != 1,
-        "--unplaced": unplaced,
-        **{f"--{name.replace('_', '-')}": True for name in typed_noise},
-    }
-    clashing = [option for option, changed in fixed.items() if changed]
-    if paper and clashing:
-        raise UsageError(f"--paper fixes what {', '.join(clashing)} would change: leave out one or the other.")
     files = MOTION_FOLDER if sensor == "motion" else FOLDER
     with results_in(output, command="simulate", files=files, force=force) as claim:
         arm, name = find_robot(robot, flange=flange), output.resolve().name
@@ -100,14 +78,19 @@ def simulate(
             counts = {"series": len(log.series), "rows": len(log)}
             write_results(output, dict(motion_texts(log)))
         else:
-            make = partial(paper_experiment, arm)
-            if not paper:
-                noise = Noise(**typed_noise) if typed_noise else None
-                options = CellOptions(repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=name)
-                make = partial(simulated, arm, kind=sensor, poses=poses, points=points, noise=noise, options=options)
-            dataset = make(effects=sizes, seed=seed).dataset
-            if mount != "flange" and not isinstance(dataset.options, Mounting):
-                raise UsageError(f"--mount {mount} is only for a camera or a profile sensor: leave it out.")
+            made = simulated(
+                arm,
+                kind=sensor,
+                poses=poses,
+                points=points,
+                noise=Noise(**noise.typed) if noise.typed else None,
+                effects=sizes,
+                seed=seed,
+                options=CellOptions(repeats=repeats, sessions=sessions, placed=not unplaced, mount=mount, name=name),
+            )
+            dataset = made.dataset
+            if not isinstance(dataset.options, Mounting):
+                refuse("Only a camera and a profile sensor stand in the cell", {"--mount": mount != "flange"})
             counts = {"poses": len(dataset.poses), "points": len(dataset.points)}
             claim(files_of(dataset))
             write_results(output, texts_of(dataset))

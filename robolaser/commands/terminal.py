@@ -13,6 +13,7 @@ from typing import Annotated, Never, final
 from cyclopts import Group, Parameter
 from cyclopts.validators import Number
 
+from robolaser.errors import UsageError
 from robolaser.report.printable import printable
 
 RESULT = Group("Result", sort_key=1)  # the options that say where a result goes
@@ -20,6 +21,7 @@ Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
 Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
 Positive = Annotated[float, Parameter(validator=Number(gt=0, lt=math.inf))]
+Deviation = Annotated[Positive, Parameter(metavar="STD")]
 Force = Annotated[bool, Parameter(group=RESULT)]
 Resume = Annotated[bool, Parameter(group=RESULT)]
 Typed = Annotated[str, Parameter(parse=False)]
@@ -93,9 +95,47 @@ class Terminal:
 TERMINAL = Terminal()  # text on standard output, progress on a terminal
 
 
-def stated(**options: float | None) -> dict[str, float]:
-    """Those that were typed."""
-    return {name: value for name, value in options.items() if value is not None}
+@final
+@Parameter(name="*", group=Group("Noise, one standard deviation", sort_key=0))
+@dataclass(frozen=True)
+class NoiseOptions:
+    """The noise of measurements.
+
+    Attributes:
+        pixel_px: Of a pixel coordinate.
+        target_m: Of a target point's coordinate.
+        joint_rad: Of a joint angle.
+        point_m: Of a coordinate that a tracker or a profile sensor measures.
+        angle_rad: Of a tracked body's rotation, about each axis.
+    """
+
+    pixel_px: Deviation | None = None
+    target_m: Deviation | None = None
+    joint_rad: Deviation | None = None
+    point_m: Deviation | None = None
+    angle_rad: Deviation | None = None
+
+    @property
+    def typed(self) -> dict[str, float]:
+        """Those that were typed."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+NO_NOISE = NoiseOptions()
+
+
+def refuse(why: str, options: Mapping[str, object]) -> None:
+    """Refuse those of some options that were typed, as they mean nothing here.
+
+    Args:
+        why: The beginning of the sentence.
+        options: By name, each with whether it was typed.
+
+    Raises:
+        UsageError: One was.
+    """
+    if idle := [option for option, given in options.items() if given]:
+        raise UsageError(f"{why}: leave out {', '.join(idle)}.")
 
 
 def shown_default(value: object) -> str | None:

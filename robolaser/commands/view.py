@@ -1,13 +1,14 @@
 """robolaser view: a cell in the browser."""
 
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from robolaser.commands.terminal import TERMINAL, Port, Terminal, say
-from robolaser.errors import UsageError
+from robolaser.errors import DataError, UsageError
 
 if TYPE_CHECKING:
     from robolaser.data.cell_config import Cell
@@ -44,27 +45,25 @@ def view(
     """
     from robolaser.data.cell_config import load_cell
     from robolaser.data.loading import load
-    from robolaser.model.sensors import sensor_class
-    from robolaser.report.viewer.cell_model import calibrated, has_nominal, nominal
+    from robolaser.model.sensors.stripe import SCANNER
+    from robolaser.report.cell_poses import nominal_cell
     from robolaser.report.viewer.scene import ShownCell
     from robolaser.report.viewer.serving import ViewerApp
     from robolaser.report.viewer.shapes import downsampled
-    from robolaser.scan import read_calibration
     from robolaser.scan.ply import map_ply
 
     stated = None if cell is None else load_cell(cell)
     data = load(dataset) if stated is None or dataset.is_dir() else _planned(stated, dataset)
-    models: tuple[ShownCell, ...]
-    if calibration is None:
-        models = (nominal(data),)
-    elif sensor_class(data.kind).has_laser_plane():
-        found = read_calibration(calibration, data.robot)
-        models = (*((nominal(data),) if has_nominal(data) else ()), calibrated(found, data))
-    else:
-        models = (_fitted(data, calibration),)
+    models: list[ShownCell] = []
+    doubts: Sequence[str] = ()
+    if calibration is None or set(SCANNER) <= set(data.parameters):
+        models.append(nominal_cell(data))
+    if calibration is not None:
+        fitted, doubts = _fitted(data, calibration)
+        models.append(fitted)
     points = None if cloud is None else downsampled(map_ply(cloud))
-    terminal.warn(*data.warnings, *(note for model in models for note in model.notes))
-    app = ViewerApp(models, points, port, None if stated is None else _collisions(stated, data))
+    terminal.warn(*data.warnings, *doubts)
+    app = ViewerApp(tuple(models), points, port, None if stated is None else _collisions(stated, data))
     terminal.show({"url": app.url}, lambda: say(f"{data.name} is at {app.url}; stop with Ctrl-C."))
     if browser:
         webbrowser.open(app.url)
@@ -74,17 +73,29 @@ def view(
         app.stop()
 
 
-def _fitted(data: "Dataset", calibration: Path) -> "CellPoses":
-    """The cell by the numbers and effects of a saved calibration."""
-    from robolaser.model.effects import candidate_effects
+def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[str]]:
+    """The cell by the numbers and effects of a saved calibration, and what is not known of the effects."""
+    import msgspec
+
+    from robolaser.model.effects import found_effect
     from robolaser.report.cell_poses import fitted_cell
     from robolaser.results.calibration import load_calibration
-    from robolaser.results.contents import numbers_of
+    from robolaser.scan.calibrated import SavedCell
 
-    found = load_calibration(calibration)
-    names = [f"{one.effect}:{one.where}" for one in found.effects if one.effect != "outliers"]
-    numbers = {name: float(number["value"]) for name, number in numbers_of(found).items()}
-    return fitted_cell(data, tuple(candidate_effects(names, data)), numbers)
+    try:
+        found = msgspec.convert(load_calibration(calibration).to_dict(), SavedCell)
+    except msgspec.ValidationError as error:
+        raise DataError(f"Cannot use {calibration}: {error}.", file=calibration) from None
+    image = found.model.image
+    if image and data.image_px and image != data.image_px:
+        of_data, of_calibration = ("{} x {} px".format(*size) for size in (data.image_px, image))
+        raise DataError(
+            f"{data.name} has images of {of_data}, but the calibration is of a camera with {of_calibration}. Use the"
+            " calibration of the camera that took them, or correct [image] in dataset.toml.",
+            file=calibration,
+        )
+    effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects]
+    return fitted_cell(data, effects, found.numbers, found.run)
 
 
 def _planned(cell: "Cell", poses: Path) -> "Dataset":
@@ -102,12 +113,10 @@ def _planned(cell: "Cell", poses: Path) -> "Dataset":
 
 
 def _collisions(cell: "Cell", data: "Dataset") -> "CollisionScene":
-    """What the poses of a data set would hit in a cell."""
+    """What an arm like that of a data set could hit in a cell."""
     from robolaser.cell.plan_validation import RouteCheck
     from robolaser.report.viewer.scene import CollisionScene
 
     if data.robot is None or data.robot.joints != cell.robot.joints or data.poses.q is None:
         raise UsageError(f"The data set's joints are not those of --cell ({', '.join(cell.robot.joints)}).")
-    check = RouteCheck.of(cell)
-    broken = check.violations(None, data.poses.names, data.poses.q)
-    return CollisionScene(check.bodies, cell.limits.margin_m, tuple(broken))
+    return CollisionScene(RouteCheck.of(cell).bodies, cell.limits.margin_m)

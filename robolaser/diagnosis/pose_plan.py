@@ -55,22 +55,6 @@ class PosePlan:
     alike: Array
     untestable: Mapping[str, str]
 
-    def of_effects(self) -> tuple[tuple[str, ...], Array]:
-        """Names of effects, and how much each is like another one at whichever location it is most so, (k, k).
-
-        On the diagonal: at another location. NaN where an effect has no other.
-        """
-        names = tuple(dict.fromkeys(one.effect.name for one in self.candidates))
-        of = np.array([names.index(one.effect.name) for one in self.candidates])
-        others = np.where(np.eye(len(of), dtype=bool), np.nan, self.alike)
-        table = np.full((len(names), len(names)), np.nan)
-        for a in range(len(names)):
-            for b in range(len(names)):
-                part = others[np.ix_(of == a, of == b)]
-                if np.isfinite(part).any():
-                    table[a, b] = np.nanmax(part)
-        return names, table
-
     def to_dict(self) -> dict[str, Any]:
         """What `--json` prints: format `robolaser-plan/1`."""
         return {

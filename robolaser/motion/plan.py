@@ -67,7 +67,7 @@ class MotionPlan:
     untestable: Mapping[str, str]
 
     def to_dict(self) -> dict[str, Any]:
-        """The contents of plan.json."""
+        """What `--json` prints."""
         return {
             "dataset": self.log.name,
             "kind": "motion",

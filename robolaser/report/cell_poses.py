@@ -1,29 +1,33 @@
 """Where everything of a cell is in each pose, by a model that was fitted: arm, sensor, light and points."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar, Final, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
-from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.effect import CandidateEffect, CarryOver, Run
+from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.in_cell import stands
 from robolaser.model.sensors.placements import motion, vector
+from robolaser.model.sensors.stripe import SCANNER
 from robolaser.model.stages import Perturbation, Stage
-from robolaser.parameters import Values
+from robolaser.parameters import Parameter, Values
 
 LIGHT_POINTS: Final = 16
 """Of the stripe, between which the laser plane is filled."""
 DEPTH_M: Final = 0.3
 """How far the camera's view is drawn."""
+NOTHING: Final = np.empty((0, 3))
 
 
 @final
@@ -34,20 +38,16 @@ class CellFrames:
     Attributes:
         joints: T_base_joint of the chain, base first, (k, 4, 4); none where flange poses were measured.
         flange: T_base_flange, (4, 4).
-        camera: T_base_camera, (4, 4); None where there is no scanner.
-        corners: Points that the corners of the image show at the working distance, (4, 3) [m].
-        projector: Position of the laser, (3,) [m].
-        light: Points of the laser plane along the line of pixels where the stripe usually lies, (p, 3) [m].
-        stripe: Line centres of this pose, in order along the stripe, (m, 3) [m].
+        camera: T_base_camera, (4, 4); None where there is no camera.
+        corners: Points that the corners of the image show, (4, 3) [m].
+        light: The projector and points along the stripe, in order, (1 + p, 3) [m]; none without a laser.
     """
 
     joints: Array
     flange: Array
     camera: Array | None = None
     corners: Array | None = None
-    projector: Array | None = None
-    light: Array | None = None
-    stripe: Array | None = None
+    light: Array = field(default_factory=lambda: NOTHING)
 
 
 @final
@@ -58,12 +58,14 @@ class CellPoses:
     Attributes:
         model: Fitted.
         x: Its parameters.
+        name: What a viewer calls it: "calibrated" or "nominal".
+        is_measured: Whether its points were measured; else they are where a stripe might be seen.
     """
 
     model: Model
     x: Array
-    name: ClassVar[str] = "calibrated"  # and notes: what a viewer says of it
-    notes: ClassVar[tuple[str, ...]] = ()
+    name: str = "calibrated"
+    is_measured: bool = True
 
     @property
     def dataset(self) -> Dataset:
@@ -222,12 +224,12 @@ class CellPoses:
     @property
     def groups(self) -> tuple[str, ...]:
         """What of the sensor a viewer draws."""
-        return () if self.camera is None else ("sensor",)
+        return (*("sensor",) * (self.camera is not None), *("light",) * self.model.blocks.has_laser_plane)
 
     @cached_property
     def target(self) -> Array:
         """Where points are known or were measured to be, (m, 3); none where rows are no points."""
-        return self.known if len(self.dataset.points) else np.empty((0, 3))
+        return self.known if self.is_measured else NOTHING
 
     @cached_property
     def points(self) -> Array:
@@ -239,20 +241,22 @@ class CellPoses:
 
     def at_pose(self, number: int) -> CellFrames:
         """The cell at a pose of the data set."""
-        camera = None if self.camera is None else self.camera[number]
-        return self._at(self.joint_frames(np.array([number]))[0], self.flange[number], camera)
+        poses = np.array([number])
+        joints, light = self.joint_frames(poses)[0], self.light(poses)[0]
+        frames = CellFrames(joints, self.flange[number], light=light[np.isfinite(light).all(axis=1)])
+        if self.camera is None:
+            return frames
+        return replace(frames, camera=self.camera[number], corners=apply(self.camera[number], self._view))
 
     def at(self, q: Array) -> CellFrames:
-        """The cell at other joint angles, (j,) [rad or m], with the effects as at the first pose."""
+        """The cell at other joint angles, (j,) [rad or m], with the effects, and the light, as at the first pose."""
         moved = np.broadcast_to(q, (len(self.dataset.poses), len(q)))
-        flange, camera = np.asarray(self.model.flange(self.values, q=moved[None]))[0, 0], None
-        if self.camera is not None:
-            mounted = inverse(self.flange[0]) @ self.camera[0]
-            camera = flange @ mounted if self.rides else self.camera[0]
-        return self._at(self.joint_frames(np.array([0]), moved)[0], flange, camera)
-
-    def _at(self, joints: Array, flange: Array, camera: Array | None) -> CellFrames:
-        return CellFrames(joints, flange, camera, None if camera is None else apply(camera, self._view))
+        joints = self.joint_frames(np.array([0]), moved)[0]
+        flange, first = np.asarray(self.model.flange(self.values, q=moved[None]))[0, 0], self.at_pose(0)
+        if first.camera is None or first.corners is None or not self.rides:
+            return replace(first, joints=joints, flange=flange)
+        by = flange @ inverse(first.flange)
+        return CellFrames(joints, flange, by @ first.camera, apply(by, first.corners), apply(by, first.light))
 
     @cached_property
     def _view(self) -> Array:
@@ -261,7 +265,8 @@ class CellPoses:
         width, height = self.dataset.image_px or (4, 3)
         ends = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]) - 0.5
         K = np.array([[width, 0.0, width / 2], [0.0, width, height / 2], [0.0, 0.0, 1.0]]) if view is None else view.K
-        return DEPTH_M * np.linalg.solve(K, np.column_stack([ends, np.ones(len(ends))]).T).T
+        corners: Array = DEPTH_M * np.linalg.solve(K, np.column_stack([ends, np.ones(len(ends))]).T).T
+        return corners[:, [1, 0, 2]] * [1.0, -1.0, 1.0] if self._is_turned else corners
 
     def _sessions(self) -> Iterator[tuple[Bools, Values]]:
         """The poses of each session, (n,), and its values by the names that they have without sessions."""
@@ -283,17 +288,101 @@ class CellPoses:
         return placed
 
 
-def fitted_cell(dataset: Dataset, effects: tuple[CandidateEffect, ...], numbers: Mapping[str, float]) -> CellPoses:
-    """The cell of a data set by the numbers of a calibration, by name.
+@final
+@dataclass(frozen=True)
+class ArmAlone:
+    """An arm whose sensor was not calibrated, and is not drawn."""
+
+    dataset: Dataset
+    name: ClassVar[str] = "nominal"
+    groups: ClassVar[tuple[str, ...]] = ()
+    target: ClassVar[Array] = NOTHING
+    points: ClassVar[Array] = NOTHING
+
+    def at_pose(self, number: int) -> CellFrames:
+        """The arm at a pose of the data set."""
+        q = self.dataset.poses.q
+        return CellFrames(np.empty((0, 4, 4)), self.dataset.flange()[number]) if q is None else self.at(q[number])
+
+    def at(self, q: Array) -> CellFrames:
+        """The arm at other joint angles, (j,) [rad or m]."""
+        robot, _ = self.dataset.arm
+        return CellFrames(robot.joint_frames(q[None, None])[0, 0], robot.forward(q[None])[0])
+
+
+def fitted_cell(
+    dataset: Dataset,
+    effects: Sequence[CandidateEffect],
+    numbers: Mapping[str, float],
+    found_in: RunSummary | None,
+) -> tuple[CellPoses, Sequence[str]]:
+    """The cell of a data set by the numbers of a calibration, by name; and what is not known of its effects there.
+
+    Args:
+        dataset: The calibrated run, or a recording of the same cell.
+        effects: Of the calibration.
+        numbers: Of the calibration, those of effects too.
+        found_in: The calibrated run; None if unknown.
 
     Raises:
         DataError: The calibration lacks a number that the data set's model has: it is of another cell.
     """
-    model = Model(dataset, effects)
+    run = Run(dataset) if found_in == RunSummary.of(dataset) else continued(found_in, dataset)
+    found = {name: numbers[name] for name in SCANNER if name in numbers}
+    scanner = {name: Parameter(name, "", value, value, value) for name, value in found.items()}
+    described = replace(_with_stripes(dataset), parameters={**scanner, **dataset.parameters})
+    model = Model(described, tuple(effects), run.course)
     if missing := [name for name in model.parameters.names if name not in numbers]:
         raise DataError(
             f"The calibration has no {', '.join(missing[:4])}, which {dataset.name} needs: it is of another cell, or of"
             " other sessions. Name the calibration of this data set.",
             file="calibration.json",
         )
-    return CellPoses(model, np.array([numbers[name] for name in model.parameters.names]))
+    acting, here, doubts = [], dict(numbers), []
+    for one in effects:
+        effect = one.at({name: np.array([number]) for name, number in numbers.items()})
+        as_found = run.course is None and not effect.hindrance(run)
+        carried = CarryOver(effect) if as_found else effect.carried_to(run, found_in)
+        if carried.effect is None:
+            doubts.append(f"{one} is left out: {carried.doubt}.")
+            continue
+        acting.append(one)
+        here |= {one.key(name): float(getattr(carried.effect, name)[0]) for name in one.effect.units()}
+        if carried.doubt:
+            doubts.append(f"{one}: {carried.doubt}{', points may be off' if carried.alternatives else ''}.")
+    model = model.with_effects(tuple(acting))
+    x = np.array([here[name] for name in model.parameters.names])
+    return CellPoses(model, x, is_measured=len(dataset.points) > 0), doubts
+
+
+def nominal_cell(dataset: Dataset) -> CellPoses | ArmAlone:
+    """The cell by the nominal values of dataset.toml; of a sensor without a laser plane the arm alone.
+
+    Raises:
+        DataError: A stripe scanner lacks one of its fourteen parameters.
+    """
+    if not sensor_class(dataset.kind).has_laser_plane():
+        return ArmAlone(dataset)
+    if missing := [name for name in SCANNER if name not in dataset.parameters]:
+        raise DataError(
+            f"dataset.toml, [parameters] lacks {', '.join(missing)}: a {dataset.kind} sensor needs "
+            "{ nominal, lower, upper } for each. Or name a calibration beside it:"
+            " `robolaser view DATASET CALIBRATION`.",
+            file="dataset.toml",
+            column="parameters",
+        )
+    model = Model(_with_stripes(dataset))
+    return CellPoses(model, model.parameters.nominal, "nominal", len(dataset.points) > 0)
+
+
+def _with_stripes(dataset: Dataset) -> Dataset:
+    """The same with pixels in the middle of the image along the stripe, where a scanner has seen nothing yet."""
+    if len(dataset.points) or not sensor_class(dataset.kind).has_laser_plane():
+        return dataset
+    size, along = np.array(dataset.image_px or (1, 1)), 0 if dataset.stripe_axis == "u" else 1
+    pixel = np.tile((size - 1.0) / 2.0, (LIGHT_POINTS, 1))
+    pixel[:, along] = np.linspace(0.0, size[along] - 1.0, LIGHT_POINTS)
+    n = len(dataset.poses)
+    names = tuple(f"{i}" for i in range(LIGHT_POINTS)) * n
+    where, xyz = np.arange(n).repeat(LIGHT_POINTS), np.zeros((n * LIGHT_POINTS, 3))
+    return replace(dataset, placed=True, points=Points(where, names, pixel=np.tile(pixel, (n, 1)), xyz=xyz))

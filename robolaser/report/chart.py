@@ -1,7 +1,7 @@
 """Charts of a page: Vega-Lite specifications with one look, drawn by the reader's browser."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, final
 
@@ -124,10 +124,8 @@ def layer(mark: str | Spec, data: Sequence[Spec] | str, **encoding: Channel | Se
 
 def records(**columns: Any) -> list[Spec]:
     """Rows of columns of equal length; a single value is repeated; numbers that are not finite become null."""
-    lengths = {len(column) for column in columns.values() if _is_column(column)}
-    count = lengths.pop() if lengths else 1
-    listed = [_listed(column, count) for column in columns.values()]
-    return [dict(zip(columns, row, strict=True)) for row in zip(*listed, strict=True)]
+    whole = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, object)) for column in columns.values()))
+    return [dict(zip(columns, map(_value, row), strict=True)) for row in zip(*whole, strict=True)]
 
 
 def quantity(field: str, title: str | None, *, log: bool = False, domain: Sequence[float] | None = None) -> Channel:
@@ -217,16 +215,6 @@ def _switchable(one: Spec) -> Spec:
     channel = "strokeOpacity" if mark["type"] == "line" else "opacity"  # the points of a line stay unseen
     opacity = {"condition": {"param": "shown", "value": shown}, "value": FAINT * shown}
     return one | {"encoding": {**one["encoding"], channel: opacity}}
-
-
-def _is_column(column: Any) -> bool:
-    return isinstance(column, Iterable) and not isinstance(column, str)
-
-
-def _listed(column: Any, count: int) -> list[Any]:
-    if not _is_column(column):
-        return [_value(column)] * count
-    return [_value(value) for value in (column.tolist() if isinstance(column, np.ndarray) else column)]
 
 
 def _value(value: Any) -> Any:

@@ -27,13 +27,12 @@ FILLED = 0.95  # of the area that the coarsest cells cover
 BINS = 60
 
 
-def document(scan: Scan, quality: Quality, *, command: str = "", brief: bool = False) -> Document:
+def document(scan: Scan, quality: Quality, *, brief: bool = False) -> Document:
     """The report.
 
     Args:
         scan: Done.
         quality: Of its cloud.
-        command: What to type to repeat it.
         brief: Leave out what only a page shows.
     """
     warnings = (*scan.warnings, *quality.doubts, *map(str, quality.missing))
@@ -49,7 +48,6 @@ def document(scan: Scan, quality: Quality, *, command: str = "", brief: bool = F
             Section("Warnings", [Notes(warnings, "warnings")]),
             Section("The cloud", [] if brief else _evidence(quality, scan.cloud.counts.points)),
         ],
-        command=command,
     )
 
 

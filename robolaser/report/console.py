@@ -6,7 +6,6 @@ from pathlib import Path
 
 from rich import box
 from rich.console import Console
-from rich.measure import Measurement
 from rich.table import Column as Heading
 from rich.table import Table as Grid
 from rich.text import Text as Line
@@ -17,7 +16,6 @@ from robolaser.report.printable import printable
 WIDE = 160  # letters in a line of text that goes to a file, unless COLUMNS says otherwise
 LEAST_VALUE = 10  # letters of a figure's column
 STYLES = {"held-out": "bold", "fitted": "dim"}
-BROAD = 10_000  # letters that no matrix has side by side
 
 
 def _plain_unless_terminal(console: Console | None) -> Console:
@@ -79,10 +77,7 @@ def _print(block: Block, out: Console) -> None:
         case Table() if block.printed:
             if block.title:
                 out.print(_line(block.title, "bold"))
-            made = _printed(block)
-            width = Measurement.get(out, out.options.update(max_width=BROAD), made).maximum
-            is_cut = block.kind == "matrix" and width > out.width
-            out.print(_line(f"Not printed: it takes {width} columns.", "dim") if is_cut else made)
+            out.print(_printed(block))
 
 
 def _print_figures(figures: Figures, out: Console) -> None:

@@ -28,13 +28,12 @@ VALUE: Final = 5
 Row = Mapping[str, Any]
 
 
-def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command: str = "") -> Document:
+def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR) -> Document:
     """The report.
 
     Args:
         found: What `robolaser diff --json` prints.
         names: What both results are called.
-        command: What to type to repeat it.
     """
     rows = [row for row in found["rows"] if row["name"] not in UNSAID]
     errors = [row for row in rows if row["name"] in ERRORS or row["name"] == "verdict"]
@@ -62,7 +61,6 @@ def document(found: Mapping[str, Any], names: tuple[str, str] = PAIR, *, command
             Section("In one of them only", [table(alone)]),
             Section("How sure", [table(sure)]),
         ],
-        command=command,
         prints_lead=True,
     )
 

@@ -203,7 +203,6 @@ class Document:
         head: Blocks that belong to the answer.
         sections: The doubt and the evidence.
         tag: The verdict in a word, and its kind for the style sheet.
-        command: What to type to repeat it.
         footer: Origin and licence of the data.
         prints_lead: Does the terminal begin with the answer, rather than with figures that say it?
     """
@@ -216,7 +215,6 @@ class Document:
     head: Sequence[Block]
     sections: Sequence[Section]
     tag: tuple[str, str] = ("", "")
-    command: str = ""
     footer: str = ""
     prints_lead: bool = False
 

@@ -41,7 +41,11 @@ class ErrorAnalysis:
 
     @cached_property
     def _some(self) -> Model:
-        return enough_rows(self.calibration.model)
+        """The model of some rows of each pose, where there are more than a figure about noise needs."""
+        model, points = self.calibration.model, self.calibration.model.dataset.points
+        if len(points) <= ENOUGH_ROWS or depends_on_trajectory(model):
+            return model
+        return with_rows(model, rows_of_each(points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses))))
 
     @cached_property
     def sources(self) -> tuple[ErrorSource, ...]:
@@ -77,13 +81,6 @@ class ErrorAnalysis:
 
     def _in_metres(self, residuals: Array) -> Array:
         return self._some.in_metres(self.calibration.x, residuals)
-
-
-def enough_rows(model: Model) -> Model:
-    """The model of some rows of each pose, where there are more than a figure about noise needs."""
-    if len(model.dataset.points) <= ENOUGH_ROWS or depends_on_trajectory(model):
-        return model
-    return with_rows(model, rows_of_each(model.dataset.points.pose, max(1, ENOUGH_ROWS // len(model.dataset.poses))))
 
 
 def lengths_mm(errors: Array) -> Array:

@@ -13,7 +13,7 @@ from robolaser.motion.part import Finding
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
-from robolaser.report.digits import SIGNIFICANT, percent, plain
+from robolaser.report.digits import SIGNIFICANT, measured, percent, plain, with_unit
 from robolaser.report.document import (
     Block,
     Cell,
@@ -36,15 +36,16 @@ WHAT = {
     "load": "one encoder against the other",
 }
 TURN = 180.0 / np.pi
+UNITS = {"rad": ("°", TURN), "rad/Nm": ("°/Nm", TURN), "rad/s": ("°/s", TURN), "s": ("ms", 1e3)}
+"""Unit that people read of a moving arm, and its factor, by SI unit; other units are shown as they are."""
 
 
-def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: str = "") -> Document:
+def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
     """The report.
 
     Args:
         fit: Of the effects that a user asked for, or that were found.
         found: The diagnosis that found them.
-        command: What to type to repeat it.
     """
     log, sure = fit.log, found is not None
     lead, sense = f"{_counted(len(fit.findings))} fitted.", ""
@@ -73,7 +74,6 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None, *, command: s
             Section("Noise", remarks),
         ],
         tag=(found.verdict.replace("_", " "), found.verdict) if found else ("", ""),
-        command=command,
         footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
         f" {log.source} {log.licence}".strip(),
         prints_lead=True,
@@ -154,19 +154,12 @@ def _numbers(one: Finding) -> str:
     return "; ".join(shown[:3]) + (f" and {len(shown) - 3} more" if len(shown) > 3 else "")
 
 
-def shown_in(unit: str) -> tuple[float, str]:
-    """Factor from a number's own unit to the one that people read, and that unit."""
-    angles = {"rad": "°", "rad/Nm": "°/Nm", "rad/s": "°/s"}
-    return (TURN, angles[unit]) if unit in angles else (1e3, " ms") if unit == "s" else (1.0, f" {unit}".rstrip())
-
-
 def _with_error(value: float, deviation: float, unit: str) -> str:
-    factor, shown = shown_in(unit)
-    value, deviation = factor * value, factor * deviation
-    if not np.isfinite(deviation) or deviation <= 0.0 or deviation > 10.0 * abs(value):
-        return f"{value:.3g}{shown}"
-    digits = max(0, 1 - int(np.floor(np.log10(deviation))))
-    return f"{value:.{digits}f} ± {deviation:.{digits}f}{shown}"
+    shown, factor = UNITS.get(unit, (unit, 1.0))
+    is_known = np.isfinite(deviation) and 0.0 < deviation <= 10.0 * abs(value)
+    if not is_known:
+        return with_unit(f"{factor * value:.3g}", shown)
+    return measured(factor * value, factor * deviation, shown)
 
 
 def _steps(found: MotionDiagnosis) -> list[str]:
@@ -238,24 +231,14 @@ def _along_time(fit: MotionFit) -> Chart | None:
 SHOWN_BY = {"tracking": "readings", "torque": "torques", "load": "second encoder"}
 
 
-def plan_document(plan: MotionPlan, *, command: str = "") -> Document:
-    """The report.
-
-    Args:
-        plan: What it shows.
-        command: What to type to repeat it.
-    """
+def plan_document(plan: MotionPlan) -> Document:
+    """The report of planned motions, on a terminal."""
     log = plan.log
     shown = [one for one in plan.limits if one.size is not None]
     alone = sum(not one.alike for one in shown)
-    columns = [
-        Column("Effect", "name", brief="effect"),
-        Column("Where", brief="where"),
-        Column("Rows", brief="shown by"),
-        Column("Detectable from", brief="detectable from"),
-        Column("Not distinguished from", "wide", brief="not distinguished from"),
-    ]
-    untried = dict(sorted(plan.untestable.items()))
+    titles = ("effect", "where", "shown by", "detectable from", "not distinguished from")
+    rows = [_limit_row(group, log.joints) for group in _groups(plan)]
+    sizes = Table([Column(title, brief=title) for title in titles], rows, printed=len(rows))
     return Document(
         log.name,
         "planned",
@@ -265,14 +248,9 @@ def plan_document(plan: MotionPlan, *, command: str = "") -> Document:
         "",
         [],
         [
-            Section(
-                "Smallest sizes",
-                [Table(columns, [_limit_row(group, log.joints) for group in _groups(plan)], printed=1000)],
-            ),
+            Section("Smallest sizes", [sizes]),
             Section("Motions to add", [Notes(plan.next_motions, "steps", 8)]),
-            Section("What these motions cannot test", [untestable(untried)]),
         ],
-        command=command,
         prints_lead=True,
     )
 
@@ -293,10 +271,10 @@ def _limit_row(group: Sequence[MotionLimit], joints: Sequence[str]) -> tuple[str
     never = [one.at.where for one in group if one.size is None]
     sizes = sorted((one.size for one in group if one.size is not None), reverse=effect.name == "speed_limit")
     number = group[0].number
-    scale, unit = shown_in(number.unit)
+    unit, scale = UNITS.get(number.unit, (number.unit, 1.0))
     shown = list(dict.fromkeys(f"{float(f'{scale * size:.2g}'):g}" for size in (*sizes[:1], *sizes[-1:])))
     below = "below " if effect.name == "speed_limit" else ""
-    size = f"{below}{' to '.join(shown)}{unit}".rstrip() if shown else "never"
+    size = below + with_unit(" to ".join(shown), unit) if shown else "never"
     size += f"; never at {', '.join(never)}" if never and shown else ""
     alike: dict[str, list[str]] = {}
     for one in group:

@@ -1,11 +1,10 @@
 """What several reports say: of noise, of what could not be tested, of files, and of where the data are from."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import spoken
-from robolaser.model.error_source import ErrorSource
 from robolaser.report.digits import millimetres, plain
 from robolaser.report.document import Cell, Column, Section, Table
 
@@ -32,23 +31,16 @@ def disturbed(name: str) -> str:
     return f"{words} ({sensor})" if sensor else words
 
 
-def noise_lines(noise: Mapping[str, float], sources: Iterable[ErrorSource]) -> Iterator[tuple[str, str, str]]:
-    """Each source of noise: its name, what it disturbs, and its standard deviation with unit.
-
-    Args:
-        noise: Standard deviations by name.
-        sources: Those of the model, which have the units.
-    """
-    units = {source.name: source.unit for source in sources}
-    for name, sigma in noise.items():
-        size = plain(sigma, units.get(name, ""), 2) if sigma > 0 else "not known, taken as none"
-        yield name, disturbed(name), size
+def noise_size(sigma: float, unit: str) -> str:
+    """A standard deviation with its unit."""
+    return plain(sigma, unit, 2) if sigma > 0 else "not known, taken as none"
 
 
-def noise_table(noise: Mapping[str, float], sources: Iterable[ErrorSource], origins: Mapping[str, str]) -> Table:
-    """Each source of noise, its size, and how that is known."""
+def noise_table(known: Iterable[tuple[str, float, str, str]]) -> Table:
+    """Each source of noise: its name, standard deviation and unit, and how that is known."""
     columns = [Column("Source", width=34), Column("Standard deviation", "number"), Column("Known from", "wide")]
-    return Table(columns, [(what, size, origins[name]) for name, what, size in noise_lines(noise, sources)])
+    rows = [(disturbed(name), noise_size(sigma, unit), origin) for name, sigma, unit, origin in known]
+    return Table(columns, rows)
 
 
 def untestable(reasons: Mapping[str, str], title: str = "") -> Table:

@@ -10,6 +10,7 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import FORMAT, Calibration, as_json
 from robolaser.export.files import EXPORTED, exported
 from robolaser.report.calibration import page as of_calibration
+from robolaser.report.console import print_document
 from robolaser.report.document import Document
 from robolaser.report.page import render
 from robolaser.results import PAGE, Files, FittedResult
@@ -90,9 +91,15 @@ class CalibrationResult(FittedResult):
         return {
             **exported(self.calibration),
             **{one.file: one.text for one in self._delivered},
-            PAGE: render(of_calibration.document(self.calibration, command=command, files=self["files"])),
+            PAGE: render(of_calibration.document(self.calibration, files=self["files"]), command),
             "calibration.json": json_text(self.to_dict()),
         }
+
+    def print(self, folder: Path) -> None:
+        """Print the summary, with the files for ROS that are in a folder, and the path of the saved report."""
+        if made := self.calibration:
+            document = of_calibration.document(made, brief=True, files=self["files"], folder=folder)
+            print_document(document, folder)
 
     def _document(self, *, brief: bool) -> Document | None:
         made = self.calibration

@@ -56,7 +56,7 @@ class ComparisonResult(Result):
         return {
             JOURNAL: self.benchmark.journal,
             "runs.csv": runs_csv(self.benchmark),
-            PAGE: render(of_comparison.document(self.benchmark, self.standings, command=command)),
+            PAGE: render(of_comparison.document(self.benchmark, self.standings), command),
             "comparison.json": comparison_json(self.benchmark, self.standings),
         }
 

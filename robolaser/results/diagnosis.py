@@ -125,7 +125,7 @@ class DiagnosisResult(FittedResult):
             **exported(self.model),
             **{one.file: one.text for one in self._delivered},
             "calibration.json": json_text(corrected_json(self.model) | {"files": self.to_dict()["files"]}),
-            PAGE: render(of_diagnosis.document(self.diagnosis, command=command, files=self["files"])),
+            PAGE: render(of_diagnosis.document(self.diagnosis, files=self["files"]), command),
             "diagnosis.json": json_text(self.to_dict()),
         }
 

@@ -39,7 +39,7 @@ class MotionResult(FittedResult):
         return {
             "diagnosis.json": json.dumps(found, indent=1) + "\n",
             servo_table.FILE: servo_table.servo_table(found["effects"], found["step_s"]),
-            PAGE: render(of_motion.document(self.diagnosis.fit, self.diagnosis, command=command)),
+            PAGE: render(of_motion.document(self.diagnosis.fit, self.diagnosis), command),
         }
 
     def _document(self, *, brief: bool) -> Document:
@@ -75,7 +75,7 @@ class MotionCalibrationResult(FittedResult):
         """calibration.json and the page."""
         return {
             "calibration.json": json.dumps(self.to_dict(), indent=1) + "\n",
-            PAGE: render(of_motion.document(self.fit, command=command)),
+            PAGE: render(of_motion.document(self.fit), command),
         }
 
     def _document(self, *, brief: bool) -> Document:

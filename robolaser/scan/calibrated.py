@@ -80,6 +80,35 @@ class SavedCalibration:
 
 @final
 @dataclass(frozen=True)
+class SavedImages:
+    """`model` of any calibration."""
+
+    image: tuple[Pixels, Pixels] | None = None  # width and height [px]
+
+
+@final
+@dataclass(frozen=True)
+class SavedCell:
+    """calibration.json of any sensor, as far as a picture of it needs it."""
+
+    effects: list[SavedEffect]
+    model: SavedImages
+    parameters: dict[str, SavedParameter] = field(default_factory=dict)
+    run: RunSummary | None = None
+
+    @property
+    def numbers(self) -> Mapping[str, float]:
+        """All numbers, those of effects as `EFFECT.WHERE.PARAMETER`."""
+        of_effects = {
+            f"{one.effect}.{one.where}.{name}": number.value
+            for one in self.effects
+            for name, number in one.parameters.items()
+        }
+        return {name: number.value for name, number in self.parameters.items()} | of_effects
+
+
+@final
+@dataclass(frozen=True)
 class Calibrated:
     """A scanner on its arm, with the effects that were found.
 

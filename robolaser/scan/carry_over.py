@@ -46,12 +46,6 @@ def carried_over(calibrated: Calibrated, recording: Dataset, probe: Points) -> t
     return scanner, tuple(notes)
 
 
-def scanner_in(calibrated: Calibrated, recording: Dataset) -> ScannerModel:
-    """What the scanner sees in a recording, as `Calibrated.fitted_to` gives it."""
-    run = _run_of(calibrated, recording)
-    return _scanner_model(calibrated, run, (one.effect for _, one in _carried(calibrated, run)))
-
-
 def _run_of(calibrated: Calibrated, recording: Dataset) -> Run:
     """The recording's run: the calibrated one itself, or a later part of it."""
     if calibrated.run is None:

@@ -43,7 +43,6 @@ class TrialPlan:
     seed: int  # same seed, same trial
     kinds: Sequence[str] = ()  # in equal shares; none: those of `USUAL`, in theirs
     ranges: Ranges = field(default_factory=Ranges)  # what else is left to chance
-    tracked: bool = False  # whether a tracker sees every arm
 
 
 def new(
@@ -70,7 +69,7 @@ def new(
     """
     kinds = dict.fromkeys(kinds_of(plan.kinds), 1.0)
     if not kinds:
-        tracked = plan.tracked or any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
+        tracked = any(isinstance(source, Dataset) and source.kind == "point" for source in sources)
         kinds = {kind: share for kind, share in USUAL.items() if not (tracked and kind in IN_IMAGES)}
     names = [f"world-{i:03d}" for i in range(plan.count)]
     claim([SEAL, *(f"{name}/{file}" for name in names for file in (*FOLDER, DIAGNOSIS))])
@@ -82,7 +81,7 @@ def new(
     for i, (name, kind, seed) in enumerate(zip(names, dealt, seeds, strict=True)):
         tell("making worlds", i / plan.count)
         source = patterns[i % len(patterns)]
-        world = make(source, kind, seed=seed, name=name, ranges=plan.ranges, tracked=plan.tracked)
+        world = make(source, kind, seed=seed, name=name, ranges=plan.ranges)
         truths[name], files[name] = world.truth, texts_of(world.dataset)
     seal = keep_truth(truth, truths, files, rng)
     written = {f"{name}/{file}": text for name in names for file, text in files[name].items()}

@@ -29,7 +29,7 @@ def test_a_noisy_problem_is_ranked_by_what_runs_returned_without_noise():
     for one in result.runs:
         assert one.trace.final == pytest.approx(float((np.array(one.x) ** 2).sum()))
         assert one.trace.evaluations.tolist() == [300]
-    assert "is noisy" in str(result)
+    assert "noisy: runs are ranked by" in str(result)
 
 
 def test_without_the_exact_cost_it_is_evaluated_anew_and_never_the_luckiest_sample():

@@ -5,7 +5,7 @@ import pytest
 
 import robolaser
 from robolaser.benchmark.evaluator import ConvergenceTrace
-from robolaser.benchmark.measures import measured
+from robolaser.benchmark.measures import attainment, measured
 from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.run import DONE, BenchmarkRun
 from robolaser.benchmark.standings.ranking import standings
@@ -47,6 +47,15 @@ def test_an_unknown_front_is_what_nothing_dominates_of_all_runs():
     # The front is (1, 4), (3, 3), (4, 1), each objective in units of 3; a lacks (4, 1) by 2/3 from (3, 3).
     assert a.trace.final == pytest.approx((0 + 0 + 2 / 3) / 3)
     assert b.trace.final == pytest.approx((1 + 1 / 3 + 0) / 3)
+
+
+def test_half_of_all_runs_attain_the_median_surface_those_that_found_nothing_included():
+    runs = [run_of("a", [1, 4], [3, 3]), run_of("a", [4, 1], [9, 9])]
+    either = [(1, 4), (3, 3), (4, 1)]
+    assert sorted(map(tuple, attainment(runs))) == either
+    none = BenchmarkRun("p", "a", 1, DONE, "", 0, 0.0, 0.0, ConvergenceTrace(*(np.empty(0),) * 3))
+    assert [tuple(corner) for corner in attainment([*runs, none])] == [(4, 3)]
+    assert not len(attainment([*runs, none, none, none]))
 
 
 def test_infeasible_candidates_are_no_part_of_any_front():

@@ -51,7 +51,7 @@ def test_who_knows_the_budget_is_marked():
         ["pymoo:sphere-2"], ["rcga", "ga", "ga:mutation=NonUniformMutation"], seeds=1, budget=200
     )
     assert result.know_budget == {"rcga", "ga:mutation=NonUniformMutation"}
-    assert "rcga, ga:mutation=NonUniformMutation: searches differently with another budget" in str(result)
+    assert str(result).count("knows its budget") == 2
 
 
 def test_a_target_is_printed_with_as_many_digits_as_tell_it_from_the_lowest_cost():

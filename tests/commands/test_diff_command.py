@@ -68,10 +68,15 @@ def test_the_page_is_written_where_it_was_asked_for(folder: Path, tmp_path: Path
     assert main(asked) != 0  # an earlier result is not overwritten
 
 
-def test_results_in_python_are_compared_as_their_files_are(folder: Path, tmp_path: Path) -> None:
+def test_results_in_python_are_compared_as_their_files_are(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     before, after = (robolaser.load_calibration(folder / name) for name in ("plain", "rolled"))
-    found = before.compare(after)
-    found.report(tmp_path / "page.html")
+    compared = before.compare(after)
+    found = {row["name"]: row for row in compared["rows"]}
+    assert found["theta"] == rows(folder, "plain", "rolled", capsys)["theta"]
+    assert "changed by more than 3 standard errors" in repr(compared)
+    compared.report(tmp_path / "page.html")
     assert "What moved" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 

@@ -86,10 +86,8 @@ def test_readings_change_nothing() -> None:
 
 def test_the_command_plans_from_commands_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     written(commands_only(MOTIONS), tmp_path / "log")
-    assert main(["plan", str(tmp_path / "log"), "--output", str(tmp_path / "plan"), "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert printed == json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
-    assert "dead zone" in (tmp_path / "plan" / "report.html").read_text(encoding="utf-8")
+    assert main(["plan", str(tmp_path / "log"), "--json"]) == 0
+    assert "dead_zone" in {one["effect"] for one in json.loads(capsys.readouterr().out)["limits"]}
     assert main(["plan", str(tmp_path / "log")]) == 0
     assert "viscous friction" in capsys.readouterr().out
     assert main(["diagnose", str(tmp_path / "log"), "--output", str(tmp_path / "why")]) == 1

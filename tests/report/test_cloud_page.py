@@ -61,7 +61,7 @@ QUALITIES = {
 
 @pytest.fixture(scope="module")
 def pages(scan):
-    return {name: render(document(scan, make(), command=HOSTILE)) for name, make in QUALITIES.items()}
+    return {name: render(document(scan, make()), HOSTILE) for name, make in QUALITIES.items()}
 
 
 @pytest.fixture(params=QUALITIES)

@@ -36,7 +36,7 @@ from robolaser.simulation import CellOptions, simulate
 
 
 def page(diagnosis, command=""):
-    return render(document(diagnosis, command=command))
+    return render(document(diagnosis), command)
 
 
 @pytest.fixture(scope="module")

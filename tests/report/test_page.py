@@ -32,7 +32,7 @@ from robolaser.simulation import simulate
 
 
 def page(calibration, command=""):
-    return render(document(calibration, command=command))
+    return render(document(calibration), command)
 
 
 @pytest.fixture(scope="session")
@@ -78,12 +78,6 @@ def test_errors_and_noise_have_an_entry_in_the_legend_each_and_errors_of_poses_a
     assert series(shown["Errors of each pose"]) == ["fitted", "held out"]
     assert is_logarithmic(shown["Convergence"], "y")
     assert is_logarithmic(shown["Errors of each pose"], "y")
-
-
-def test_every_searched_parameter_has_a_line(calibrations, pages):
-    assert series(titled(pages["stripe"])["Parameters over the generations"]) == list(
-        calibrations["stripe"].history.names
-    )
 
 
 def test_every_point_and_every_pose_has_a_name_under_the_pointer(calibrations, pages):

@@ -10,7 +10,9 @@ from robolaser.data.dataset import Dataset
 from robolaser.errors import EffectError, UsageError, near
 from robolaser.model.effects import outliers
 from robolaser.model.effects.effect import CandidateEffect, Effect
+from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.plugins import announced
+from robolaser.robot.kinematics import Robot
 
 GROUP: Final = "robolaser.effects"  # entry points under which installed packages announce effects
 DECLARED: Final = ("title", "reference", "stage")  # what a subclass must declare besides its name and what is abstract
@@ -74,6 +76,21 @@ def candidate_effects(wanted: Sequence[str | type[Effect]], dataset: Dataset) ->
             raise unknown_location(name, where, locations)
         chosen += [CandidateEffect(effect, location) for location in ([where] if where else locations)]
     return tuple(dict.fromkeys(chosen))
+
+
+def found_effect(name: str, where: str, robot: Robot | None) -> CandidateEffect:
+    """An effect of a saved model, whether or not other data can test it.
+
+    Raises:
+        UsageError: There is no such effect, or the arm has no such location.
+    """
+    by_name = {effect.name: effect for effect in _library()}
+    if name not in by_name:
+        raise unknown_effect(name, by_name)
+    locations = by_name[name].sites(robot)
+    if kind_of_site(where) not in locations:
+        raise unknown_location(name, where, locations)
+    return CandidateEffect(by_name[name], where)
 
 
 def unknown_effect(name: str, known: Iterable[str]) -> UsageError:

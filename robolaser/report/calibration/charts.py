@@ -10,7 +10,6 @@ from robolaser.report.cell_poses import CellPoses
 from robolaser.report.chart import (
     FITTED,
     HELD_OUT,
-    LINES,
     MUTED,
     NOISE,
     Chart,
@@ -53,59 +52,6 @@ def convergence(analysis: ErrorAnalysis) -> Chart | None:
         [
             layer(line(step=True), data, tooltip=said, x=x, y=y, color=colour),
             layer(rule(), result, tooltip=hover("series", rms="RMS error [mm]"), y=y, color=colour),
-        ],
-    )
-
-
-MOST_LINES = 16  # lines that an eye can follow
-MOMENTS = 150  # generations that a line is drawn through
-
-
-def parameters(analysis: ErrorAnalysis) -> Chart | None:
-    """Each parameter of the best candidate, scaled to its bounds, over the generations."""
-    calibration, history = analysis.calibration, analysis.calibration.history
-    if history is None or len(history.best) < 2:
-        return None
-    names = history.names[:MOST_LINES]
-    model = calibration.model.parameters
-    columns = model.columns(names)
-    scaled = (history.x[:, : len(names)] - model.lower[columns]) / model.width[columns]
-    final = (calibration.x[columns] - model.lower[columns]) / model.width[columns]
-    last = len(scaled) - 1
-    changes = np.flatnonzero(np.any(np.diff(scaled, axis=0, prepend=np.nan) != 0, axis=1))
-    some = changes[np.linspace(0, len(changes) - 1, min(MOMENTS, len(changes))).astype(int)]
-    shown = np.unique([0, *some, last])
-    data = [
-        row
-        for i, name in enumerate(names)
-        for row in records(generation=shown + 1, place=scaled[shown, i], series=name)
-    ]
-    ends = records(generation=last + 1, place=final, series=list(names))
-    y = quantity("place", None, domain=(-0.02, 1.02))
-    y["axis"] = {
-        "values": [0, 0.5, 1],
-        "labelExpr": "datum.value == 0 ? 'lower bound' : datum.value == 1 ? 'upper bound' : datum.label",
-    }
-    colour = colours(
-        {name: LINES[i % len(LINES)] for i, name in enumerate(names)}, legend={"columns": 4, "symbolType": "stroke"}
-    )
-    dash = {
-        "field": "series",
-        "type": "nominal",
-        "title": None,
-        "scale": {"domain": list(names), "range": [[1, 0] if i < len(LINES) else [4, 2] for i in range(len(names))]},
-    }
-    encoding = {"x": quantity("generation", "generation", domain=(1, last + 1)), "y": y, "color": colour}
-    said = hover("series", generation="generation", place="share of the way from lower to upper bound")
-    return chart(
-        "Parameters over the generations",
-        "The best candidate's parameters, scaled to their bounds; the dots at the right are the final values. Lines"
-        " that keep moving while the error no longer falls belong to parameters that these data hardly determine; a"
-        " dot at 0 or 1 is a parameter on its bound.",
-        f"Lines for {', '.join(names)} between lower bound 0 and upper bound 1.",
-        [
-            layer(line(step=True, strokeWidth=1.3), data, tooltip=said, strokeDash=dash, **encoding),
-            layer({"type": "point", "size": 40, "opacity": 1, "clip": False}, ends, tooltip=said, **encoding),
         ],
     )
 

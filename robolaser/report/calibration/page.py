@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.report.calibration.charts import convergence, distribution, image, parameters
+from robolaser.report.calibration.charts import convergence, distribution, image
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.chart import Chart
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
@@ -15,6 +15,7 @@ from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import Delivered, disturbed, files_section, noise_table, origin
 
+ESTIMATED = "estimated from the residuals, including what is unmodelled"
 MANY = 24
 """Rows of closed-form parameters from which they are folded away."""
 MOST_PRINTED = 16
@@ -63,7 +64,6 @@ def _in_unit(rms: float | None, unit: str) -> str:
 def document(
     calibration: Calibration,
     *,
-    command: str = "",
     brief: bool = False,
     files: Delivered = (),
     folder: Path | None = None,
@@ -72,7 +72,6 @@ def document(
 
     Args:
         calibration: The result.
-        command: What to type to repeat it.
         brief: Leave out what only a page shows.
         files: As `files` of calibration.json.
         folder: Where it was written, for the terminal.
@@ -96,7 +95,6 @@ def document(
             files_section(files),
             *([Section("Remarks", _remarks(calibration, folder))] if brief else _evidence(analysis)),
         ],
-        command=command,
         footer=origin(dataset),
     )
 
@@ -105,16 +103,14 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     calibration = analysis.calibration
     errors = {"errors of the fit": calibration.errors_m}
     cell = cell_scene(calibration.model, calibration.x, errors, title="Each pose, and its errors")
+    units, known = {source.name: source.unit for source in analysis.sources}, analysis.known_noise
+    sizes = calibration.noise.items()
+    noise = [(name, sigma, units.get(name, ""), known.get(name, ESTIMATED)) for name, sigma in sizes]
     return [
         Section("Which errors stand out", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),
-        Section(
-            "Charts",
-            charts(
-                [convergence(analysis), parameters(analysis), image(analysis), poses(analysis), distribution(analysis)]
-            ),
-        ),
-        Section("Noise", [noise_table(calibration.noise, analysis.sources, origins(analysis))]),
+        Section("Charts", charts([convergence(analysis), image(analysis), poses(analysis), distribution(analysis)])),
+        Section("Noise", [noise_table(noise)]),
     ]
 
 
@@ -251,9 +247,3 @@ def method(analysis: ErrorAnalysis) -> str:
         f"{calibration.algorithm}, seed {calibration.seed}, {WEIGHTING[calibration.weights]}; "
         f"{calibration.evaluations:,} candidates in {calibration.seconds:.1f} s"
     )
-
-
-def origins(analysis: ErrorAnalysis) -> dict[str, str]:
-    """How the size of each source of noise is known."""
-    estimated = "estimated from the residuals, including what is unmodelled"
-    return {name: analysis.known_noise.get(name, estimated) for name in analysis.calibration.noise}

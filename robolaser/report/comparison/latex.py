@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import chance, figure
 from robolaser.benchmark.standings.table import OnProblem, ResultOnProblem, Standing, Standings
-from robolaser.report.comparison.words import FAMILIES, aims, budget, excess
+from robolaser.report.comparison.words import FAMILIES, budget, excess, target
 from robolaser.report.digits import rate
 
 FILE = "tables.tex"
@@ -33,11 +33,12 @@ def latex_tables(result: BenchmarkResult, judged: Sequence[Standings]) -> str:
         places = [place for place in standings.order.places if place.runs]
         if not places:
             continue
+        targets = (f"Target on {one.name}: {target(one, standings.tolerance)}." for one in result.of(standings.family))
         names, problems = [place.algorithm for place in places], {one.name: one for one in result.problems}
         made += [
             latex(
                 f"{FAMILIES[standings.family]} ({len(standings.by_problem)}), {standings.seeds} seeds,"
-                f" {budget(result)} a run. {' '.join(aims(result, standings))} ERT ratio: that of expected running"
+                f" {budget(result)} a run. {' '.join(targets)} ERT ratio: that of expected running"
                 " times to the target against the first, where both reached it, with 95 % intervals; p by Holm.",
                 ("Algorithm", "Rank", "Mean rank", "Success", "ERT ratio", "p"),
                 [_place(place) for place in places],

@@ -1,38 +1,64 @@
 """The report of a comparison, as a page and in twenty lines on the terminal."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.benchmark.measures import attainment
+from robolaser.benchmark.problem import ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.benchmark.standings.answer import names
 from robolaser.benchmark.standings.table import Standings
+from robolaser.benchmark.statistics.running_time import budgets, shares
+from robolaser.report.chart import (
+    HEIGHT_PX,
+    LINES,
+    MUTED,
+    Channel,
+    Chart,
+    chart,
+    colours,
+    hover,
+    layer,
+    line,
+    quantity,
+    records,
+)
 from robolaser.report.comparison import tables, words
-from robolaser.report.comparison.charts import AlgorithmLines, attained, solved
 from robolaser.report.document import Block, Cell, Column, Document, Section, Table, Text, charts
 
 LONG = 140
 """Letters of a sentence that is too long for large type."""
 MOST_PRINTED, FEWEST_PRINTED = 12, 4
 """Algorithms that the terminal shows of all families together, and of each."""
-MOST_LINES, LONGEST = 8, 90
-"""Lines of targets, of notes and of failures on the terminal, and letters of a reason."""
+MOST_LINES = 8
+"""Problems, failures and refusals that the terminal shows."""
+
+LEADING = 6
+"""Algorithms that have a colour of their own, by rank."""
+NOISY = "noisy: runs are ranked by their returned candidates, re-evaluated"
 
 
-def document(
-    comparison: BenchmarkResult, judged: Sequence[Standings], *, command: str = "", brief: bool = False
-) -> Document:
+def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief: bool = False) -> Document:
     """The report.
 
     Args:
         comparison: What was run.
         judged: The standings of each family of problems.
-        command: What to type to repeat it.
-        brief: For the terminal: without charts and evidence, with the targets in words.
+        brief: Leave out what only a page shows.
     """
     shown = judged if comparison.runs else ()
     lead, sense = _parted(_unbroken(shown[0].order.answer if shown else "No run has finished yet."))
-    families = [_family(AlgorithmLines(comparison, one), i, brief=brief) for i, one in enumerate(shown)]
+    sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
+    sections += [] if brief else [section for one in shown for section in _problems(comparison, one)]
+    sections += _conditions(comparison, shown)
+    if not brief:
+        scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in shown)]
+        sections.append(Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]))
+        sections.append(Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]))
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
@@ -40,9 +66,7 @@ def document(
         lead,
         sense,
         [],
-        [*families, _remarks(comparison, shown)] if brief else [*families, *_evidence(comparison, shown)],
-        tag=(words.missing(comparison), "unexplained"),
-        command=command,
+        sections,
         prints_lead=True,
     )
 
@@ -61,77 +85,130 @@ def _parted(answer: str) -> tuple[str, str]:
     return f"{lead}:", rest
 
 
-def _family(lines: AlgorithmLines, number: int, *, brief: bool) -> Section:
-    standings, comparison = lines.standings, lines.comparison
+def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, brief: bool) -> Section:
     title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
-    table = tables.standing_table(comparison, standings, lines.numbers, most)
+    table = tables.standing_table(comparison, standings, _numbers(standings), most)
     blocks: list[Block] = [] if number == 0 else [Text(_unbroken(standings.order.answer), printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
     blocks.append(tables.effect_table(standings))
     if not brief:
-        blocks += charts([solved(lines, f"Targets reached by evaluations: {title.lower()}")])
+        blocks += charts([solved(comparison, standings, f"Targets reached by evaluations: {title.lower()}")])
         blocks += [tables.pairwise_matrix(standings.order)] if len(standings.by_problem) > 1 else []
     return Section(title, blocks)
 
 
-def _remarks(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Section:
-    """What the terminal says besides: how far it has come, targets, notes and failures, not too many of each."""
-    knowing = [name for name in comparison.solvers if name in comparison.know_budget]
-    noisy = [one.name for one in comparison.problems if one.noisy]
-    aims = [line for one in judged for line in words.aims(comparison, one)]
-    notes = [f"{', '.join(knowing)}: searches differently with another budget."] if knowing else []
-    notes += [f"{name} is noisy: runs are ranked by their returned candidates, re-evaluated." for name in noisy]
-    failures = [
-        f"{name}: {count} {'run' if count == 1 else 'runs'} failed, {_short(reason)}"
-        for name, reason, count, _ in tables.failure_rows(comparison)
-    ]
-    failures += [
-        f"{name} was not run on {where}: {_short(why)}" for name, where, why in tables.refusal_rows(comparison)
-    ]
-    missing = words.missing(comparison)
-    blocks: list[Block] = [Text(missing, printed=True)] if missing else []
-    for lines in (aims, notes, failures):
-        more = [f"and {len(lines) - MOST_LINES} more, see the report"] if len(lines) > MOST_LINES else []
-        blocks += [Text(line, "quiet", printed=True) for line in [*lines[:MOST_LINES], *more]]
-    if not comparison.wanted:
-        blocks.append(Text("No algorithm could be run on any of the problems.", printed=True))
-    return Section("Remarks", blocks)
+def _numbers(standings: Standings) -> Mapping[str, int]:
+    """Numbers of the colours of the algorithms that have one."""
+    return {place.algorithm: i for i, place in enumerate(standings.order.places[:LEADING])}
 
 
-def _short(reason: str) -> str:
-    line = reason.splitlines()[0] if reason else ""
-    return line if len(line) <= LONGEST else f"{line[: LONGEST - 1]}…"
+def solved(comparison: BenchmarkResult, standings: Standings, title: str) -> Chart | None:
+    """Share of targets that runs have reached, over the evaluations that they spent."""
+    arrays = comparison.arrays(standings.family)
+    spent = budgets(arrays.evaluations, arrays.total_evaluations)
+    if len(spent) < 2 or spent[0] >= spent[-1]:
+        return None
+    reached = dict(zip(arrays.algorithms, 100 * shares(arrays.evaluations, spent), strict=True))
+    drawn = {name: _steps(spent, share) for name, share in reached.items() if np.isfinite(share).all()}
+    last = max(drawn, key=lambda name: reached[name][-1])
+    easiest, hardest = (words.number(arrays.tolerances[end]) for end in (0, -1))
+    return _step_chart(
+        standings,
+        title,
+        f"Share of all {len(arrays.tolerances)} targets from {easiest} to {hardest} above the lowest known cost"
+        " (relative to J), over all runs and problems, reached by then. Higher and further left is better."
+        " A line that levels off low means that runs got stuck.",
+        f"In the end {last} has reached {reached[last][-1]:.0f} % of the targets.",
+        drawn,
+        tooltip=hover("series", spent="evaluations", share="targets reached [%]"),
+        x=quantity("spent", "evaluations", log=True, domain=(spent[0], spent[-1])),
+        y=quantity("share", "targets reached, over all runs [%]", domain=(0, 100)),
+    )
 
 
-def _evidence(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
+def attained(comparison: BenchmarkResult, standings: Standings, problem: ProblemSummary) -> Chart | None:
+    """Median attainment surfaces of the leading algorithms, of two objectives."""
+    if problem.objectives != 2:
+        return None
+    drawn = {}
+    for name in _numbers(standings):
+        surface = attainment([run for run in comparison.made if run.key[:2] == (problem.name, name)])
+        if len(surface):
+            first, second = surface[surface[:, 0].argsort()].T
+            drawn[name] = {"first": first, "second": second}
+    if not drawn:
+        return None
+    return _step_chart(
+        standings,
+        f"Half of the runs attain this on {problem.name}",
+        "What half of the runs have attained or dominated in the end; nearer to the lower left corner is better"
+        " (Grunert da Fonseca, Fonseca and Hall 2001).",
+        f"The surfaces of {', '.join(drawn)}.",
+        drawn,
+        tooltip=hover("series", first="first objective", second="second objective"),
+        x=quantity("first", "first objective"),
+        y=quantity("second", "second objective"),
+    )
+
+
+def _step_chart(
+    standings: Standings,
+    title: str,
+    caption: str,
+    alt: str,
+    drawn: Mapping[str, Mapping[str, Array]],
+    **encoding: Channel | Sequence[Channel],
+) -> Chart:
+    """A line of steps of each algorithm, the best drawn last; those that do not lead are grey."""
+    order, coloured = [place.algorithm for place in standings.order.places], _numbers(standings)
+    of = {name: LINES[coloured[name]] if name in coloured else MUTED for name in order if name in drawn}
+    rows = [row for name in reversed(of) for row in records(**drawn[name], series=name)]
+    colour = colours(of, legend={"orient": "bottom", "columns": 2})
+    return chart(
+        title,
+        caption,
+        alt,
+        [layer(line(step=True), rows, color=colour, **encoding)],
+        height=HEIGHT_PX + 12 * min(len(order), LEADING),
+    )
+
+
+def _steps(spent: Array, share: Array) -> dict[str, Array]:
+    """The corners of a line of steps."""
+    kept: Sequence[int] = np.unique([0, *(np.flatnonzero(np.diff(share)) + 1), len(spent) - 1]).tolist()
+    return {"spent": spent[kept], "share": share[kept]}
+
+
+def _conditions(comparison: BenchmarkResult, judged: Sequence[Standings]) -> list[Section]:
+    """Problems with their targets, and what failed or could not be run."""
     failed = Table(
-        [Column("Algorithm", "name"), Column("Runs", "number"), Column("Reason", "wide"), Column("Problems", "wide")],
+        [Column("Algorithm", "name", brief="failed"), Column("Runs", "number", brief="runs"),
+         Column("Reason", "wide", brief="reason"), Column("Problems", "wide")],
         [(name, Cell(str(n), order=n), reason, where) for name, reason, n, where in tables.failure_rows(comparison)],
-    )
+        printed=MOST_LINES,
+    )  # fmt: skip
     refused = Table(
-        [Column("Algorithm", "name"), Column("Problem", "wide"), Column("Reason", "wide")],
+        [Column("Algorithm", "name", brief="not run"), Column("Problem", "wide", brief="on"),
+         Column("Reason", "wide", brief="reason")],
         tables.refusal_rows(comparison),
-    )
-    scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in judged)]
+        printed=MOST_LINES,
+    )  # fmt: skip
     return [
-        *(section for one in judged for section in _problems(AlgorithmLines(comparison, one))),
         Section("Problems", [_problem_table(comparison, judged)]),
         Section("Runs that failed", [failed]),
         Section("What could not be run", [refused]),
-        Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]),
-        Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]),
     ]
 
 
-def _problems(lines: AlgorithmLines) -> list[Section]:
-    sections, several = [], len(lines.standings.by_problem) > 1
-    for on in lines.standings.by_problem:
-        problem = next(one for one in lines.comparison.problems if one.name == on.problem)
+def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section]:
+    sections, several = [], len(standings.by_problem) > 1
+    for on in standings.by_problem:
+        problem = next(one for one in comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
         blocks += [Text(_unbroken(on.order.answer))] if several else []
-        blocks += charts([attained(lines, problem, f"Half of the runs attain this on {problem.name}")])
-        blocks.append(tables.result_table(problem, on, lines.standings.tolerance, lines.numbers))
+        blocks += charts([attained(comparison, standings, problem)])
+        blocks.append(tables.result_table(problem, on, standings.tolerance, _numbers(standings)))
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))
     return sections
@@ -145,11 +222,12 @@ def _problem_table(comparison: BenchmarkResult, judged: Sequence[Standings]) -> 
     tolerance = {one.family: one.tolerance for one in judged}
     rows = [
         (
-            Cell(one.name, below=[one.title, *(["noisy"] if one.noisy else [])]),
+            Cell(one.name, below=[one.title], note=NOISY if one.noisy else ""),
             Cell(str(one.dimension), order=one.dimension),
             f"{one.budget:,}",
             words.target(one, tolerance[one.family]) if one.family in tolerance else "",
         )
         for one in comparison.problems
     ]
-    return Table([Column("Problem", "name", 30), Column("Variables"), Column("Budget"), Column("Target", "wide")], rows)
+    columns = [Column("Problem", "name", 30, "problem"), Column("Variables"), Column("Budget")]
+    return Table([*columns, Column("Target", "wide", brief="target")], rows, printed=MOST_LINES)

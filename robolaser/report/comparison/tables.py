@@ -52,10 +52,15 @@ def _standing(
     results = [result for on in standings.by_problem for result in on.results if result.algorithm == name]
     problems = len(standings.by_problem)
     solved = [f"{standing.solved} of {problems} problems"] if standing.solved < problems > 1 and standing.runs else []
-    about = [comparison.solvers[name], *(["knows its budget"] if name in comparison.know_budget else [])]
+    knows = "knows its budget: searches differently with another" if name in comparison.know_budget else ""
     success = standing.success
     return [
-        Cell(name, below=about, note=standing.unranked, line=colours.get(name, -1)),
+        Cell(
+            name,
+            below=[comparison.solvers[name]],
+            note="\n".join(filter(None, (standing.unranked, knows))),
+            line=colours.get(name, -1),
+        ),
         _rank(standing),
         Cell("" if success.value is None else share(success), below=solved, order=success.value),
         _running_time(standing, results),

@@ -15,7 +15,6 @@ from robolaser.benchmark.problem import (
     ProblemSummary,
 )
 from robolaser.benchmark.result import BenchmarkResult
-from robolaser.benchmark.standings.table import Standings
 from robolaser.report.digits import duration, plain, times
 from robolaser.report.page import version
 
@@ -74,12 +73,6 @@ def target(problem: ProblemSummary, tolerance: float) -> str:
     )
 
 
-def aims(comparison: BenchmarkResult, standings: Standings) -> list[str]:
-    """The targets of a family, a line each."""
-    problems = comparison.of(standings.family)
-    return [f"Target on {one.name}: {target(one, standings.tolerance)}." for one in problems]
-
-
 def excess(problem: ProblemSummary, tolerance: float) -> str:
     """How far above the best known, for a person."""
     if not math.isfinite(tolerance):
@@ -101,25 +94,21 @@ def number(value: float) -> str:
 
 
 def setting(comparison: BenchmarkResult) -> str:
-    """How many algorithms, problems and runs."""
+    """How many algorithms, problems and runs, and how far an unfinished comparison is."""
     counts = (
         _many(len(comparison.solvers), "algorithm"),
         _many(len(comparison.problems), "problem"),
         _many(len(comparison.seeds), "seed"),
     )
-    return f"{', '.join(counts)}, {budget(comparison)} a run"
+    made, wanted = len(comparison.runs), comparison.wanted
+    missing = f"; {made:,} of {wanted:,} runs so far" if made < wanted else ""
+    return f"{', '.join(counts)}, {budget(comparison)} a run{missing}"
 
 
 def budget(comparison: BenchmarkResult) -> str:
     """Evaluations of a run."""
     stated = comparison.budget
     return f"{stated[:-1]} evaluations for each variable" if stated.endswith("d") else f"{stated} evaluations"
-
-
-def missing(comparison: BenchmarkResult) -> str:
-    """How far an unfinished comparison is; empty if it is done."""
-    made, wanted = len(comparison.runs), comparison.wanted
-    return "" if made >= wanted else f"{made:,} of {wanted:,} runs so far"
 
 
 def measured(comparison: BenchmarkResult) -> Sequence[tuple[str, str]]:

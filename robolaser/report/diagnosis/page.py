@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from robolaser.diagnosis.cause_words import place, spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
-from robolaser.model.noise.sources import error_sources
 from robolaser.report.chart import Chart
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
@@ -20,7 +19,6 @@ from robolaser.report.document import (
     Text,
     charts,
 )
-from robolaser.report.error_analysis import enough_rows
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import Delivered, best_file, files_section, noise_table, origin
@@ -33,12 +31,11 @@ MOST_SITES, MOST_ADVICE = 2, 3
 """Lines of each on the terminal."""
 
 
-def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, files: Delivered = ()) -> Document:
+def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()) -> Document:
     """The report.
 
     Args:
         diagnosis: The result.
-        command: What to type to repeat it.
         brief: Leave out what only a page shows.
         files: As `files` of diagnosis.json.
     """
@@ -66,7 +63,6 @@ def document(diagnosis: Diagnosis, *, command: str = "", brief: bool = False, fi
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
         tag=(diagnosis.verdict.replace("_", " "), diagnosis.verdict),
-        command=command,
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
     )
@@ -129,12 +125,7 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     cell = cell_scene(model, diagnosis.x, errors, title="The cell, and its errors on new poses",
                       marked=suspected(diagnosis), remark=_highlighted(diagnosis))  # fmt: skip
     lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
-    sizes = {name: source.value for name, source in diagnosis.noise.items()}
-    noise = noise_table(
-        sizes,
-        error_sources(enough_rows(model), diagnosis.x),
-        {name: source.origin for name, source in diagnosis.noise.items()},
-    )
+    noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
         Section(lies, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),

@@ -8,16 +8,15 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.cell.plan_validation import Violation, collisions
+from robolaser.cell.plan_validation import collisions
 from robolaser.data.dataset import Dataset
 from robolaser.geometry.rigid_motion import pose
-from robolaser.report.cell_poses import CellFrames, CellPoses
-from robolaser.report.viewer.cell_model import CellModel
+from robolaser.report.cell_poses import ArmAlone, CellFrames, CellPoses
 from robolaser.report.viewer.shapes import Colour, Shape, ball, bar, dots, lines, sheet, solid
 from robolaser.robot.collision_bodies import Body, link_radius
 from robolaser.robot.collisions import CollisionModel
 
-ShownCell = CellModel | CellPoses
+ShownCell = CellPoses | ArmAlone
 """A cell by a model, as the viewer shows it."""
 
 ARM: Colour = (178, 186, 196)
@@ -90,31 +89,25 @@ def _arm(dataset: Dataset, frames: CellFrames, radius: float) -> list[Shape]:
 
 
 def _scanner(frames: CellFrames, radius: float) -> list[Shape]:
-    T, corners, light, lamp = frames.camera, frames.corners, frames.light, frames.projector
+    T, corners, light = frames.camera, frames.corners, frames.light
     if T is None or corners is None:
         return []
     eye = T[:3, 3]
     size = 1.1 * radius
     body = T @ pose(np.eye(3), np.array([0.0, 0.0, -0.8 * size]))
-    held = {"sensor/bracket": frames.flange[:3, 3]} | ({} if lamp is None else {"sensor/arm": lamp})
+    held = {"sensor/bracket": frames.flange[:3, 3]} | ({"sensor/arm": light[0]} if len(light) else {})
     shapes: list[Shape] = [
         solid("sensor/camera", "box", (size, size, 1.6 * size), body, CAMERA),
         *(bar(name, (body[:3, 3], end), 0.3 * radius, JOINT) for name, end in held.items()
           if np.linalg.norm(end - body[:3, 3]) > 0.0),
         lines("sensor/view", _frustum(eye, corners), VIEW, 1.5),
     ]  # fmt: skip
-    if lamp is None or light is None:
-        return shapes
-    shapes.append(ball("sensor/laser", lamp, 0.5 * size, LASER))
-    if len(light) > 1:
-        fan = np.concatenate([lamp[None], light])
-        i = np.arange(1, len(light))
-        faces = np.column_stack([np.zeros_like(i), i, i + 1])
-        shapes.append(sheet("light/sheet", fan, faces, LASER, 0.22))
-        shapes.append(lines("light/edge", np.stack([light[:-1], light[1:]], axis=1), LASER, 1.5))
-    stripe = frames.stripe
-    if stripe is not None and len(stripe) > 1:
-        shapes.append(lines("light/stripe", np.stack([stripe[:-1], stripe[1:]], axis=1), LASER, 4.0))
+    if len(light):
+        shapes.append(ball("sensor/laser", light[0], 0.5 * size, LASER))
+    if len(light) > 2:
+        i = np.arange(1, len(light) - 1)
+        shapes.append(sheet("light/sheet", light, np.column_stack([np.zeros_like(i), i, i + 1]), LASER, 0.22))
+        shapes.append(lines("light/stripe", np.stack([light[1:-1], light[2:]], axis=1), LASER, 4.0))
     return shapes
 
 
@@ -125,7 +118,6 @@ def _frustum(eye: Array, corners: Array) -> Array:
 
 BOX: Colour = (196, 170, 120)
 OPACITY = 0.7
-MOST_SHOWN = 8  # lines of the panel
 SWOLLEN = 1.04  # red bodies are shown so much thicker, lest the arm that is drawn hides them
 
 
@@ -137,21 +129,10 @@ class CollisionScene:
     Attributes:
         model: Links, sensor and boxes.
         margin_m: Least distance that they should keep [m].
-        route: What the poses that are shown would break, and the ways between them.
     """
 
     model: CollisionModel
     margin_m: float
-    route: tuple[Violation, ...]
-
-    @property
-    def route_note(self) -> str:
-        """Of all poses, for the panel."""
-        if not self.route:
-            return "Nothing is hit at these poses, nor on the way between them."
-        more = len(self.route) - MOST_SHOWN
-        lines = [f"* {one}" for one in self.route[:MOST_SHOWN]] + [f"* ... and {more} more"] * (more > 0)
-        return "\n".join(lines)
 
     def at(self, q: Array) -> tuple[str, tuple[Shape, ...]]:
         """What is too near to what at one configuration (j,), in words, and the shapes to be shown there."""

@@ -104,7 +104,6 @@ class ViewerApp:
             with gui.add_folder("Joints"):
                 self._sliders = [self._slider(i) for i in range(len(dataset.robot.joints))]
         if self._collisions is not None:
-            gui.add_markdown(self._collisions.route_note)
             self._hits: Any = gui.add_text("Here", "", disabled=True)
         with gui.add_folder("Show"):
             self._shown = {group: gui.add_checkbox(group, initial_value=True) for group in self._groups}

@@ -5,11 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from scanned import calibrated as made
-from scanned import dataset, written
+from scanned import dataset
 
-from robolaser.report.viewer.cell_model import calibrated, nominal
+from robolaser.report.cell_poses import CellPoses, nominal_cell
 from robolaser.report.viewer.serving import ViewerApp
-from robolaser.scan import read_calibration
 
 pytest.importorskip("viser")
 pytestmark = [
@@ -19,11 +18,10 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def app(tmp_path_factory):
+def app():
     data = dataset(poses=8)
     calibration = made(data, ["joint_offset:joint_2"], {"joint_offset.joint_2.offset": 0.15})
-    scanner = read_calibration(written(calibration, tmp_path_factory.mktemp("app")))
-    served = ViewerApp((nominal(data), calibrated(scanner, data)))
+    served = ViewerApp((nominal_cell(data), CellPoses(calibration.model, calibration.x)))
     yield served
     served.stop()
 
@@ -59,6 +57,6 @@ def test_a_hail_of_changes_from_many_threads_ends_where_the_last_one_says(app):
 
 def test_a_viewer_starts_and_stops_in_silence(capfd):
     """So that `robolaser view --json` prints JSON alone."""
-    app = ViewerApp((nominal(dataset(poses=4)),))
+    app = ViewerApp((nominal_cell(dataset(poses=4)),))
     app.stop()
     assert capfd.readouterr().out == ""

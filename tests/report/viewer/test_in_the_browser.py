@@ -7,12 +7,11 @@ import cv2
 import numpy as np
 import pytest
 from scanned import calibrated as made
-from scanned import dataset, written
+from scanned import dataset
 
-from robolaser.report.viewer.cell_model import calibrated, nominal
+from robolaser.report.cell_poses import CellPoses, nominal_cell
 from robolaser.report.viewer.serving import ViewerApp
 from robolaser.report.viewer.shapes import downsampled
-from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
 
 pytest.importorskip("viser")
@@ -32,13 +31,12 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def app(tmp_path_factory):
+def app():
     data = dataset()
     calibration = made(data, ["joint_offset:joint_2"], {"joint_offset.joint_2.offset": 0.15})
-    scanner = read_calibration(written(calibration, tmp_path_factory.mktemp("browser")))
     cloud = np.zeros(5000, VERTEX)
     cloud["x"], cloud["y"], cloud["z"] = np.random.default_rng(0).uniform(0.2, 0.4, (3, 5000))
-    served = ViewerApp((nominal(data), calibrated(scanner, data)), downsampled(cloud))
+    served = ViewerApp((nominal_cell(data), CellPoses(calibration.model, calibration.x)), downsampled(cloud))
     yield served
     served.stop()
 

@@ -5,20 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scanned import calibrated as made
-from scanned import dataset, written
-from several import together
+from scanned import dataset
 
 from robolaser.cell.cell_collisions import collision_model
 from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError
+from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply, exp_so3, from_quaternion, inverse, pose
-from robolaser.report.viewer.cell_model import calibrated, nominal
+from robolaser.report.cell_poses import CellPoses, nominal_cell
 from robolaser.report.viewer.scene import BOX, HIT, MODEL_COLOURS, CollisionScene, fixed_shapes, moving_shapes
 from robolaser.report.viewer.shapes import bar, downsampled
-from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX
-from robolaser.scan.scanner_model import ScannerModel
 
 NUMBERS = {"joint_offset.joint_2.offset": 0.02, "laser_drift.laser.angle": 0.01}
 
@@ -29,10 +27,9 @@ def data():
 
 
 @pytest.fixture(scope="module")
-def models(data, tmp_path_factory):
+def models(data):
     calibration = made(data, ["joint_offset:joint_2", "laser_drift"], NUMBERS)
-    folder = written(calibration, tmp_path_factory.mktemp("viewer"))
-    return nominal(data), calibrated(read_calibration(folder), data)
+    return nominal_cell(data), CellPoses(calibration.model, calibration.x)
 
 
 @pytest.fixture(params=[0, 1], ids=["nominal", "calibrated"])
@@ -46,8 +43,8 @@ def by_name(shapes):
 
 def test_the_arm_hangs_together_from_base_to_camera(model):
     frames = model.at_pose(3)
-    np.testing.assert_allclose(frames.flange, model.scanner.flange[3])
-    np.testing.assert_allclose(frames.camera, model.scanner.camera[3])
+    np.testing.assert_allclose(frames.flange, model.flange[3])
+    np.testing.assert_allclose(frames.camera, model.camera[3])
     robot = model.dataset.robot
     np.testing.assert_allclose(frames.joints[-1] @ robot.end, frames.flange, atol=1e-12)
 
@@ -56,47 +53,33 @@ def test_sliders_at_a_poses_angles_give_that_pose(models):
     model = models[0]
     here, there = model.at(model.dataset.poses.q[5]), model.at_pose(5)
     np.testing.assert_allclose(here.camera, there.camera, atol=1e-12)
+    np.testing.assert_allclose(here.corners, there.corners, atol=1e-12)
     np.testing.assert_allclose(here.joints, there.joints, atol=1e-12)
-    assert len(here.stripe) == 0 < len(there.stripe)
+    first = model.at_pose(0)
+    moved = apply(here.camera @ inverse(first.camera), first.light)
+    np.testing.assert_allclose(here.light, moved, atol=1e-12)
 
 
-def test_away_from_the_poses_the_scanner_is_as_warm_as_at_the_runs_end(models):
-    model, last = models[1], int(np.argmax(models[1].dataset.poses.time_s))
-    q = model.dataset.poses.q[last]
-    np.testing.assert_allclose(model.at(q).light, model.at_pose(last).light, atol=1e-9)
-
-
-def test_the_light_lies_in_the_sheet_and_comes_from_the_projector(model):
-    frames = model.at_pose(2)
-    normal, offset = model.scanner.laser_plane[2, :3], model.scanner.laser_plane[2, 3]
-    back = inverse(frames.camera)
-    for places in (frames.light, frames.projector[None]):
-        np.testing.assert_allclose(apply(back, places) @ normal, offset, atol=1e-12)
-    assert abs(apply(back, frames.projector)[1:]).max() < 1e-12
+def test_the_light_lies_in_the_sheet_and_comes_from_the_projector(models):
+    frames, plane = models[0].at_pose(2), laser_plane(models[0].values)[0, 0]
+    light = apply(inverse(frames.camera), frames.light)
+    np.testing.assert_allclose(light @ plane[:3], plane[3], atol=1e-12)
+    assert abs(light[0, 1:]).max() < 1e-12
 
 
 def test_the_image_s_corners_are_before_the_camera_and_about_the_light(model):
     frames = model.at_pose(2)
-    corners = apply(inverse(frames.camera), frames.corners)
+    corners, seen = (apply(inverse(frames.camera), places) for places in (frames.corners, frames.light[1:]))
     assert (corners[:, 2] > 0).all()
-    seen = apply(inverse(frames.camera), frames.light)
-    assert corners[:, 1].min() <= seen[:, 1].min() + 1e-3
-    assert seen[:, 1].max() <= corners[:, 1].max() + 1e-3
+    slopes, ends = seen[:, :2] / seen[:, 2:], corners[:, :2] / corners[:, 2:]
+    assert (ends.min(axis=0) <= slopes.min(axis=0) + 1e-3).all()
+    assert (slopes.max(axis=0) <= ends.max(axis=0) + 1e-3).all()
 
 
 def test_the_stripe_of_a_pose_is_its_measured_points(model):
     own = model.points[model.dataset.points.pose == 4]
-    stripe = model.at_pose(4).stripe
+    stripe = model.at_pose(4).light[1:]
     assert {tuple(row) for row in np.round(stripe, 9)} == {tuple(row) for row in np.round(own, 9)}
-
-
-def test_what_a_camera_saw_beside_the_stripe_is_not_put_on_the_laser_plane(data):
-    alone = nominal(data)
-    camera = replace(data, kind="camera")
-    both = together(data, {"stripe": (data, data.points), "camera": (camera, data.points)})
-    points = replace(alone, dataset=both, scanner=ScannerModel(both, alone.scanner.values)).points
-    np.testing.assert_allclose(points[both.points.sensor == 0], alone.points)
-    assert np.isnan(points[both.points.sensor == 1]).all()
 
 
 def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(models):
@@ -110,8 +93,9 @@ def test_each_model_has_its_colour_and_the_target_is_where_it_was_given(models):
 
 def test_a_target_that_is_not_placed_is_laid_where_it_fits(data):
     T = pose(exp_so3(np.array([0.3, -0.2, 1.0])), np.array([0.4, 0.1, -0.2]))
-    moved = replace(data, placed=False, points=replace(data.points, xyz=apply(inverse(T), nominal(data).points)))
-    np.testing.assert_allclose(nominal(moved).target, nominal(data).points, atol=1e-9)
+    seen = nominal_cell(data).points
+    moved = replace(data, placed=False, points=replace(data.points, xyz=apply(inverse(T), seen)))
+    np.testing.assert_allclose(nominal_cell(moved).target, seen, atol=1e-9)
 
 
 def test_shapes_are_finite_and_have_names_of_their_own(model):
@@ -126,14 +110,14 @@ def test_shapes_are_finite_and_have_names_of_their_own(model):
 
 def test_flange_poses_without_a_robot_are_shown_too(data):
     poses = Poses(data.poses.names, T_base_flange=data.flange())
-    model = nominal(replace(data, robot=None, poses=poses))
+    model = nominal_cell(replace(data, robot=None, poses=poses))
     shapes = by_name(moving_shapes(model, model.at_pose(0)))
     assert not [name for name in shapes if name.startswith("robot/link")]
     assert {"robot/flange", "sensor/camera", "light/sheet"} <= set(shapes)
 
 
 def test_other_sensors_show_their_arm(data):
-    model = nominal(replace(data, kind="point", parameters={}))
+    model = nominal_cell(replace(data, kind="point", parameters={}))
     shown = set(by_name(moving_shapes(model, model.at_pose(0))))
     assert {"robot/foot", "robot/flange", *(f"robot/{joint}" for joint in data.robot.joints)} < shown
     assert all(name.startswith("robot/") for name in shown)
@@ -142,14 +126,16 @@ def test_other_sensors_show_their_arm(data):
 
 
 def test_a_recording_without_points_shows_its_cell(data):
-    model = nominal(replace(data, points=Points(np.empty(0, np.int64), ())))
+    model = nominal_cell(replace(data, points=Points(np.empty(0, np.int64), ())))
     assert fixed_shapes(model, (model,)) == ()
-    assert len(model.at_pose(0).light) > 10
+    light, plane = model.at_pose(0).light, laser_plane(model.values)[0, 0]
+    assert len(light) > 10
+    np.testing.assert_allclose(apply(inverse(model.camera[0]), light) @ plane[:3], plane[3], atol=1e-12)
 
 
 def test_a_scanner_without_its_numbers_is_refused(data):
     with pytest.raises(DataError, match="theta"):
-        nominal(replace(data, parameters={key: item for key, item in data.parameters.items() if key != "theta"}))
+        nominal_cell(replace(data, parameters={key: item for key, item in data.parameters.items() if key != "theta"}))
 
 
 @pytest.mark.parametrize("end", [(0.3, 0.2, 0.1), (0.0, 0.0, 0.5), (0.0, 0.0, -0.5)])
@@ -177,7 +163,7 @@ def test_what_is_hit_is_shown_in_red_where_it_is():
     robot, q = data.arm
     flange = robot.forward(q[None])[0]
     at = Box("block", tuple(flange[0, :3, 3].tolist()), (0.02, 0.02, 0.02))
-    scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01, ())
+    scene = CollisionScene(collision_model(data, Limits(), [at]), 0.01)
     words, shapes = scene.at(q[0])
     assert "block overlap by" in words
     assert {shape.look["color"] for shape in shapes} == {HIT}
