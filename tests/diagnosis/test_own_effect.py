@@ -102,7 +102,7 @@ def test_an_effect_of_all_joints_with_many_nonlinear_values_is_tried() -> None:
 
 
 def test_its_title_stands_in_the_report(diagnosis: Diagnosis) -> None:
-    assert "dragged along by the joint before it" in render(document(diagnosis, command="robolaser diagnose"))
+    assert "dragged along by the joint before it" in render(document(diagnosis), "robolaser diagnose")
 
 
 def test_it_is_part_of_the_corrected_model(diagnosis: Diagnosis) -> None:
