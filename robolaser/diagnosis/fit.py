@@ -193,16 +193,20 @@ class Fit:
         return float(unit @ np.linalg.pinv(correlation, rcond=CORRELATED, hermitian=True) @ unit)
 
     def exceeds_bounds(self, candidate_effect: CandidateEffect) -> bool:
-        """Whether the data push a parameter of an effect beyond what is plausible.
+        """Whether a parameter of an effect is beyond what is plausible: an amplitude on a bound, where a valley led it.
 
-        Not by the nominal value, nor by the ends of a shape, which has no unit, or of a series' further terms.
+        Or a nonlinear one that the data push there. Not by the nominal value, nor by the ends of a shape, which has no
+        unit, or of a series' further terms.
         """
-        kind, at = candidate_effect.effect, self.problem.parameters.names.index
-        amplitudes = [one.name for one in kind.amplitudes()[:FULLY_PENALIZED]]
-        sizes = amplitudes + [one.name for one in kind.nonlinear_parameters() if one.unit]
-        own = [(item.nominal, at(item.name)) for item in candidate_effect.parameters.items
-               if item.name.rpartition(".")[2] in sizes]  # fmt: skip
-        return any(self.at.pushed[i] and abs(self.x[i] - nominal) > TOUCH * self.problem.scale[i] for nominal, i in own)
+        kind, problem, near = candidate_effect.effect, self.problem, TOUCH * self.problem.scale
+        on_bound = (self.x <= problem.lower + near) | (self.x >= problem.upper - near)
+        amplitudes = {one.name: on_bound for one in kind.amplitudes()[:FULLY_PENALIZED]}
+        sizes = amplitudes | {one.name: self.at.pushed for one in kind.nonlinear_parameters() if one.unit}
+        for item in candidate_effect.parameters.items:
+            at, beyond = problem.parameters.names.index(item.name), sizes.get(item.name.rpartition(".")[2])
+            if beyond is not None and beyond[at] and abs(self.x[at] - item.nominal) > near[at]:
+                return True
+        return False
 
     def _free_parameters(self, effects: Sequence[CandidateEffect]) -> Bools:
         keys = [key for one in effects for key in one.parameters.names]

@@ -36,7 +36,7 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.repeatability import noise_sources, repeatability_of
 from robolaser.diagnosis.result import CauseClass, Diagnosis
 from robolaser.diagnosis.score_tests import library
-from robolaser.diagnosis.selection import select
+from robolaser.diagnosis.selection import select, unless_one_does_it
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_LISTED, OUTLIER_ROUNDS, SCATTER_ROUNDS
@@ -201,7 +201,7 @@ def _selected(
         outliers = found
         data, start = preparation.without(outliers, start)
         refits, final = again(start, 0.5)
-    return data, refits, final, np.flatnonzero(outliers).astype(np.int64)
+    return data, refits, unless_one_does_it(refits, final), np.flatnonzero(outliers).astype(np.int64)
 
 
 def _only_imitate(

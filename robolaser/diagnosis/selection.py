@@ -45,6 +45,15 @@ def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda
     return min(few, arm, key=refits.cost)
 
 
+def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
+    """A fit, or what begins with one effect, where that costs less by itself than all that were found.
+
+    The geometry of a whole arm, once it was the best beside other noise, is not taken out step by step.
+    """
+    single = min(_with_one_more(refits, refits.start), key=refits.cost, default=fit)
+    return select(refits, single) if refits.cost(single) < refits.cost(fit) else fit
+
+
 def _stepwise(refits: Refits, fit: Fit, most: int, progress: Announce) -> Fit:
     """Add effects, up to so many in all, while that lowers the cost; then take out or exchange one; then begin again.
 

@@ -13,6 +13,8 @@ from robolaser.diagnosis.evidence import aliases
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.refits import Refits
+from robolaser.diagnosis.score_tests import library
+from robolaser.diagnosis.selection import unless_one_does_it
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.robot.by_name import find_robot
@@ -47,6 +49,16 @@ def test_only_what_has_a_form_is_imitated_by_a_small_effect_beside_it(count: int
     final = SimpleNamespace(effects=effects, chi2=0.0)
     found = aliases(Refitted(), final, held_out=None)  # type: ignore[arg-type]
     assert (eccentric in found) == expected
+
+
+def test_the_geometry_of_an_arm_gives_way_to_one_effect_that_costs_less() -> None:
+    made = simulate(find_robot("ur5e"), kind="socket", poses=40, effects={"arm_scale:base": 8e-4}, seed=1)
+    scale = next(one for one in EFFECTS if one.name == "arm_scale")
+    candidates = library([scale, PLACEMENT], made.dataset)
+    refits = Refits(Preparation.of(made.dataset, 1).fit(candidates), candidates)
+    tests = refits.score_tests(refits.start)
+    arm = refits.refit(refits.start, [test for test in tests if test.candidate_effect.effect is PLACEMENT])
+    assert [one.effect.name for one in unless_one_does_it(refits, arm).effects] == ["arm_scale"]
 
 
 def posterior(J: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

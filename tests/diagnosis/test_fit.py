@@ -46,6 +46,13 @@ def test_poses_too_few_for_a_model_have_no_gross_errors_by_it(start: Fit, poses:
     assert outliers_of(problem, start.x).sum() == found
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_an_amplitude_on_its_bound_is_beyond_what_is_plausible_whatever_the_data_push(start: Fit, side: float) -> None:
+    (effect,) = candidate_effects(("joint_offset:elbow_joint",), start.model.dataset)
+    assert with_effect(start, "joint_offset:elbow_joint", side * 0.1).exceeds_bounds(effect)
+    assert not with_effect(start, "joint_offset:elbow_joint", side * 0.09).exceeds_bounds(effect)
+
+
 def test_an_effect_differs_from_zero_by_its_size_over_its_standard_deviation(start: Fit) -> None:
     fit = with_effect(start, "joint_offset:elbow_joint", 1e-3)
     assert fit.wald(fit.effects[0]) == pytest.approx((1e-3 / fit.deviations[-1]) ** 2)
