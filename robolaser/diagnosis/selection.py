@@ -46,10 +46,13 @@ def select(refits: Refits, begin: Fit | None = None, progress: Announce = lambda
 
 
 def unless_one_does_it(refits: Refits, fit: Fit) -> Fit:
-    """A fit, or what begins with one effect, where that costs less by itself than all that were found.
+    """A fit; or what begins with one effect, where that costs less by itself than the geometry of the whole arm.
 
-    The geometry of a whole arm, once it was the best beside other noise, is not taken out step by step.
+    That geometry may have been the best beside other noise, and is not taken out step by step. Not where the sensor has
+    optics: there it loses to functions of unknown form anyway.
     """
+    if fit.has_optics or not placements_of_arm(fit.effects):
+        return fit
     single = min(_with_one_more(refits, refits.start), key=refits.cost, default=fit)
     return select(refits, single) if refits.cost(single) < refits.cost(fit) else fit
 
