@@ -21,8 +21,6 @@ class Arm(ABC):
 
     step: Array
     """The smallest difference of angles that a reading resolves, (j,) [rad or m]."""
-    synchronous_read: ClassVar[bool]
-    """Whether a reading shows all joints at the same moment, not one after the other."""
     outputs: ClassVar[int | None]
     """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
     absolute_encoders: ClassVar[bool]
@@ -44,7 +42,7 @@ class Arm(ABC):
 
     @abstractmethod
     def read(self) -> Array:
-        """Where it is now, moving or not, (j,) [rad or m]. One reading: a disturbed line may have spoilt it."""
+        """Where all joints are now, moving or not, (j,) [rad or m]: one reading, which a disturbed line may spoil."""
 
     @abstractmethod
     def poll_faults(self) -> None:

@@ -111,7 +111,7 @@ class Mover:
         if then is not None:
             self._arm.prepare(then)
         began = alike = self._clock.now()
-        before, last, moved, astray = start, start, np.full(len(goal), began), 0
+        before, moved, astray = start, np.full(len(goal), began), 0
         still_s = STILL_S + seconds * self._unseen(goal - start)
         while True:
             if not astray:
@@ -128,8 +128,8 @@ class Mover:
             if then is not None and there.all():
                 return q
             before, moved = np.where(moving, q, before), np.where(moving, now, moved)
-            off = self._off(q, last, start, goal)
-            astray, last = astray + 1 if (off > STRAY).any() else 0, q
+            off = _off(q, start, goal)
+            astray = astray + 1 if (off > STRAY).any() else 0
             if astray > 1:  # one reading alone may be the line's fault
                 joint = int(np.argmax(off))
                 at, away, begin, end = self._shown(joint, q, off, start, goal)
@@ -165,17 +165,6 @@ class Mover:
         assert trouble is not None
         raise trouble
 
-    def _off(self, q: Array, last: Array, start: Array, goal: Array) -> Array:
-        """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,).
-
-        Joints that are read one after the other seem off by no more than they move from one reading to the next.
-        """
-        way = goal - start
-        share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
-        apart = 0.0 if self._arm.synchronous_read else np.abs(q - last)
-        off: Array = np.abs(q - start - share * way) - apart
-        return off
-
     def _unseen(self, way: Array) -> Array:
         """Share of a motion's time in which each joint has not gone far enough to be seen moving, (j,)."""
         least = STEPS * self._arm.step / np.maximum(np.abs(way), TINY)
@@ -191,3 +180,11 @@ class Mover:
             f"On the way to {place}, {self._robot.joints[joint]} {reason} at {stands}, not {wanted}."
             " Look for what blocks it, and check that its motors are on."
         )
+
+
+def _off(q: Array, start: Array, goal: Array) -> Array:
+    """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,)."""
+    way = goal - start
+    share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
+    off: Array = np.abs(q - start - share * way)
+    return off

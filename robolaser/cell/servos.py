@@ -3,20 +3,24 @@
 import re
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import ClassVar, final
+from typing import ClassVar, Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.bus_arm import BusArm
-from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
-from robolaser.cell.serial_line import LETTERS, SerialLine
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, refused, unclear
+from robolaser.cell.serial_line import LETTERS, SerialLine, connect
 from robolaser.cell.servo_protocols import READ_ALL, SERVOS, WRITE_ALL, Register
-from robolaser.data.cell_config import ArmLine
+from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
 MIDDLE = 2048
+STEP_RAD = 2 * np.pi / 4096
+MOST = 252
+"""Servos that can share a line."""
 QUIET_S = 0.25
 TRIES = 4
 SAGGED = 20
@@ -27,27 +31,43 @@ ADVICE = "Free the arm, let it cool down, check its supply, and switch its power
 
 
 @final
-class ServoArm(BusArm):
+class ServoArm(Arm):
     """Servos with absolute encoders; their torque stays off until the first motion, so that they may be led by hand.
 
     angle = reference_rad + direction (position - 2048) 2 pi / 4096.
     """
 
-    synchronous_read: ClassVar[bool] = True
+    outputs: ClassVar[int | None] = 0
+    absolute_encoders: ClassVar[bool] = True
     follows: ClassVar[bool] = True
-    counted_rad: ClassVar[float] = 2 * np.pi / 4096
-    most: ClassVar[int] = 252
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
-        super().__init__(line, arm, robot)
+        self._line, self._joints = line, robot.joints
+        count = len(self._joints)
+        if not 0 < count <= MOST:
+            raise joints_differ(arm.kind, count, MOST)
+        self._ids = arm.ids or tuple(range(1, count + 1))
+        self._reference = np.array(arm.reference_rad or [0.0] * count)
+        self._direction = np.array(arm.direction or [1.0] * count)
+        self.step = np.full(count, STEP_RAD)
         self._protocol = SERVOS[arm.kind]
         if self._protocol.drive_mode is not None:
             self._state_times(self._protocol.drive_mode)
         self.read()
 
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Open the port and see that every servo answers.
+
+        Raises:
+            ArmError: It cannot be opened, or one does not.
+        """
+        return connect(lambda line: cls(line, cell.arm, cell.robot), cell.arm, clock)
+
     def read(self) -> Array:
         """Where it is now, (j,)."""
-        return self._angles(self._positions(self._protocol.present) - MIDDLE)
+        turned = (self._positions(self._protocol.present) - MIDDLE) * STEP_RAD
+        return np.asarray(self._reference + self._direction * turned)
 
     def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
@@ -58,7 +78,7 @@ class ServoArm(BusArm):
 
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,), of all servos at once."""
-        goal = MIDDLE + self._counts(q)
+        goal = self._goal(q)
         start = self._positions(self._protocol.present)
         if not all(self._numbers(self._protocol.torque)):
             # a motor that begins to hold goes to the goal that it has
@@ -68,8 +88,7 @@ class ServoArm(BusArm):
 
     def follow(self, q: Array) -> None:
         """Let all servos go to angles, (j,), as fast as their loops can; the next call makes up for what is lost."""
-        goal = (MIDDLE + self._counts(q)).tolist()
-        self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in goal])
+        self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in self._goal(q).tolist()])
 
     def stop(self) -> None:
         """Stop where it is: these servos know no other command than to go where they are.
@@ -86,6 +105,25 @@ class ServoArm(BusArm):
             if (heard == at).all():
                 return
         raise unclear(self._line.port, f"stop at {at.tolist()}", str(heard.tolist()), TRIES)
+
+    def home(self) -> None:
+        """Nothing: their encoders are absolute."""
+
+    def laser_on(self, output: int) -> None:
+        """Refuse: servos have no outputs."""
+        why = "these servos cannot switch outputs; remove [laser] from cell.toml"
+        raise refused(self._line.port, f"output {output}", "", why)
+
+    laser_off = laser_on
+
+    def close(self) -> None:
+        """Close it."""
+        self._line.close()
+
+    def _goal(self, q: Array) -> Ints:
+        """Positions at joint angles, (j,) [steps]."""
+        steps: Ints = np.rint(self._direction * (q - self._reference) / STEP_RAD).astype(np.int64)
+        return MIDDLE + steps
 
     def _state_times(self, drive_mode: Register) -> None:
         """Let Dynamixels take times for their motions, which they keep when switched off."""

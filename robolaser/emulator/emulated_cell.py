@@ -18,7 +18,6 @@ from robolaser.emulator.bus_servos import BusServos
 from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
-from robolaser.emulator.lss import LssController
 from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.world_file import load_world
@@ -36,7 +35,6 @@ CONTROLLERS: Mapping[str, Callable[..., Controller]] = {
     "acl": AclController,
     "dynamixel": BusServos,
     "feetech": BusServos,
-    "lss": LssController,
 }
 
 
