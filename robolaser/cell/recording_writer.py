@@ -31,7 +31,6 @@ from robolaser.errors import DataError, OutputError, PlanError, output_exists
 from robolaser.vision.board import Image
 
 DATASET, PLAN = "dataset.toml", "plan.csv"
-IMAGE_OFF = UNLIT
 LEAST_PAUSE_S = 1.0
 """Between the last pose before an interruption and the first after it, where the disk's clock says less."""
 
@@ -46,14 +45,12 @@ class Sample:
         time_s: Since the recording began [s].
         q: As read, (j,) [rad or m].
         images: By column of poses.csv; none where the arm only passed.
-        qd: Velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests.
     """
 
     name: str
     time_s: float
     q: Array
     images: Mapping[str, Image] = field(default_factory=dict)
-    qd: Array | None = None
 
 
 @final
@@ -82,7 +79,7 @@ class RecordingWriter:
         Args:
             cell: Where it is taken.
             folder: Created if it does not exist.
-            waypoints: The poses; none where somebody else moves the arm.
+            waypoints: The poses.
             shots: At each pose, with the laser on.
             force: Throw away a recording that is there.
 
@@ -204,8 +201,7 @@ class RecordingWriter:
         if not self.begun:
             with naming(self.folder):
                 (self.folder / IMAGES).mkdir(parents=True, exist_ok=True)
-            if self.waypoints:
-                files[self.folder / PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
+            files[self.folder / PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
             cleared = self._there()
         if not self._tidy:
             self._tidy_up()
@@ -213,8 +209,6 @@ class RecordingWriter:
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}
             row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, sample.q, strict=True)}
-            if sample.qd is not None:
-                row |= {f"qd_{joint}": repr(float(v)) for joint, v in zip(self._robot.joints, sample.qd, strict=True)}
             for column, image in sample.images.items():
                 path = f"{IMAGES}/{self._stem(sample.name)}{_ending(column)}"
                 files[self.folder / path] = cv2.imencode(".png", image)[1].tobytes()
@@ -255,10 +249,8 @@ class RecordingWriter:
         return name if plain.isascii() and plain.isalnum() else f"visit.{number:04d}"
 
     def _columns(self) -> list[str]:
-        switched = [IMAGE_OFF] if self._cell.laser_output is not None else []
+        switched = [UNLIT] if self._cell.laser_output is not None else []
         joints = [f"q_{joint}" for joint in self._robot.joints]
-        if not self.waypoints:  # somebody else moves the arm
-            return ["pose", "time_s", *joints, *(f"qd_{joint}" for joint in self._robot.joints), "image"]
         return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
 
     def _table(self, rows: Sequence[Mapping[str, str]]) -> bytes:

@@ -11,14 +11,14 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
-from robolaser.cell.first_look import BoardCutOff, FirstLook
 from robolaser.cell.following import Follower
 from robolaser.cell.joint_text import configuration_text, joint_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck, unsafe
-from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
+from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell
+from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
 from robolaser.vision.board import Image
 
@@ -46,7 +46,6 @@ class Session:
         warn: Warn,
         *,
         position_confirmed: bool = False,
-        first_look: FirstLook | None = None,
     ) -> None:
         self._cell = cell
         self._robot = robot = cell.robot
@@ -56,7 +55,6 @@ class Session:
         self._clock = clock
         self._warn = warn
         self._position_confirmed = position_confirmed
-        self._first_look = first_look
         self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock, cell.arm.unattended_s)
         hz, speed = cell.arm.setpoint_hz, cell.limits.speed_rad_s
         self._follower = None if hz is None else Follower(arm, robot, speed, clock, hz)
@@ -107,8 +105,6 @@ class Session:
             samples = self._record_pose(waypoint, self._at)
             self._writer.add(samples, self._follower.taken() if self._follower else ())
             recorded(waypoint)
-            if self._first_look is not None:
-                self._first_look.at(waypoint.name, samples[-1].images)
         if self._cell.laser_output is not None:
             self._arm.laser_off(self._cell.laser_output)
 
@@ -142,27 +138,17 @@ class Session:
             samples.append(Sample(name, self._now(), at))
         if self._follower is not None:
             at = self._at = self._follower.rest(waypoint.name)
-        images = {"image": self._lit_shot(0)}
+        settle_s = self._cell.camera.settle_s
+        images = {"image": self._camera.shot(settle_s)}
         time_s = self._now()
-        images |= {f"image_{k + 1}": self._lit_shot(k) for k in range(1, self._writer.shots)}
+        images |= {f"image_{k}": self._camera.shot(0.0) for k in range(2, self._writer.shots + 1)}
         if self._cell.laser_output is not None:
             self._arm.laser_off(self._cell.laser_output)
-            self._expose(0)
-            images[IMAGE_OFF] = self._camera.shot(self._cell.camera.settle_s)
+            images[UNLIT] = self._camera.shot(settle_s)
             self._arm.laser_on(self._cell.laser_output)
-            self._check_laser(waypoint, images["image"], images[IMAGE_OFF])
+            self._check_laser(waypoint, images["image"], images[UNLIT])
         self._check_rest(waypoint, at)
         return [*samples[:-1], Sample(waypoint.name, time_s, at, images)]
-
-    def _lit_shot(self, number: int) -> Image:
-        """A repeat, or one of an exposure series."""
-        self._expose(number)
-        new = number == 0 or self._cell.camera.exposures
-        return self._camera.shot(self._cell.camera.settle_s if new else 0.0)
-
-    def _expose(self, number: int) -> None:
-        if self._cell.camera.exposures:
-            self._camera.expose(self._cell.camera.exposures[number])
 
     def _check_laser(self, waypoint: Waypoint, on: Image, off: Image) -> None:
         if int((on.astype(np.int16) - off).max()) < LIGHT_GREY:
@@ -219,7 +205,7 @@ class Session:
         kept = "Nothing was recorded yet."
         if self._writer.begun:
             kept = f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
-            kept += "" if isinstance(error, BoardCutOff) else " Continue with the next pose by --resume."
+            kept += " Continue with the next pose by --resume."
         return Interrupted(f"{cause}\n{standing}\n{kept}")
 
     def _now(self) -> float:

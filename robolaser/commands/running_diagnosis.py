@@ -7,7 +7,6 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, final
@@ -23,12 +22,11 @@ class RunningDiagnosis:
 
     Args:
         folder: Of the recording.
-        exposures: Whether the images of a pose are a series of exposures.
         show: Is called with each answer, once.
     """
 
-    def __init__(self, folder: Path, *, exposures: bool, show: Callable[[str], None]) -> None:
-        self._folder, self._exposures, self._show = folder, exposures, show
+    def __init__(self, folder: Path, show: Callable[[str], None]) -> None:
+        self._folder, self._show = folder, show
         self._engine = ProcessPoolExecutor(1, get_context("spawn"), initializer=_leave_ctrl_c_to_the_arm)
         self._asked: Future[str] | None = None
         self._is_current = False
@@ -54,10 +52,7 @@ class RunningDiagnosis:
 
     def _ask(self) -> None:
         with suppress(BrokenProcessPool):  # the recording goes on without it; the last answer said why
-            self._asked, self._is_current = (
-                self._engine.submit(answer, self._folder, exposures=self._exposures),
-                True,
-            )
+            self._asked, self._is_current = self._engine.submit(answer, self._folder), True
 
     def _take(self) -> None:
         if self._asked is None:
@@ -87,7 +82,7 @@ class _SoFar:
 _KNOWN: defaultdict[Path, _SoFar] = defaultdict(_SoFar)
 
 
-def answer(folder: Path, *, exposures: bool = False) -> str:
+def answer(folder: Path) -> str:
     """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet.
 
     A process that is asked of one recording again and again looks at each image once.
@@ -102,7 +97,7 @@ def answer(folder: Path, *, exposures: bool = False) -> str:
     try:
         recording = load(folder)
         has_stripe = sensor_class(recording.kind).has_laser_plane()
-        of_images = partial(points_from_images, exposures=exposures) if has_stripe else points_of_target
+        of_images = points_from_images if has_stripe else points_of_target
         _, dataset = of_images(recording, known=so_far.shown)
         so_far.found = so_far.found.with_poses(dataset) if so_far.found else diagnose(dataset, seed=1)
     except RobolaserError as error:

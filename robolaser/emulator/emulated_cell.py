@@ -18,7 +18,7 @@ from robolaser.emulator.bus_servos import BusServos
 from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
-from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
+from robolaser.emulator.served_line import MOST_PENDING, ServedLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.world_file import load_world
 from robolaser.errors import DataError, UsageError, near
@@ -84,8 +84,6 @@ class EmulatedCell:
         time_scale: float = 1.0,
         seed: int = 1,
         faults: Sequence[str] = (),
-        camera_port: int = 0,
-        over_socket: bool = False,
     ) -> None:
         cell = load_cell(folder)
         wire, line = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
@@ -93,7 +91,7 @@ class EmulatedCell:
         seen = None if world is None else load_world(world, cell.description)
         self._controller = FaultyController(controller_of(cell, seen and seen.loop), wanted, wire)
         _check(wanted, cell.arm.kind, len(cell.robot.joints))
-        self._line: ServedLine = TcpLine() if over_socket else PtyLine(cell.arm.baud, line)
+        self._line = ServedLine(cell.arm.baud, line)
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
         self._time_scale = time_scale
         self._told_s = 0.0
@@ -104,7 +102,7 @@ class EmulatedCell:
         self._stream: CameraServer | None = None
         if seen is not None:
             noise = np.random.default_rng([seed, 2])
-            self._stream = CameraServer(seen, self._snapshot(0.0), wanted, noise, camera_port)
+            self._stream = CameraServer(seen, self._snapshot(0.0), noise)
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()
 
@@ -113,7 +111,7 @@ class EmulatedCell:
         select.select(self._line.waits_on(), [], [], BUSY_TICK_S if self._pending else TICK_S)
         now_s = (time.monotonic() - self._began) * self._time_scale
         if self._controller.cut(now_s):
-            self._line.pull()
+            self._line.hang_up()
             time.sleep(TICK_S)
         if self._stream is not None:
             self._stream.tell(self._snapshot(now_s))
@@ -125,7 +123,7 @@ class EmulatedCell:
 
     def close(self) -> None:
         """Let go of line and camera."""
-        self._line.pull()
+        self._line.hang_up()
         if self._stream is not None:
             self._stream.close()
 
@@ -135,7 +133,7 @@ class EmulatedCell:
         path = [self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:]]
         self._watched_s = now_s
         lit = self._laser is None or self._laser in self._controller.outputs(now_s)
-        return Snapshot(path, lit, now_s, self._controller.heard)
+        return Snapshot(path, lit)
 
     def _tell(self, now_s: float) -> None:
         """Send what the line carries in the time since it last carried something."""

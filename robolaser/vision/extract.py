@@ -15,7 +15,7 @@ from robolaser.vision.board_orientation import oriented
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
 from robolaser.vision.runs import Axis, LineCentres
-from robolaser.vision.stripe_detection import every, find_line_centres
+from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
 
 POINTS_PER_IMAGE = 170
@@ -92,7 +92,6 @@ def extract_points(
     search: StripeSearch,
     board: Board,
     *,
-    step: int | None = None,
     R_base_flange: Array | None = None,
     known: dict[object, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -105,8 +104,6 @@ def extract_points(
         images: Files of each pose, in the order taken.
         search: How the stripe is looked for.
         board: The checkerboard.
-        step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
-            POINTS_PER_IMAGE.
         R_base_flange: Turn of the flange at each pose, (n, 3, 3). Only used for boards whose colours allow several
             frames; without, the frame is followed by sight from image to image.
         known: What images showed earlier; what these show is added, and nothing is looked for twice.
@@ -133,7 +130,7 @@ def extract_points(
     grids = dict(zip(boards, oriented(list(boards.values()), turns, lens)[0], strict=True))
     views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
     length = search.camera.size_px[1 if search.axis == "v" else 0]
-    apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
+    apart = max(1, round(length / POINTS_PER_IMAGE))
     found = [
         [] if i not in views else _on_board(one.centres, views[i], lens, board, search.axis, apart)
         for i, one in enumerate(seen)
@@ -168,7 +165,7 @@ def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
         if seen is None and not found:
             seen = find_board(image, columns=board.columns, rows=board.rows)
         centres = find_line_centres(light, search.axis)
-        if seen is not None and without is None and search.channel == "grey" and not search.exposures:
+        if seen is not None and without is None and search.channel == "grey":
             centres = centres.at(centres.peak > BRIGHTER * seen.white_level)
         found.append(centres)
     return _Seen(seen, tuple(found))
@@ -203,7 +200,7 @@ def _on_board(
         if kept.sum() < FEWEST_LINES:
             continue
         lines = np.flatnonzero(kept)
-        taken = lines[every(centres.line[lines], step)]
+        taken = lines[_every(centres.line[lines], step)]
         crosses = crosses_squares(centres, on_squares)
         found.append(
             _OnBoard(
@@ -217,6 +214,12 @@ def _on_board(
             )
         )
     return found
+
+
+def _every(line: Ints, step: int) -> Ints:
+    """Of lines of pixels (n) those that lie `step` apart in the image, (k,); the one in the centre where none does."""
+    chosen = np.flatnonzero(line % step == step // 2)
+    return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]
 
 
 def _frame(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[_OnBoard]) -> Frame:

@@ -1,6 +1,6 @@
 """Image files as arrays of grey, and what a laser alone lights in them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -14,7 +14,7 @@ from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
-from robolaser.vision.runs import FULL, Axis
+from robolaser.vision.runs import FULL
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
 PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off
@@ -136,9 +136,7 @@ def laser_alone(lit: Image, unlit: Image) -> Image:
     return np.asarray(np.clip(alone, 0, FULL), dtype=lit.dtype)
 
 
-def lights(
-    shots: PoseImages, camera: CameraImages, weights: Weights | None = None, exposed_along: Axis | None = None
-) -> Iterator[tuple[Image, Image]]:
+def lights(shots: PoseImages, camera: CameraImages, weights: Weights | None = None) -> Iterator[tuple[Image, Image]]:
     """Give each image with the laser on as eight bits of grey, and in it the laser's light as far as that is known.
 
     Both are (height, width). The light of deeper images has fractions of an eight-bit grey.
@@ -147,8 +145,6 @@ def lights(
         shots: Of a pose.
         camera: How they are read.
         weights: Of blue, green and red in the light; grey when absent.
-        exposed_along: The images are an exposure series of a stripe along this axis: they give one light, in which each
-            line of pixels is that of the longest exposure that saturates no more of it than the shortest does.
 
     Raises:
         ImageError: An image is missing, broken or of another size.
@@ -158,20 +154,5 @@ def lights(
     grey = [eight_bits(one if weights is None else cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), camera.depth) for one in raw]
     light = [_light(one, camera.depth, weights) for one in raw]
     lit = len(shots.lit)
-    if exposed_along is not None:
-        yield grey[0], _exposed(light[:lit], exposed_along)
-        return
     for image, one in zip(grey[:lit], light[:lit], strict=True):
         yield image, one if shots.unlit is None else laser_alone(one, light[lit])
-
-
-def _exposed(series: Sequence[Image], along: Axis) -> Image:
-    """Of each line of pixels across a stripe the longest exposure that saturates no more than the shortest."""
-    lines = 1 if along == "v" else 0
-    ordered = sorted(series, key=lambda image: float(image.mean()))
-    best = ordered[0].copy()
-    least = (best >= FULL).sum(axis=lines)
-    for image in ordered[1:]:
-        fits = (image >= FULL).sum(axis=lines) <= least
-        best = np.where(fits[:, None] if lines else fits, image, best)
-    return best

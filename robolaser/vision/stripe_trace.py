@@ -29,7 +29,6 @@ CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
     }
 )
 """Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
-AUTO = "auto"
 LOOKED_AT = 3  # poses, evenly taken, by which a channel is chosen
 COLOURFUL = 12  # difference of two channels [grey of 255] from which on a pixel has a colour
 BETTER = 1.1
@@ -67,13 +66,10 @@ class StripeSearch:
     camera: CameraImages
     axis: Axis  # image axis that the stripe runs along
     channel: str = "grey"  # name of the channel in which the light stands out, one of CHANNELS
-    exposures: bool = False  # whether the images of a pose are an exposure series, and no repeats
 
     @classmethod
-    def of(
-        cls, recording: Dataset, shots: Sequence[PoseImages], *, channel: str = AUTO, exposures: bool = False
-    ) -> "StripeSearch":
-        """How to look in the images of a stripe scanner's recording; AUTO is the channel in which the light stands out.
+    def of(cls, recording: Dataset, shots: Sequence[PoseImages]) -> "StripeSearch":
+        """How to look in the images of a stripe scanner's recording: in the channel in which the light stands out.
 
         Raises:
             ImageError: An image is missing, broken or of another size.
@@ -81,8 +77,7 @@ class StripeSearch:
         assert recording.image_px is not None  # a stripe's data set has a size
         camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
         axis: Axis = "u" if recording.stripe_axis == "u" else "v"
-        channel = find_channel(shots, camera, axis) if channel == AUTO else channel
-        return cls(camera, axis, channel, exposures)
+        return cls(camera, axis, find_channel(shots, camera, axis))
 
     def lights(self, shots: PoseImages) -> Iterator[tuple[Image, Image]]:
         """Give each image of a pose with the laser on, and in it the laser's light.
@@ -90,7 +85,7 @@ class StripeSearch:
         Raises:
             ImageError: An image is missing, broken or of another size.
         """
-        return lights(shots, self.camera, CHANNELS[self.channel], self.axis if self.exposures else None)
+        return lights(shots, self.camera, CHANNELS[self.channel])
 
     def traces(self, shots: PoseImages) -> Iterator[Stripes]:
         """Trace the stripe in each image of a pose with the laser on, repeats among them, (n,) of STRIPE.
