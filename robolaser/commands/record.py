@@ -122,7 +122,7 @@ def record(
             "Nothing was moved and no port was opened: this is only the plan. Let the arm move with --move."
         )
     if not resume:
-        writer = RecordingWriter.begin(described, output, remaining, repeats or 1, force=force)
+        writer = RecordingWriter(described, output, remaining, repeats or 1)
     with results_in(output, command="record", files=writer.files, inputs=read, over=["extract"], force=force or resume):
         _record(described, writer, terminal, position_confirmed=confirm_position, diagnose=diagnose)
 

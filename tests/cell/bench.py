@@ -155,7 +155,7 @@ def session(
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:
     """A recording that has not gone anywhere yet."""
-    return RecordingWriter.begin(cell, folder, waypoints, shots, force=False)
+    return RecordingWriter(cell, folder, waypoints, shots)
 
 
 def resumed(cell: Cell, folder: Path) -> RecordingWriter:

@@ -242,7 +242,7 @@ def test_a_recording_that_is_finished_moves_nothing(
 def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
     acl.out = acl.folder
     assert acl.record("--poses", str(acl.poses), "--move", "--force", port="nowhere") == 1
-    assert "is a cell" in capsys.readouterr().err
+    assert "is an input of this command or is inside one" in capsys.readouterr().err
     assert (acl.folder / "robot.urdf").is_file()
 
 
