@@ -13,6 +13,7 @@ from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import PlanError
 from robolaser.robot.collisions import CollisionModel
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import foot_of
 
 FINE = 0.02
 """All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that
@@ -63,8 +64,7 @@ def lowest(robot: Robot, q: Array, tools: Array) -> Array:
 
 def reach(robot: Robot, q: Array) -> Array:
     """Distance of the flange from the foot of the first joint, (n,) [m]."""
-    foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
-    distance: Array = np.linalg.norm(robot.forward(q[None])[0, :, :3, 3] - foot, axis=1)
+    distance: Array = np.linalg.norm(robot.forward(q[None])[0, :, :3, 3] - foot_of(robot), axis=1)
     return distance
 
 

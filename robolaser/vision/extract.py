@@ -10,18 +10,20 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
 from robolaser.data.dataset import Points
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.board import BoardCorners, find_board
+from robolaser.vision.board import BoardCorners, Image, find_board
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
 from robolaser.vision.runs import Axis, LineCentres
 from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.target_corners import target_in
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
+LIGHT_PERCENT = 80.0  # of a board's pixels that are darker than most of its paper: marks and ink cover two thirds
 MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
 SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
 
@@ -103,7 +105,7 @@ def extract_points(
     Args:
         images: Files of each pose, in the order taken.
         search: How the stripe is looked for.
-        board: The checkerboard.
+        board: What is on it.
         R_base_flange: Turn of the flange at each pose, (n, 3, 3). Only used for boards whose colours allow several
             frames; without, the frame is followed by sight from image to image.
         known: What images showed earlier; what these show is added, and nothing is looked for twice.
@@ -159,16 +161,26 @@ def extract_points(
 
 def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
     without = None if shots.unlit is None else search.camera.grey(shots.unlit)
-    seen = None if without is None else find_board(without, columns=board.columns, rows=board.rows)
+    seen = None if without is None else _board_in(without, board)
     found: list[LineCentres] = []
     for image, light in search.lights(shots):
         if seen is None and not found:
-            seen = find_board(image, columns=board.columns, rows=board.rows)
+            seen = _board_in(image, board)
         centres = find_line_centres(light, search.axis)
         if seen is not None and without is None and search.channel == "grey":
             centres = centres.at(centres.peak > BRIGHTER * seen.white_level)
         found.append(centres)
     return _Seen(seen, tuple(found))
+
+
+def _board_in(image: Image, board: Board) -> BoardCorners | None:
+    if board.kind == "checkerboard":
+        return find_board(image, columns=board.columns, rows=board.rows)
+    ways = target_in(image, board)
+    if not ways:
+        return None
+    (left, top), (right, bottom) = (end(ways[0], axis=(0, 1)).astype(int) for end in (np.nanmin, np.nanmax))
+    return BoardCorners(ways, float(np.percentile(image[max(top, 0) : bottom, max(left, 0) : right], LIGHT_PERCENT)))
 
 
 @final

@@ -15,7 +15,7 @@ import pytest
 from failing_disk import contents, restore, watched
 
 import robolaser
-from robolaser.cell.recording_writer import FILES, RecordingWriter, Sample
+from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
 from robolaser.data.atomic_write import STAGED
 from robolaser.data.cell_config import Cell
@@ -128,15 +128,16 @@ def test_going_on_begins_at_the_next_pose(cell: Cell, tmp_path: Path) -> None:
 
 def test_killed_at_any_moment_a_pose_is_in_the_recording_or_is_visited_again(cell: Cell, tmp_path: Path) -> None:
     folder, left = tmp_path / "out", tmp_path / "left"
-    writer = with_two_poses(cell, folder)
     moments: list[dict[str, bytes]] = []
-    with watched(folder, lambda _: moments.append(contents(folder))):
-        writer.add([sample(writer.waypoints[2], 3.0)])
+    with results_in(folder, command="record", files=bench.begun(cell, folder, numbered(Q), shots=2).files):
+        writer = with_two_poses(cell, folder)
+        with watched(folder, lambda _: moments.append(contents(folder))):
+            writer.add([sample(writer.waypoints[2], 3.0)])
     for moment in moments:
         restore(left, moment)
         again = bench.resumed(cell, left)
         assert again.done in (2, 3)
-        with results_in(left, command="record", files=[*FILES, *again.files], force=True):
+        with results_in(left, command="record", files=again.files, force=True):
             for waypoint in again.remaining:
                 again.add([sample(waypoint, 4.0)])
         assert len(robolaser.load(left).poses) == 1 + len(Q)
