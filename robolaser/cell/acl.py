@@ -173,13 +173,9 @@ class AclArm(Arm):
             asked = True
         raise self._home_not_found(f"homing took more than {HOMING_S:.0f} s")
 
-    def laser_on(self, output: int) -> None:
-        """Switch an output on."""
-        self._talk.command(f"SET OUT[{output}]=1")
-
-    def laser_off(self, output: int) -> None:
-        """Switch an output off."""
-        self._talk.command(f"SET OUT[{output}]=0")
+    def switch(self, output: int, *, on: bool) -> None:
+        """Switch an output."""
+        self._talk.command(f"SET OUT[{output}]={int(on)}")
 
     def close(self) -> None:
         """Close the port."""

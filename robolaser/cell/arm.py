@@ -88,13 +88,13 @@ class Arm(ABC):
             ArmError: It was not.
         """
 
-    @abstractmethod
-    def laser_on(self, output: int) -> None:
-        """Switch a digital output on."""
+    def switch(self, output: int, *, on: bool) -> None:
+        """Switch a digital output, such as the laser's, on or off; see `outputs`.
 
-    @abstractmethod
-    def laser_off(self, output: int) -> None:
-        """Switch a digital output off."""
+        Raises:
+            ArmRefused: Its controller has none.
+        """
+        raise ArmRefused("This arm cannot switch outputs. Take [laser] out of cell.toml.")
 
     @abstractmethod
     def close(self) -> None:

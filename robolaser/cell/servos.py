@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, refused, unclear
+from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, unclear
 from robolaser.cell.serial_line import LETTERS, SerialLine, connect
 from robolaser.cell.servo_protocols import READ_ALL, SERVOS, WRITE_ALL, Register
 from robolaser.data.cell_config import ArmLine, Cell
@@ -108,13 +108,6 @@ class ServoArm(Arm):
 
     def home(self) -> None:
         """Nothing: their encoders are absolute."""
-
-    def laser_on(self, output: int) -> None:
-        """Refuse: servos have no outputs."""
-        why = "these servos cannot switch outputs; remove [laser] from cell.toml"
-        raise refused(self._line.port, f"output {output}", "", why)
-
-    laser_off = laser_on
 
     def close(self) -> None:
         """Close it."""

@@ -98,15 +98,18 @@ class Session:
         name = self._writer.unused("resumed" if self._writer.begun else "start")
         self._writer.add([Sample(name, self._now(), self._at)])
         self._under_way = True
-        if self._cell.laser_output is not None:
-            self._arm.laser_on(self._cell.laser_output)
+        self._light(on=True)
         for waypoint in waypoints:
             begins(waypoint.name)
             samples = self._record_pose(waypoint, self._at)
             self._writer.add(samples, self._follower.taken() if self._follower else ())
             recorded(waypoint)
+        self._light(on=False)
+
+    def _light(self, *, on: bool) -> None:
+        """Switch the laser, where the controller can."""
         if self._cell.laser_output is not None:
-            self._arm.laser_off(self._cell.laser_output)
+            self._arm.switch(self._cell.laser_output, on=on)
 
     def _check_unmoved(self, at: Array) -> None:
         left = self._writer.last_position
@@ -143,9 +146,9 @@ class Session:
         time_s = self._now()
         images |= {f"image_{k}": self._camera.shot(0.0) for k in range(2, self._writer.shots + 1)}
         if self._cell.laser_output is not None:
-            self._arm.laser_off(self._cell.laser_output)
+            self._light(on=False)
             images[UNLIT] = self._camera.shot(settle_s)
-            self._arm.laser_on(self._cell.laser_output)
+            self._light(on=True)
             self._check_laser(waypoint, images["image"], images[UNLIT])
         self._check_rest(waypoint, at)
         return [*samples[:-1], Sample(waypoint.name, time_s, at, images)]
@@ -185,9 +188,8 @@ class Session:
                 f"The arm could not be seen to stop.{why}{last} It goes no further than to its next stop; keep clear of"
                 " it, and press its emergency button."
             )
-        if self._cell.laser_output is not None:
-            with suppress(RobolaserError, KeyboardInterrupt):
-                self._arm.laser_off(self._cell.laser_output)
+        with suppress(RobolaserError, KeyboardInterrupt):
+            self._light(on=False)
         if stands is not None and self._under_way:
             with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to go on from; the cause is said anyway
                 self._writer.add([Sample(self._writer.unused("stopped"), self._now(), stands)])
