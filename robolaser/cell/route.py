@@ -142,16 +142,12 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
     Raises:
         RobolaserError: File, row and column of what is wrong.
     """
-    table = read_table(path)
-    q = table.numbers([f"q_{joint}" for joint in robot.joints])
+    table, waypoints = read_table(path), from_table(path, robot)
     shots = table.numbers(["shots"])[:, 0]
     wanted = float(shots.max(initial=0))
     for line, kind, each in zip(table.lines, table.texts("kind"), shots, strict=True):
         if kind == "pose" and (each != wanted or wanted < 1 or wanted % 1):
             raise bad_cell(table.file, line, "shots", f"{each:g}", "the same whole number from 1 for each pose")
-    waypoints = _grouped(table, q)
-    if not waypoints:
-        raise _no_poses(path, "it has no row of kind 'pose'")
     return waypoints, int(wanted)
 
 

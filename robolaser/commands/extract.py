@@ -1,6 +1,5 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -98,9 +97,6 @@ class _Place:
 
         copies = {name: written_later(partial(read_bytes, self.recording / name, IMAGE_BYTES)) for name in self.images}
         write_results(self.folder, {**copies, **files})
-        for name in self.images:
-            taken = (self.recording / name).stat()
-            os.utime(self.folder / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
 
 
 def _points(recording: "Dataset", place: _Place, terminal: Terminal) -> None:

@@ -116,7 +116,7 @@ def test_a_plan_that_was_changed_by_hand_is_looked_at(
 
 def test_a_plan_without_poses_is_none(cell: Cell, tmp_path: Path) -> None:
     (tmp_path / "plan.csv").write_text(route_text(cell.robot, (), 2))
-    with pytest.raises(DataError, match="no row of kind"):
+    with pytest.raises(DataError, match="gives no poses"):
         read_route(tmp_path / "plan.csv", cell.robot)
 
 
