@@ -1,7 +1,6 @@
 """An arm that can be sent to joint angles and read, whatever protocol its controller has."""
 
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import ClassVar, Self
 
 from robolaser.arrays import Array
@@ -99,11 +98,3 @@ class Arm(ABC):
     @abstractmethod
     def close(self) -> None:
         """Close the line."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -2,8 +2,6 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from types import TracebackType
-from typing import Self
 
 from robolaser.errors import CameraError
 from robolaser.vision.board import Image
@@ -36,14 +34,6 @@ class Camera(ABC):
     @abstractmethod
     def close(self) -> None:
         """Close it."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def cannot_open(source: object, reason: str) -> CameraError:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -221,8 +221,8 @@ def _record(
         with (
             ended_as_by_hand(),
             terminal.progress() as progress,  # which counts from here: to open a line takes its time too
-            open_camera(cell, clock, terminal.warn) as camera,
-            open_arm(cell, clock) as arm,
+            closing(open_camera(cell, clock, terminal.warn)) as camera,
+            closing(open_arm(cell, clock)) as arm,
         ):
 
             def tell(what: str) -> None:

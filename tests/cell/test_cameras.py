@@ -4,7 +4,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -259,7 +259,7 @@ def test_a_stream_of_images_is_a_camera(tmp_path: Path, ending: str) -> None:
     cell, scene = bench.cell(tmp_path), [50]
     with (
         streamed(scene, ending) as (address, sent),
-        open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera,
+        closing(open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print)) as camera,
     ):
         catch_up(camera, sent)
         scene[0] = 150
@@ -272,7 +272,7 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path) -> None:
     cell, scene = bench.cell(tmp_path), [50, SIZE]
     with (
         streamed(scene) as (address, sent),
-        open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print) as camera,
+        closing(open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print)) as camera,
     ):
         catch_up(camera, sent)
         scene[1] = (48, 32)
@@ -291,7 +291,7 @@ def test_images_of_a_folder_come_one_by_one(tmp_path: Path) -> None:
     (tmp_path / "shots").mkdir()
     for i in range(3):
         cv2.imwrite(str(tmp_path / "shots" / f"s{i}.png"), np.full(SIZE[::-1], 60 + i, np.uint8))
-    with open_camera(replace(cell, camera=CameraLine(str(tmp_path / "shots"))), WallClock(), print) as camera:
+    with closing(open_camera(replace(cell, camera=CameraLine(str(tmp_path / "shots"))), WallClock(), print)) as camera:
         assert [int(camera.shot(0.0)[0, 0]) for _ in range(3)] == [60, 61, 62]
         with pytest.raises(CameraError, match="all its images"):
             camera.shot(0.0)

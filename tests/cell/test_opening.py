@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def test_an_arm_of_an_installed_package_is_opened(cell: Cell, tmp_path: Path, mo
     install(tmp_path, "desk_arm", source, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
     monkeypatch.syspath_prepend(tmp_path)
     (cell.folder / "poses.csv").write_text(f"pose,{','.join(f'q_joint_{i}' for i in range(1, 6))}\na,0,0,0,0,0\n")
-    with open_arm(named(cell, "desk", str(cell.folder)), WallClock()) as arm:
+    with closing(open_arm(named(cell, "desk", str(cell.folder)), WallClock())) as arm:
         assert type(arm).__name__ == "DeskArm"
 
 

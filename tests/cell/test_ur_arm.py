@@ -1,5 +1,6 @@
 """A Universal Robots arm whose connections are lost, or never made."""
 
+from contextlib import closing
 from pathlib import Path
 
 import bench
@@ -30,7 +31,7 @@ def test_what_was_connected_is_disconnected_where_the_rest_is_not(cell: Cell, la
 
 def test_nothing_stays_connected_after_its_end(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    with bench.arm_on(rig, cell):
+    with closing(bench.arm_on(rig, cell)):
         assert rig.open == ALL
     assert not rig.open
 
