@@ -111,13 +111,13 @@ def test_a_camera_without_a_laser_shows_the_board_where_opencv_projects_it(hobby
     board = cell.description.board
     assert board is not None
     here = load_world(hobby / "world.toml", cell.description)
-    truth = here.truth()
+    truth = here.truth
     here.follow(from_table(hobby / "poses.csv", cell.robot)[0].q)
     (found,) = target_in(here.photograph(np.random.default_rng(1), lit=True), board)
     x, y = np.meshgrid(np.arange(board.columns), np.arange(board.rows))
     corners = board.square_m * np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=-1)
     values = {name: np.array([value]) for name, value in truth.items()}
-    T = np.linalg.inv(here.T_base_flange @ motion(values, "hand_eye")[0]) @ motion(values, "target")[0]
+    T = np.linalg.inv(here.T_base_flange @ motion(values, "hand_eye")[0]) @ here.scene.solids[-1].T_base_board
     K = np.array([[truth["fx"], 0.0, truth["cx"]], [0.0, truth["fy"], truth["cy"]], [0.0, 0.0, 1.0]])
     lens = np.array([truth[name] for name in ("k1", "k2", "p1", "p2", "k3")])
     pixel, _ = cv2.projectPoints(corners, cv2.Rodrigues(T[:3, :3])[0], T[:3, 3], K, lens)
@@ -164,17 +164,11 @@ def test_from_planned_postures_the_board_of_the_example_is_found() -> None:
 
 def test_the_truth_is_within_the_bounds_of_the_example() -> None:
     description = describe(CELL)
-    truth = load_world(CELL / "world.toml", description).truth()
-    for name, item in description.parameters.items():
-        assert item.lower < truth[name] < item.upper
-    assert truth["backlash:joint_2"] == 0.003
-
-
-def test_the_true_target_is_the_boards_placement() -> None:
-    here = load_world(CELL / "world.toml", describe(CELL))
-    board = here.scene.solids[-1]
-    values = {name: np.array([value]) for name, value in here.truth().items() if name.startswith("target.")}
-    np.testing.assert_allclose(motion(values, "target")[0], board.T_base_board, atol=1e-9)
+    here = load_world(CELL / "world.toml", description)
+    place = dict(zip(("target.x", "target.y", "target.z"), here.scene.solids[-1].T_base_board[:3, 3], strict=True))
+    for name, value in {**here.truth, **place}.items():
+        assert description.parameters[name].lower < value < description.parameters[name].upper
+    assert here.faults == {("backlash", "joint_2"): 0.003}
 
 
 def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:

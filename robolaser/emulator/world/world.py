@@ -5,11 +5,9 @@ from collections.abc import Mapping
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.emulator.servo_loop import ServoLoop
-from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.scene import Image, Scene
 from robolaser.trials.synthetic.arm import ScrewArm
 
@@ -37,7 +35,7 @@ class EmulatedWorld:
         faults: Mapping[tuple[str, str], float],
         loop: ServoLoop | None = None,
     ) -> None:
-        self.arm, self.scene, self.loop, self._truth, self._faults = arm, scene, loop, truth, faults
+        self.arm, self.scene, self.truth, self.faults, self.loop = arm, scene, truth, faults, loop
         self._offset, play = (
             np.array([faults.get((name, joint), 0.0) for joint in arm.joints]) for name in ("joint_offset", "backlash")
         )
@@ -90,19 +88,3 @@ class EmulatedWorld:
         _, room, laser = self._rendered
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
         return self.scene.expose(room, laser if lit else np.zeros_like(laser), rng=rng, grain=grain)
-
-    def truth(self) -> dict[str, float]:
-        """The true numbers, by the names that a calibration and a diagnosis give them, SI.
-
-        The sensor's; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
-        `NAME:WHERE`.
-        """
-        target: dict[str, float] = {}
-        for board in self.scene.solids:
-            if isinstance(board, PrintedBoard):
-                turns = Rotation.from_matrix(board.T_base_board[:3, :3]).as_euler("XYZ")
-                values = [*board.T_base_board[:3, 3].tolist(), *turns.tolist()]
-                names = (f"target.{name}" for name in ("x", "y", "z", "w", "phi", "psi"))
-                target = dict(zip(names, values, strict=True))
-        faults = {f"{name}:{where}": size for (name, where), size in self._faults.items()}
-        return {**self._truth, **target, **faults}
