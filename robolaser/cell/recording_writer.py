@@ -1,7 +1,5 @@
 """The writer of a recording: a complete data set is on the disk after every pose."""
 
-import csv
-import io
 import os
 import time
 import tomllib
@@ -24,6 +22,7 @@ from robolaser.cell.setpoint_log import FILES as LOG_FILES
 from robolaser.cell.setpoint_log import SetpointLog
 from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
+from robolaser.data.csv_tables import table_text
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError
 from robolaser.vision.board import Image
@@ -186,7 +185,8 @@ class RecordingWriter:
             files |= self._log.files()
         if not (self.begun and (self.folder / DATASET).exists()):
             files |= self._description()
-        files[POSES] = self._table(rows)
+        columns = self._columns()
+        files[POSES] = table_text(columns, [[row.get(name, "") for name in columns] for row in rows]).encode()
         for home in {(self.folder / name).parent for name in files}:
             with naming(home):
                 home.mkdir(parents=True, exist_ok=True)
@@ -203,13 +203,6 @@ class RecordingWriter:
         switched = [UNLIT] if self._cell.laser_output is not None else []
         joints = [f"q_{joint}" for joint in self._robot.joints]
         return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
-
-    def _table(self, rows: Sequence[Mapping[str, str]]) -> bytes:
-        text = io.StringIO(newline="")
-        writer = csv.DictWriter(text, self._columns(), restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        return text.getvalue().encode()
 
     def _description(self) -> dict[str, bytes]:
         """dataset.toml and the URDF that it names, as the cell has them; dataset.toml comes last."""

@@ -1,7 +1,5 @@
 """The route of a recording: its poses in order, each with the configurations through which it is approached."""
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
-from robolaser.data.csv_tables import CsvTable, bad_cell, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, read_table, table_text
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -126,14 +124,11 @@ def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
 
 def route_text(robot: Robot, waypoints: Sequence[Waypoint], shots: int) -> str:
     """A route, and how many shots each pose gets, as a table that people can read too."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)])
+    rows: list[list[object]] = []
     for waypoint in waypoints:
-        for place in waypoint.approach:
-            writer.writerow([waypoint.name, "approach", 0, *map(repr, place.tolist())])
-        writer.writerow([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
-    return text.getvalue()
+        rows += [[waypoint.name, "approach", 0, *map(repr, place.tolist())] for place in waypoint.approach]
+        rows.append([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
+    return table_text(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)], rows)
 
 
 def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
