@@ -12,7 +12,6 @@ from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError, RobolaserError
 from robolaser.vision.board import Image
-from robolaser.vision.images import eight_bits
 
 SILENT_S = 2.0
 """A camera that sends no image for so long is lost."""
@@ -137,21 +136,10 @@ class LiveCamera(Camera):
 
 
 def _grey(source: object, frame: Any) -> Image:
-    """Any image as OpenCV delivers it, (h, w) or (h, w, colours), as (h, w) uint8; of 16 bits the upper eight are kept.
-
-    Args:
-        source: What messages call the camera.
-        frame: Of 8 or 16 bits.
-
-    Raises:
-        CameraError: It is no image.
-    """
-    if frame.dtype not in (np.uint8, np.uint16):
-        raise cannot_open(source, f"its images hold {frame.dtype}, expected integers of 8 or 16 bits")
-    plain: Any = eight_bits(frame, 16)
-    if plain.ndim == 3 and plain.shape[2] > 1:
-        plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
-    return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)
+    """An image as OpenCV delivers it, (h, w) or (h, w, 3), as (h, w) uint8."""
+    if frame.dtype != np.uint8:
+        raise cannot_open(source, f"its images hold {frame.dtype}, expected integers of 8 bits")
+    return np.asarray(frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
 def _cut_off(image: Image) -> bool:
