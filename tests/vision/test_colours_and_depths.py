@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.images import CameraImages, lights
+from robolaser.vision.images import CameraImages
 from robolaser.vision.stripe_trace import CHANNELS, StripeSearch, find_channel
 
 SIZE = (320, 240)
@@ -93,7 +93,7 @@ def test_the_depth_is_that_of_all_images_of_the_camera(tmp_path) -> None:
     bright, alone = shots(tmp_path, lit), shots(tmp_path / "dark", dark)
     camera = CameraImages.of((*alone.files, *bright.files), SIZE)
     assert camera.depth == 12
-    ((grey, light),) = lights(alone, camera)
+    ((grey, light),) = StripeSearch(camera, "v").lights(alone)
     np.testing.assert_allclose(light, dark / 16.0)
     np.testing.assert_array_equal(grey, dark >> 4)
 
@@ -102,10 +102,7 @@ def test_channels_weigh_blue_green_and_red_as_opencv_orders_them(tmp_path) -> No
     image = np.zeros((*SIZE[::-1], 3), np.uint8)
     image[...] = (10, 40, 200)
     taken = shots(tmp_path, image)
-    seen = {
-        name: float(next(iter(lights(taken, CameraImages(SIZE), weights)))[1][0, 0])
-        for name, weights in CHANNELS.items()
-    }
+    seen = {name: float(next(StripeSearch(CameraImages(SIZE), "v", name).lights(taken))[1][0, 0]) for name in CHANNELS}
     assert (seen["blue"], seen["green"], seen["red"]) == (10, 40, 200)
     assert seen["red-excess"] == pytest.approx(200 - 25 + 16)
     assert seen["blue-excess"] == 0
