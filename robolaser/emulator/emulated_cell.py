@@ -86,12 +86,12 @@ class EmulatedCell:
         faults: Sequence[str] = (),
     ) -> None:
         cell = load_cell(folder)
-        wire, line = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
+        wire = np.random.default_rng([seed, 0])
         wanted = [read_fault(text) for text in faults]
         seen = None if world is None else load_world(world, cell.description)
         self._controller = FaultyController(controller_of(cell, seen and seen.loop), wanted, wire)
         _check(wanted, cell.arm.kind, len(cell.robot.joints))
-        self._line = ServedLine(cell.arm.baud, line)
+        self._line = ServedLine()
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
         self._time_scale = time_scale
         self._told_s = 0.0

@@ -1,11 +1,8 @@
 """The near end of an arm's line: a pseudo terminal that a client opens as it would a serial port."""
 
 import os
-import termios
 import tty
 from typing import final
-
-import numpy as np
 
 LARGEST_READ = 4096
 MOST_PENDING = 65536
@@ -14,24 +11,18 @@ MOST_PENDING = 65536
 
 @final
 class ServedLine:
-    """Bytes in, bytes out, never waiting. Whoever opens it at another speed sends and receives garbage, as on a wire.
+    """Bytes in, bytes out, never waiting.
 
     Attributes:
         address: What pyserial opens.
     """
 
-    def __init__(self, baud: int, rng: np.random.Generator) -> None:
+    def __init__(self) -> None:
         near, self._far = os.openpty()
         self._near: int | None = near
         tty.setraw(self._far)
         os.set_blocking(near, False)
         self.address = os.ttyname(self._far)
-        self._speed = getattr(termios, f"B{baud}", None)
-        self._rng = rng
-        speeds = termios.tcgetattr(self._far)
-        if self._speed is not None:
-            speeds[4] = speeds[5] = self._speed
-            termios.tcsetattr(self._far, termios.TCSANOW, speeds)
 
     def waits_on(self) -> list[int]:
         """Descriptors that become readable when there is something to take."""
@@ -42,17 +33,16 @@ class ServedLine:
         if self._near is None:
             return b""
         try:
-            data = os.read(self._near, LARGEST_READ)
+            return os.read(self._near, LARGEST_READ)
         except BlockingIOError:
             return b""
-        return self._as_heard(data)
 
     def give(self, data: bytes) -> int:
         """Send as much as fits now; how much that was. When the plug is pulled all of it is gone."""
         if self._near is None:
             return len(data)
         try:
-            return os.write(self._near, self._as_heard(data))
+            return os.write(self._near, data)
         except BlockingIOError:
             return 0
 
@@ -62,9 +52,3 @@ class ServedLine:
             os.close(self._near)
             os.close(self._far)
             self._near = None
-
-    def _as_heard(self, data: bytes) -> bytes:
-        """The bytes themselves, or what they look like at another speed."""
-        if self._speed is None or termios.tcgetattr(self._far)[5] == self._speed:
-            return data
-        return self._rng.integers(0x80, 0x100, len(data), dtype=np.uint8).tobytes()

@@ -41,16 +41,6 @@ def test_a_client_opens_the_arm_drives_it_and_comes_back(tmp_path: Path) -> None
             assert counts(port).startswith("1: 2000 ")
 
 
-def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
-    with EmulatorProcess(cell_folder(tmp_path)) as emulated:
-        with serial.Serial(emulated.arm, 19200, timeout=LATE_S) as port:
-            port.write(b"LISTPV POSITION\r")
-            assert not port.read(1).isascii()
-        with serial.Serial(emulated.arm, 9600, timeout=LATE_S) as port:
-            ask(port, "")
-            assert counts(port).startswith("1: 0 ")
-
-
 def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
     with (
         EmulatorProcess(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
