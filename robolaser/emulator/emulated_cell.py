@@ -6,7 +6,7 @@ import select
 import signal
 import stat
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import final
 
@@ -31,11 +31,8 @@ BITS_A_BYTE = 10
 """Start, eight, stop."""
 
 
-CONTROLLERS: Mapping[str, Callable[..., Controller]] = {
-    "acl": AclController,
-    "dynamixel": BusServos,
-    "feetech": BusServos,
-}
+CONTROLLERS = ("acl", "dynamixel", "feetech")
+"""Kinds of arms that are emulated."""
 
 
 def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
@@ -55,16 +52,15 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
             file="cell.toml",
             column="kind",
         )
-    controller = CONTROLLERS[cell.arm.kind]
-    if loop is None:
-        return controller(cell)
-    if controller is not BusServos:
+    if cell.arm.kind != "acl":
+        return BusServos(cell, loop)
+    if loop is not None:
         raise DataError(
             f"The world has effects of servos ({', '.join(SERVO_FAULTS)}), but arms of kind '{cell.arm.kind}' are"
             " emulated without. Take these [[effect]] out.",
             column="effect",
         )
-    return BusServos(cell, loop)
+    return AclController(cell)
 
 
 @final

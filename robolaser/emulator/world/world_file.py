@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, make_dataclass, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,7 +27,6 @@ from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 FORMAT = "robolaser-world/1"
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 PINHOLE, LENS = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
-KNOWN = ("backlash", "joint_offset", *SERVO_FAULTS)
 POSITIVE = ("f", "s_u", "s_v", "fx", "fy")
 
 
@@ -45,7 +44,7 @@ class BoardTable:
 class Fault:
     """`[[effect]]`."""
 
-    name: str
+    name: Literal["backlash", "joint_offset", "dead_time", "lag", "dead_zone", "droop"]
     where: str
     size: float
 
@@ -114,9 +113,8 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
     arm = ScrewArm(robot)
     faults = _faults(path.name, read.effect, arm)
-    in_servos = {key: size for key, size in faults.items() if key[0] in SERVO_FAULTS}
-    others = {key: size for key, size in faults.items() if key not in in_servos}
-    return EmulatedWorld(arm, scene, truth, others, ServoLoop(arm, in_servos) if in_servos else None)
+    in_servos = any(name in SERVO_FAULTS for name, _ in faults)
+    return EmulatedWorld(arm, scene, truth, faults, ServoLoop(arm, faults) if in_servos else None)
 
 
 def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
@@ -176,11 +174,9 @@ def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoa
 def _faults(file: str, stated: Iterable[Fault], arm: ScrewArm) -> dict[tuple[str, str], float]:
     """Sizes by name and joint."""
     for fault in stated:
-        for key, value, known in (("name", fault.name, KNOWN), ("where", fault.where, arm.joints)):
-            if value not in known:
-                what = "an emulated world cannot have" if key == "name" else f"{fault.name} cannot be at"
-                reason = f"{what} '{value}'.{near(value, known)}"
-                raise DataError(f"{file}, [[effect]] {key}: {reason}", file=file, column=key)
+        if fault.where not in arm.joints:
+            reason = f"{fault.name} cannot be at '{fault.where}'.{near(fault.where, arm.joints)}"
+            raise DataError(f"{file}, [[effect]] where: {reason}", file=file, column="where")
     return {(fault.name, fault.where): fault.size for fault in stated}
 
 
