@@ -8,7 +8,7 @@ from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted, NotSettled, not_settled
-from robolaser.cell.joint_text import joint_text
+from robolaser.cell.joint_text import at_worst
 from robolaser.cell.motion_time import seconds_for, way_in
 from robolaser.data.cell_config import UNATTENDED_S
 from robolaser.errors import ArmError, PlanError, RobolaserError
@@ -74,8 +74,7 @@ class Mover:
             if same == alike:
                 return now
             if same == 1 and self._clock.now() - began > patience_s:
-                worst = int(np.argmax(moved))
-                raise not_settled(when, self._robot.joints[worst], joint_text(self._robot, worst, float(moved[worst])))
+                raise not_settled(when, *at_worst(self._robot, moved, moved))
             before = now
 
     def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
@@ -130,10 +129,9 @@ class Mover:
             off = _off(q, start, goal)
             astray = astray + 1 if (off > STRAY).any() else 0
             if astray > 1:  # one reading alone may be the line's fault
-                joint = int(np.argmax(off))
-                at, away, begin, end = self._shown(joint, q, off, start, goal)
+                joint, at, away, begin, end = at_worst(self._robot, off, q, off, start, goal)
                 raise ArmError(
-                    f"On the way to {place}, {self._robot.joints[joint]} is at {at}, {away} off the straight path from"
+                    f"On the way to {place}, {joint} is at {at}, {away} off the straight path from"
                     f" {begin} to {end} that was checked: it sticks, lags behind the others, or goes"
                     " elsewhere. Look for what blocks it, and check [arm] direction and reference_rad in cell.toml, and"
                     " the serial line."
@@ -165,14 +163,10 @@ class Mover:
         assert trouble is not None
         raise trouble
 
-    def _shown(self, joint: int, *postures: Array) -> tuple[str, ...]:
-        return tuple(joint_text(self._robot, joint, float(q[joint])) for q in postures)
-
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
-        joint = int(np.argmax(np.abs(q - goal) / self.near))
-        stands, wanted = self._shown(joint, q, goal)
+        joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
         return ArmError(
-            f"On the way to {place}, {self._robot.joints[joint]} {reason} at {stands}, not {wanted}."
+            f"On the way to {place}, {joint} {reason} at {stands}, not {wanted}."
             " Look for what blocks it, and check that its motors are on."
         )
 

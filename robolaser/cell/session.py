@@ -12,7 +12,7 @@ from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.following import Follower
-from robolaser.cell.joint_text import configuration_text, joint_text
+from robolaser.cell.joint_text import at_worst, configuration_text
 from robolaser.cell.motion import Mover
 from robolaser.cell.plan_validation import RouteCheck, unsafe
 from robolaser.cell.recording_writer import RecordingWriter, Sample
@@ -26,10 +26,6 @@ LIGHT_GREY = 40
 """A visible laser brightens some pixel at least by this; noise alone by a dozen."""
 SAGGED = np.deg2rad(1.0)
 """How far an arm gives way while its motors are off [rad or m]."""
-
-
-def _nothing(what: str) -> None:
-    """Discard it."""
 
 
 @final
@@ -64,7 +60,7 @@ class Session:
         """Whether what is read means the angles that the arm has."""
         self._under_way = False
 
-    def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = _nothing) -> None:
+    def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = lambda what: None) -> None:
         """Visit all poses that remain.
 
         Args:
@@ -114,10 +110,9 @@ class Session:
     def _check_unmoved(self, at: Array) -> None:
         left = self._writer.last_position
         if left is not None and (np.abs(at - left) > SAGGED).any():
-            joint = int(np.argmax(np.abs(at - left)))
-            stands, stood = (joint_text(self._robot, joint, float(q[joint])) for q in (at, left))
+            joint, stands, stood = at_worst(self._robot, np.abs(at - left), at, left)
             raise PlanError(
-                f"{self._robot.joints[joint]} is at {stands}, but was at {stood} when this recording was"
+                f"{joint} is at {stands}, but was at {stood} when this recording was"
                 " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
                 " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm at"
                 f" {configuration_text(self._robot, at)}, continue with --confirm-position."
@@ -163,12 +158,8 @@ class Session:
     def _check_rest(self, waypoint: Waypoint, before: Array) -> None:
         moved = np.abs(self._mover.resting(f"At {waypoint.name}") - before)
         if (moved > self._mover.near).any():
-            joint = int(np.argmax(moved / self._mover.near))
-            raise not_settled(
-                f"During the shots at {waypoint.name}",
-                self._robot.joints[joint],
-                joint_text(self._robot, joint, float(moved[joint])),
-            )
+            worst = at_worst(self._robot, moved / self._mover.near, moved)
+            raise not_settled(f"During the shots at {waypoint.name}", *worst)
 
     def _stopped(self, cause: BaseException) -> str:
         """Stop the arm, then the laser, and say where the arm is."""
