@@ -14,9 +14,9 @@ from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.following import Follower
 from robolaser.cell.joint_text import at_worst, configuration_text
 from robolaser.cell.motion import Mover
-from robolaser.cell.plan_validation import RouteCheck, unsafe
+from robolaser.cell.plan_validation import RouteCheck
 from robolaser.cell.recording_writer import RecordingWriter, Sample
-from robolaser.cell.route import Waypoint, way
+from robolaser.cell.route import Waypoint
 from robolaser.data.cell_config import Cell
 from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
@@ -90,7 +90,7 @@ class Session:
         if not (self._arm.absolute_encoders or self._cell.arm.home or self._position_confirmed):
             self._check_unmoved(self._at)
         waypoints = self._writer.remaining
-        self._check(self._at, waypoints)
+        RouteCheck.of(self._cell).check(self._at, waypoints)
         name = self._writer.unused("resumed" if self._writer.begun else "start")
         self._writer.add([Sample(name, self._now(), self._at)])
         self._under_way = True
@@ -117,13 +117,6 @@ class Session:
                 " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm at"
                 f" {configuration_text(self._robot, at)}, continue with --confirm-position."
             )
-
-    def _check(self, start: Array, waypoints: tuple[Waypoint, ...]) -> None:
-        if waypoints:
-            broken = RouteCheck.of(self._cell).violations(start, *way(waypoints))
-            if broken:
-                run_up = any(waypoint.approach for waypoint in waypoints)
-                raise unsafe(broken, run_up=run_up)
 
     def _record_pose(self, waypoint: Waypoint, at: Array) -> list[Sample]:
         samples: list[Sample] = []
