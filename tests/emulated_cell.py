@@ -57,6 +57,8 @@ ARMS = {
     "direction = [1, 1, -1, 1, 1]\nids = [11, 12, 13, 14, 15]",
     "feetech": 'kind = "feetech"\nport = "/dev/ttyUSB0"\nbaud = 1000000\nreference_rad = [0, 0, 0, -0.3, 0]',
     "ur": 'kind = "ur"\nport = "192.0.2.1"',
+    "lss": 'kind = "lss"\nport = "/dev/ttyUSB0"\nbaud = 115200\nreference_rad = [0, 0, 0.2, 0, 0]\n'
+    "direction = [1, 1, -1, 1, 1]",
 }
 WORLD = """
 format = "robolaser-world/1"

@@ -53,6 +53,7 @@ class AclArm(Arm):
     """
 
     outputs: ClassVar[int | None] = 16
+    synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = False
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:

@@ -20,6 +20,8 @@ class Arm(ABC):
 
     step: Array
     """The smallest difference of angles that a reading resolves, (j,) [rad or m]."""
+    synchronous_read: ClassVar[bool]
+    """Whether a reading shows all joints at the same moment, not one after the other."""
     outputs: ClassVar[int | None]
     """How many digital outputs its controller has, counted from 1; None: any that is asked for."""
     absolute_encoders: ClassVar[bool]
@@ -41,7 +43,7 @@ class Arm(ABC):
 
     @abstractmethod
     def read(self) -> Array:
-        """Where all joints are now, moving or not, (j,) [rad or m]: one reading, which a disturbed line may spoil."""
+        """Where it is now, moving or not, (j,) [rad or m]. One reading: a disturbed line may have spoilt it."""
 
     @abstractmethod
     def poll_faults(self) -> None:

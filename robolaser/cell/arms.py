@@ -16,11 +16,12 @@ ARMS: Mapping[str, str] = {
     "acl": "robolaser.cell.acl:AclArm",
     "dynamixel": "robolaser.cell.servos:ServoArm",
     "feetech": "robolaser.cell.servos:ServoArm",
+    "lss": "robolaser.cell.lss:LssArm",
     "replay": "robolaser.cell.replay:ReplayArm",
     "ur": "robolaser.cell.ur:UrArm",
 }
-"""SCORBOT controllers, bus servos of two makers, a recording that passes for an arm, and Universal Robots' arms."""
-REQUIRED = ("outputs", "absolute_encoders")
+"""SCORBOT controllers, bus servos of three makers, a recording that passes for an arm, and Universal Robots' arms."""
+REQUIRED = ("outputs", "synchronous_read", "absolute_encoders")
 
 
 def arm_class(cell: Cell) -> type[Arm]:

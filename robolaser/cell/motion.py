@@ -110,7 +110,7 @@ class Mover:
         if then is not None:
             self._arm.prepare(then)
         began = alike = self._clock.now()
-        before, moved, astray = start, np.full(len(goal), began), 0
+        before, last, moved, astray = start, start, np.full(len(goal), began), 0
         while True:
             if not astray:
                 self._clock.wait(POLL_S)
@@ -126,8 +126,8 @@ class Mover:
             if then is not None and there.all():
                 return q
             before, moved = np.where(moving, q, before), np.where(moving, now, moved)
-            off = _off(q, start, goal)
-            astray = astray + 1 if (off > STRAY).any() else 0
+            off = self._off(q, last, start, goal)
+            astray, last = astray + 1 if (off > STRAY).any() else 0, q
             if astray > 1:  # one reading alone may be the line's fault
                 joint, at, away, begin, end = at_worst(self._robot, off, q, off, start, goal)
                 raise ArmError(
@@ -163,17 +163,20 @@ class Mover:
         assert trouble is not None
         raise trouble
 
+    def _off(self, q: Array, last: Array, start: Array, goal: Array) -> Array:
+        """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,).
+
+        Joints that are read one after the other seem off by no more than they move from one reading to the next.
+        """
+        way = goal - start
+        share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
+        apart = 0.0 if self._arm.synchronous_read else np.abs(q - last)
+        off: Array = np.abs(q - start - share * way) - apart
+        return off
+
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
         joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
         return ArmError(
             f"On the way to {place}, {joint} {reason} at {stands}, not {wanted}."
             " Look for what blocks it, and check that its motors are on."
         )
-
-
-def _off(q: Array, start: Array, goal: Array) -> Array:
-    """How far each joint is off the straight way, at the place of it that all together are nearest to, (j,)."""
-    way = goal - start
-    share = np.clip((q - start) @ way / max(float(way @ way), TINY), 0.0, 1.0)
-    off: Array = np.abs(q - start - share * way)
-    return off

@@ -19,6 +19,7 @@ class ReplayArm(Arm):
     """Stands at the recorded pose nearest to where it is sent."""
 
     outputs: ClassVar[int | None] = None
+    synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = True
     stops_alone: ClassVar[bool] = True
 

@@ -3,24 +3,20 @@
 import re
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import ClassVar, Self, final
+from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.arm import Arm
-from robolaser.cell.clock import Clock
-from robolaser.cell.failures import AnswerUnclear, alarm, joints_differ, line_lost, unclear
-from robolaser.cell.serial_line import LETTERS, SerialLine, connect
+from robolaser.cell.bus_arm import BusArm
+from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
+from robolaser.cell.serial_line import LETTERS, SerialLine
 from robolaser.cell.servo_protocols import READ_ALL, SERVOS, WRITE_ALL, Register
-from robolaser.data.cell_config import ArmLine, Cell
+from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
 MIDDLE = 2048
-STEP_RAD = 2 * np.pi / 4096
-MOST = 252
-"""Servos that can share a line."""
 QUIET_S = 0.25
 TRIES = 4
 SAGGED = 20
@@ -31,43 +27,27 @@ ADVICE = "Free the arm, let it cool down, check its supply, and switch its power
 
 
 @final
-class ServoArm(Arm):
+class ServoArm(BusArm):
     """Servos with absolute encoders; their torque stays off until the first motion, so that they may be led by hand.
 
     angle = reference_rad + direction (position - 2048) 2 pi / 4096.
     """
 
-    outputs: ClassVar[int | None] = 0
-    absolute_encoders: ClassVar[bool] = True
+    synchronous_read: ClassVar[bool] = True
     follows: ClassVar[bool] = True
+    counted_rad: ClassVar[float] = 2 * np.pi / 4096
+    most: ClassVar[int] = 252
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
-        self._line, self._joints = line, robot.joints
-        count = len(self._joints)
-        if not 0 < count <= MOST:
-            raise joints_differ(arm.kind, count, MOST)
-        self._ids = arm.ids or tuple(range(1, count + 1))
-        self._reference = np.array(arm.reference_rad or [0.0] * count)
-        self._direction = np.array(arm.direction or [1.0] * count)
-        self.step = np.full(count, STEP_RAD)
+        super().__init__(line, arm, robot)
         self._protocol = SERVOS[arm.kind]
         if self._protocol.drive_mode is not None:
             self._state_times(self._protocol.drive_mode)
         self.read()
 
-    @classmethod
-    def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port and see that every servo answers.
-
-        Raises:
-            ArmError: It cannot be opened, or one does not.
-        """
-        return connect(lambda line: cls(line, cell.arm, cell.robot), cell.arm, clock)
-
     def read(self) -> Array:
         """Where it is now, (j,)."""
-        turned = (self._positions(self._protocol.present) - MIDDLE) * STEP_RAD
-        return np.asarray(self._reference + self._direction * turned)
+        return self._angles(self._positions(self._protocol.present) - MIDDLE)
 
     def poll_faults(self) -> None:
         """Whether a joint is in trouble."""
@@ -78,7 +58,7 @@ class ServoArm(Arm):
 
     def start_move(self, q: Array, seconds: float) -> None:
         """Start a motion to angles, (j,), of all servos at once."""
-        goal = self._goal(q)
+        goal = MIDDLE + self._counts(q)
         start = self._positions(self._protocol.present)
         if not all(self._numbers(self._protocol.torque)):
             # a motor that begins to hold goes to the goal that it has
@@ -88,7 +68,8 @@ class ServoArm(Arm):
 
     def follow(self, q: Array) -> None:
         """Let all servos go to angles, (j,), as fast as their loops can; the next call makes up for what is lost."""
-        self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in self._goal(q).tolist()])
+        goal = (MIDDLE + self._counts(q)).tolist()
+        self._write(self._protocol.motion, [self._protocol.setpoint(each) for each in goal])
 
     def stop(self) -> None:
         """Stop where it is: these servos know no other command than to go where they are.
@@ -105,18 +86,6 @@ class ServoArm(Arm):
             if (heard == at).all():
                 return
         raise unclear(self._line.port, f"stop at {at.tolist()}", str(heard.tolist()), TRIES)
-
-    def home(self) -> None:
-        """Nothing: their encoders are absolute."""
-
-    def close(self) -> None:
-        """Close it."""
-        self._line.close()
-
-    def _goal(self, q: Array) -> Ints:
-        """Positions at joint angles, (j,) [steps]."""
-        steps: Ints = np.rint(self._direction * (q - self._reference) / STEP_RAD).astype(np.int64)
-        return MIDDLE + steps
 
     def _state_times(self, drive_mode: Register) -> None:
         """Let Dynamixels take times for their motions, which they keep when switched off."""

@@ -34,6 +34,7 @@ class UrArm(Arm):
     """An arm whose teach pendant is in remote control."""
 
     outputs: ClassVar[int | None] = 8
+    synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = True
 
     def __init__(self, address: str, joints: Sequence[str], clock: Clock) -> None:

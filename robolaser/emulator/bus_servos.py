@@ -6,8 +6,8 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
-from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds
+from robolaser.emulator.controller import ArmFault, ServoChain
+from robolaser.emulator.joints import FASTEST_RAD_S, least_seconds
 from robolaser.emulator.servo_loop import ServoLoop
 
 TURN = 4096
@@ -19,21 +19,16 @@ ALL = 0xFE
 
 
 @final
-class BusServos(Controller):
-    """A chain of servos that each hear all, and answer only when asked; a position of 2048 is the middle."""
+class BusServos(ServoChain):
+    """A chain of servos that each hear all; a position of 2048 is the middle."""
 
     command_mark: ClassVar[bytes] = b"\xff\xff"
 
     def __init__(self, cell: Cell, loop: ServoLoop | None = None) -> None:
-        arm, self._robot = cell.arm, cell.robot
-        count = len(self._robot.joints)
-        self._ids = tuple(arm.ids or range(1, count + 1))
-        self._reference = np.array(arm.reference_rad or [0.0] * count)
-        self._direction = np.array(arm.direction or [1.0] * count)
-        self._axes = [Axis(float(q)) for q in np.clip(self._reference, self._robot.lower, self._robot.upper)]
+        super().__init__(cell)
         self._loop = loop
         self._memory = {servo: bytearray(REGISTERS) for servo in self._ids}
-        self._dynamixel = arm.kind == "dynamixel"
+        self._dynamixel = cell.arm.kind == "dynamixel"
         self._torque, self._goal, self._present, self._status = (
             (64, 116, 132, 70) if self._dynamixel else (40, 42, 56, 65)
         )
@@ -51,19 +46,8 @@ class BusServos(Controller):
 
     def motor(self, now_s: float) -> Array:
         """Joint angles as the encoders see them, (j,) [rad]."""
-
-        def wanted(at_s: float) -> Array:
-            return angles(self._axes, at_s)
-
+        wanted = super().motor
         return wanted(now_s) if self._loop is None else self._loop.follow(wanted, now_s)
-
-    def poll(self, now_s: float) -> bytes:
-        """Nothing."""
-        return b""
-
-    def outputs(self, now_s: float) -> frozenset[int]:
-        """None: servos have no outputs."""
-        return frozenset()
 
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """Let a fault happen; servos have no home to miss."""
@@ -108,9 +92,8 @@ class BusServos(Controller):
 
     def _answer(self, servo: int, address: int, length: int, now_s: float) -> bytes:
         i = self._ids.index(servo)
-        memory, turned = self._memory[servo], self._direction[i] * (self.motor(now_s)[i] - self._reference[i])
-        position = MIDDLE + round(float(turned) * TURN / (2 * np.pi))
-        memory[self._present : self._present + self._size] = self._coded(position)
+        memory, turned = self._memory[servo], self._turned(i, float(self.motor(now_s)[i]))
+        memory[self._present : self._present + self._size] = self._coded(MIDDLE + round(turned * TURN / (2 * np.pi)))
         return self._status_packet(servo, bytes(memory[address : address + length]))
 
     def _status_packet(self, servo: int, data: bytes) -> bytes:
@@ -136,8 +119,8 @@ class BusServos(Controller):
         shown = int.from_bytes(raw, "little", signed=self._dynamixel)
         if not self._dynamixel and shown & 0x8000:
             shown = 0x8000 - shown
-        wanted = self._reference[i] + self._direction[i] * (shown - MIDDLE) * 2 * np.pi / TURN
-        goal, axis = float(np.clip(wanted, self._robot.lower[i], self._robot.upper[i])), self._axes[i]
+        goal, _ = self._within_limits(i, (shown - MIDDLE) * 2 * np.pi / TURN)
+        axis = self._axes[i]
         axis.halt(now_s)
         way = abs(goal - axis.goal)
         if way <= np.pi / TURN:  # it sees whole steps only

@@ -4,7 +4,11 @@ from abc import ABC, abstractmethod
 from enum import Enum
 from typing import ClassVar
 
+import numpy as np
+
 from robolaser.arrays import Array
+from robolaser.data.cell_config import Cell
+from robolaser.emulator.joints import Axis, angles
 
 
 class ArmFault(Enum):
@@ -47,3 +51,38 @@ class Controller(ABC):
     @abstractmethod
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
         """Let a fault happen; axes count from 1."""
+
+
+class ServoChain(Controller):
+    """Servos that share a line, each with an address and an absolute encoder; they answer only when they are asked."""
+
+    def __init__(self, cell: Cell) -> None:
+        robot, arm = cell.robot, cell.arm
+        count = len(robot.joints)
+        self._ids = tuple(arm.ids or range(1, count + 1))
+        self._reference = np.array(arm.reference_rad or [0.0] * count)
+        self._direction = np.array(arm.direction or [1.0] * count)
+        self._lower, self._upper = robot.lower, robot.upper
+        self._axes = [Axis(float(q)) for q in np.clip(self._reference, robot.lower, robot.upper)]
+
+    def poll(self, now_s: float) -> bytes:
+        """Nothing."""
+        return b""
+
+    def motor(self, now_s: float) -> Array:
+        """Joint angles as the encoders see them, (j,) [rad]."""
+        return angles(self._axes, now_s)
+
+    def outputs(self, now_s: float) -> frozenset[int]:
+        """None: servos have no outputs."""
+        return frozenset()
+
+    def _turned(self, i: int, angle: float) -> float:
+        """How far a servo is turned from its middle at a joint angle [rad]."""
+        return float(self._direction[i] * (angle - self._reference[i]))
+
+    def _within_limits(self, i: int, turned: float) -> tuple[float, float]:
+        """The joint angle nearest to where a servo is turned so far from its middle, and how far off that is [rad]."""
+        wanted = float(self._reference[i] + self._direction[i] * turned)
+        angle = float(np.clip(wanted, self._lower[i], self._upper[i]))
+        return angle, abs(angle - wanted)

@@ -18,6 +18,7 @@ from robolaser.emulator.bus_servos import BusServos
 from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
+from robolaser.emulator.lss import LssController
 from robolaser.emulator.served_line import MOST_PENDING, ServedLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.world_file import load_world
@@ -31,7 +32,7 @@ BITS_A_BYTE = 10
 """Start, eight, stop."""
 
 
-CONTROLLERS = ("acl", "dynamixel", "feetech")
+CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
 """Kinds of arms that are emulated."""
 
 
@@ -52,7 +53,7 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
             file="cell.toml",
             column="kind",
         )
-    if cell.arm.kind != "acl":
+    if cell.arm.kind in ("dynamixel", "feetech"):
         return BusServos(cell, loop)
     if loop is not None:
         raise DataError(
@@ -60,7 +61,7 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
             " emulated without. Take these [[effect]] out.",
             column="effect",
         )
-    return AclController(cell)
+    return LssController(cell) if cell.arm.kind == "lss" else AclController(cell)
 
 
 @final

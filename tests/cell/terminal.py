@@ -28,7 +28,7 @@ class Rig:
         rng = np.random.default_rng(1)
         for i in range(SHOTS):
             image = rng.integers(30, 60, (16, 24), dtype=np.uint8)
-            image[5] = 200 if i % 2 == 0 or kind == "feetech" else 50
+            image[5] = 200 if i % 2 == 0 or kind == "lss" else 50
             cv2.imwrite(str(self.pictures / f"{i:03d}.png"), image)
         said = (self.folder / "cell.toml").read_text()
         said = said.replace("tcp://127.0.0.1:5001", str(self.pictures)).replace("settle_s = 0.3", "settle_s = 0.01")

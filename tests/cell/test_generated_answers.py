@@ -19,7 +19,7 @@ from robolaser.errors import RobolaserError
 
 ONE_FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 """Nothing is written to it."""
-ON_A_LINE = ["acl", "dynamixel", "feetech"]
+ON_A_LINE = ["acl", "lss", "dynamixel", "feetech"]
 PIECES = st.binary(max_size=12) | st.sampled_from(
     [
         b"",
@@ -33,7 +33,7 @@ PIECES = st.binary(max_size=12) | st.sampled_from(
     ]
 )
 """What comes in place of a byte."""
-UNDISTURBED = {"acl": (b"\x01\rSHOW PAR 33\r", b"PAR 33=")}
+UNDISTURBED = {"acl": (b"\x01\rSHOW PAR 33\r", b"PAR 33="), "lss": (b"\r#1QD\r", b"*1QD")}
 """What is answered after any noise; a binary packet may be taken for the rest of another one."""
 
 
@@ -82,7 +82,7 @@ def test_any_answers_are_understood_or_named(tmp_path_factory: Any, kind: str, i
         max_size=20,
         elements=st.binary(max_size=40)
         | st.sampled_from(
-            [b"\r", b"\xff\xff\xfd\0\xfe", b"SPEED ", b"HERE P", b"MOVE P", b"SETPV ", b"SET OUT[", b"9" * 5000]
+            [b"\r", b"#1D", b"\xff\xff\xfd\0\xfe", b"SPEED ", b"HERE P", b"MOVE P", b"SETPV ", b"SET OUT[", b"9" * 5000]
         ),
     )
 )

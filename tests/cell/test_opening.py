@@ -61,7 +61,7 @@ def test_what_is_not_there_is_named(cell: Cell, kind: str) -> None:
         open_arm(named(cell, kind, "/nowhere"), WallClock())
 
 
-@pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech"])
+@pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech", "lss"])
 def test_what_does_not_answer_as_it_should_is_said_so(cell: Cell, kind: str) -> None:
     """A plug that leads back to where it came from."""
     with pytest.raises(RobolaserError, match="loop://"):
@@ -78,7 +78,7 @@ def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> 
         open_arm(named(cell, "replay", str(tmp_path / "other")), WallClock())
 
 
-@pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("feetech", r"take \[laser\] out")])
+@pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])
 def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_opened(
     cell: Cell, kind: str, said: str
 ) -> None:
@@ -125,7 +125,7 @@ def test_limits_that_are_not_set_are_pointed_out(cell: Cell) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["spy", "SPY", "alt", "cp2110", "hwgrep", "file", "http"])
-@pytest.mark.parametrize("kind", ["acl", "feetech"])
+@pytest.mark.parametrize("kind", ["acl", "lss"])
 def test_no_other_url_is_opened_and_no_file_is_touched(cell: Cell, kind: str, scheme: str, tmp_path: Path) -> None:
     mine = tmp_path / "mine.txt"
     mine.write_text("twenty characters!!!")

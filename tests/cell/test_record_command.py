@@ -21,7 +21,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "cell"
 HURRY = 40.0
 
 
-@pytest.fixture(params=["acl", "feetech"])
+@pytest.fixture(params=["acl", "lss"])
 def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Rig:
     return Rig(tmp_path, request.param)
 

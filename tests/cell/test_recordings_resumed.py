@@ -174,7 +174,7 @@ def test_an_arm_whose_position_is_confirmed_goes_on_without_homing(cell: Cell, t
 
 
 def test_servos_that_were_moved_by_hand_still_know_where_they_are(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path, "feetech")
+    cell = bench.cell(tmp_path, "lss")
     interrupted(cell, bench.bench_for(cell), tmp_path / "out")
     bench.session(cell, bench.bench_for(cell), bench.resumed(cell, tmp_path / "out")).run(lambda waypoint: None)
     assert not bench.resumed(cell, tmp_path / "out").remaining

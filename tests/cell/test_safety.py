@@ -114,9 +114,9 @@ def test_no_joint_ever_exceeds_its_speed_nor_a_piece_its_time(tmp_path: Path, ki
 
 
 def test_a_speed_that_the_encoders_cannot_follow_is_refused(tmp_path: Path) -> None:
-    cell = bench.cell(tmp_path, "feetech")
+    cell = bench.cell(tmp_path, "lss")
     rig = bench.bench_for(cell)
-    with pytest.raises(PlanError, match=r"speed_rad_s: 0.005 is too slow .* State 0.023 or more"):
+    with pytest.raises(PlanError, match=r"speed_rad_s: 0.005 is too slow .* State 0.026 or more"):
         Mover(bench.arm_on(rig, cell), cell.robot, 0.005, rig.clock)
 
 

@@ -32,7 +32,7 @@ SAID_DEG = 0.11
 LINE = ("garbage:0.02", "garbage:0.2", "lost:0.02", "lost:0.2", "misheard:0.02", "misheard:0.2", "late:0.5", "late:1.5",
         "late:3", "late:30", "silent", "flood", "flood:200", "cut")  # fmt: skip
 AXES = ("impact", "stall", "thermic", "reboot")
-KINDS = ("acl", "acl", "acl", "acl", "acl", "dynamixel", "feetech")
+KINDS = ("acl", "acl", "acl", "acl", "acl", "lss", "dynamixel", "feetech")
 OTHERS = ("camera", "disk", "hand")
 
 

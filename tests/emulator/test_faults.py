@@ -56,7 +56,7 @@ def test_an_axis_that_is_not_there_cannot_fail(tmp_path: Path) -> None:
 
 def test_servos_have_no_home_to_miss(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="do no homing"):
-        EmulatedCell(cell_folder(tmp_path, "feetech"), faults=["homing:2"])
+        EmulatedCell(cell_folder(tmp_path, "lss"), faults=["homing:2"])
 
 
 def test_faults_that_are_not_there_change_nothing(arm: Callable[..., FaultyController]) -> None:

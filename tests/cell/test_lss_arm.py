@@ -1,0 +1,90 @@
+"""Smart servos on one line."""
+
+import re
+from contextlib import suppress
+from pathlib import Path
+
+import bench
+import numpy as np
+import pytest
+
+from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRefused
+from robolaser.cell.lss import LssArm
+from robolaser.cell.motion import Mover
+from robolaser.cell.serial_line import SerialLine
+from robolaser.data.cell_config import Cell
+from robolaser.errors import ArmError, LineLost
+from robolaser.robot.by_name import find_robot
+
+STEP = np.deg2rad(0.1)
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Cell:
+    return bench.cell(tmp_path, "lss")
+
+
+def test_a_servo_that_is_not_there_is_named_within_two_seconds(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    arm = cell.arm.__class__(kind="lss", port="bench")
+    began = rig.clock.now()
+    with pytest.raises(LineLost, match=r"servo 6 \(wrist_3"):
+        LssArm(SerialLine(rig, "bench", rig.clock), arm, find_robot("ur10"))
+    assert rig.clock.now() - began < 2.5
+
+
+@pytest.mark.parametrize(("fault", "said"), [("impact:3", "blocked"), ("thermic:2", "safe mode")])
+def test_a_servo_in_trouble_is_named(cell: Cell, fault: str, said: str) -> None:
+    rig = bench.bench_for(cell, [f"{fault}@>0.6s"])
+    mover = Mover(bench.arm_on(rig, cell), cell.description.robot, 0.3, rig.clock)  # type: ignore[arg-type]
+    at = mover.resting("Before")
+    with pytest.raises(ArmAlarm, match=rf"{said}.*joint_{fault[-1]}"):
+        mover.move_and_wait(at + 0.5, "p", at)
+
+
+def test_a_goal_that_is_misheard_is_told_again_or_nobody_moves(cell: Cell) -> None:
+    went = 0
+    for seed in range(20):
+        rig = bench.bench_for(cell, ["misheard:0.01"], seed)
+        home = rig.motor()
+        try:
+            bench.arm_on(rig, cell).start_move(home + 0.5, 5.0)
+        except (AnswerUnclear, LineLost):
+            rig.clock.wait(30.0)
+            assert np.abs(rig.motor() - home).max() < 0.02, seed
+            continue
+        went += 1
+        rig.clock.wait(30.0)
+        assert np.abs(rig.motor() - home - 0.5).max() < STEP
+    assert went > 12
+
+
+def test_a_time_that_is_misheard_makes_no_servo_faster_than_it_may_be(cell: Cell) -> None:
+    """The time cannot be read back; the cap on the speed can."""
+    rig = bench.bench_for(cell)
+    hear = rig.controller.receive
+    rig.controller.receive = lambda data, now_s: hear(re.sub(rb"T\d+", b"T1", data), now_s)  # type: ignore[method-assign]
+    mover = Mover(bench.arm_on(rig, cell), cell.robot, 0.3, rig.clock)
+    at = mover.resting("Before")
+    watched = bench.Watched(rig, 0.3)
+    with suppress(ArmError):
+        mover.move_and_wait(at + np.array([0.5, 0.1, -0.4, 0.2, 0.3]), "p", at)
+    assert watched.fastest() < 1.05 * 0.3
+
+
+def test_a_servo_that_was_switched_on_anew_is_capped_again(cell: Cell) -> None:
+    rig = bench.bench_for(cell, ["reboot@>4s"])
+    arm = bench.arm_on(rig, cell)
+    arm.start_move(rig.motor() + 0.1, 2.0)
+    rig.clock.wait(8.0)
+    assert not rig.in_waiting  # the power fails when somebody looks
+    rig.clock.wait(2.0)
+    rig.sent = b""
+    arm.start_move(rig.motor() + 0.2, 4.0)
+    assert rig.sent.count(b"SD54\r") == 5  # 1.875 times 11.46 degrees in 4 s
+
+
+def test_servos_switch_no_laser(cell: Cell) -> None:
+    rig = bench.bench_for(cell)
+    with pytest.raises(ArmRefused, match=r"\[laser\]"):
+        bench.arm_on(rig, cell).switch(1, on=True)
