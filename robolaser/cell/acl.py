@@ -113,7 +113,8 @@ class AclArm(Arm):
         for _ in range(SPOILT):
             counts, pitch = self._talk.ask("LISTPV POSITION", self._counts_and_pitch)
             if not self._is_another_arm(counts, pitch):
-                return self._angles(counts)
+                turned = self._per_count @ (counts - self._at_reference)
+                return np.asarray(self._reference + self._direction * turned)
         raise ArmError(
             f"The controller on {self._line.port} says that the hand's pitch is {np.rad2deg(pitch):.1f}°, which"
             f" contradicts its encoders if axes = '{self._axes}'. Check [arm] axes in cell.toml: this is another"
@@ -132,14 +133,15 @@ class AclArm(Arm):
 
     def prepare(self, q: Array) -> None:
         """Store where the next motion goes, in the position that the arm is not on its way to."""
-        counts = self._nearest(q)
+        exact = self._at_reference + self._counts_per_rad @ (self._direction * (q - self._reference))
+        counts: Ints = np.rint(exact).astype(np.int64)
         if self._prepared is not None and (counts == self._prepared).all():
             return
         self._place = PLACES[1 - PLACES.index(self._place)]
         for _ in range(2):  # a disturbed line may have spoilt what was stored
             for axis, count in enumerate(counts.tolist(), start=1):
                 self._talk.command(f"SETPV {self._place} {axis} {count}")
-            stored = self._counts(self._place)
+            stored = self._talk.ask(f"LISTPV {self._place}", lambda said: _listed(said, len(self._joints)))
             if (stored == counts).all():
                 self._prepared = counts
                 return
@@ -152,7 +154,7 @@ class AclArm(Arm):
     def home(self) -> None:
         """Search its home."""
         self._talk.start(SEARCH)
-        heard, asked, listens, silent = "", False, False, 0
+        heard, asked, listens = "", False, False
         began = self._line.clock.now()
         while self._line.clock.now() - began < HOMING_S:
             text, ended = self._line.until(HOMED, HOMING_QUIET_S)
@@ -167,20 +169,15 @@ class AclArm(Arm):
                 self._prepared = None
                 return
             listens |= asked and bool(text)
-            silent = 0 if text else silent + 1
-            if listens and silent > 0:
+            if listens and not text:
                 raise line_lost(self._line.port, "it fell silent during homing")
             self._line.send("\r")  # a controller that listens while homing answers
             asked = True
         raise self._home_not_found(f"homing took more than {HOMING_S:.0f} s")
 
-    def laser_on(self, output: int) -> None:
-        """Switch an output on."""
-        self._talk.command(f"SET OUT[{output}]=1")
-
-    def laser_off(self, output: int) -> None:
-        """Switch an output off."""
-        self._talk.command(f"SET OUT[{output}]=0")
+    def switch(self, output: int, *, on: bool) -> None:
+        """Switch an output."""
+        self._talk.command(f"SET OUT[{output}]={int(on)}")
 
     def close(self) -> None:
         """Close the port."""
@@ -196,10 +193,6 @@ class AclArm(Arm):
             f"The arm on {self._line.port} did not find its home: {reason}."
             " Move it clear of its stops by hand and try again."
         )
-
-    def _counts(self, place: str) -> Ints:
-        """Encoder counts of the arm as it is, or of a position that is stored."""
-        return self._talk.ask(f"LISTPV {place}", lambda answer: _listed(answer, len(self._joints)))
 
     def _counts_and_pitch(self, answer: str) -> tuple[Ints, float] | None:
         """Counts, (j,), and the hand's pitch in the world [rad], NaN where there is none, in a listing."""
@@ -236,15 +229,6 @@ class AclArm(Arm):
                 raise unclear(self._line.port, f"SHOW PAR {number}", str(said), len(said))
             said.append(self._talk.ask(f"SHOW PAR {number}", value))
         return said[-1]
-
-    def _angles(self, counts: Ints) -> Array:
-        angles: Array = self._reference + self._direction * (self._per_count @ (counts - self._at_reference))
-        return angles
-
-    def _nearest(self, q: Array) -> Ints:
-        counts = self._at_reference + self._counts_per_rad @ (self._direction * (q - self._reference))
-        nearest: Ints = np.rint(counts).astype(np.int64)
-        return nearest
 
 
 def radians_per_count(axes: Axes, per_quarter: Array) -> Array:

@@ -103,7 +103,8 @@ class AclProtocol:
         for _ in range(TRIES):
             if not self._typed(command):
                 continue
-            answer = self._entered(command)
+            answer, _ = self._prompted()
+            self.inspect(answer, command)
             value = understand(answer)
             if value is not None:
                 return value
@@ -172,12 +173,6 @@ class AclProtocol:
         self._line.send(SPOIL + ENTER)
         self.inspect(self._silent_or(heard + self._line.until(PROMPT, QUIET_S)[0])[len(heard) :])
         return False
-
-    def _entered(self, command: str) -> str:
-        """Enter what was typed, and hear the answer with its prompt; without, where the prompt got lost."""
-        answer, _ = self._prompted()
-        self.inspect(answer, command)
-        return answer
 
     def _prompted(self) -> "tuple[str, re.Match[str] | None]":
         """Enter, and listen for the prompt; once more where nothing at all comes."""

@@ -1,7 +1,6 @@
 """An arm that can be sent to joint angles and read, whatever protocol its controller has."""
 
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import ClassVar, Self
 
 from robolaser.arrays import Array
@@ -90,22 +89,14 @@ class Arm(ABC):
             ArmError: It was not.
         """
 
-    @abstractmethod
-    def laser_on(self, output: int) -> None:
-        """Switch a digital output on."""
+    def switch(self, output: int, *, on: bool) -> None:
+        """Switch a digital output, such as the laser's, on or off; see `outputs`.
 
-    @abstractmethod
-    def laser_off(self, output: int) -> None:
-        """Switch a digital output off."""
+        Raises:
+            ArmRefused: Its controller has none.
+        """
+        raise ArmRefused("This arm cannot switch outputs. Take [laser] out of cell.toml.")
 
     @abstractmethod
     def close(self) -> None:
         """Close the line."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

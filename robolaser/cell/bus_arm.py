@@ -7,7 +7,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
-from robolaser.cell.failures import joints_differ, refused
+from robolaser.cell.failures import joints_differ
 from robolaser.cell.serial_line import SerialLine, connect
 from robolaser.data.cell_config import ArmLine, Cell
 from robolaser.robot.kinematics import Robot
@@ -44,13 +44,6 @@ class BusArm(Arm):
 
     def home(self) -> None:
         """Nothing: their encoders are absolute."""
-
-    def laser_on(self, output: int) -> None:
-        """Refuse: servos have no outputs."""
-        why = "these servos cannot switch outputs; remove [laser] from cell.toml"
-        raise refused(self._line.port, f"output {output}", "", why)
-
-    laser_off = laser_on
 
     def close(self) -> None:
         """Close it."""

@@ -2,15 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from types import TracebackType
-from typing import Any, Self
-
-import cv2
-import numpy as np
 
 from robolaser.errors import CameraError
 from robolaser.vision.board import Image
-from robolaser.vision.images import eight_bits
 
 Warn = Callable[[str], None]
 
@@ -37,27 +31,9 @@ class Camera(ABC):
             CameraError: No image comes, they are all the same, or the image is of no use.
         """
 
-    def expose(self, exposure: float) -> None:
-        """Expose the next shot that waits for it to settle so long, in the driver's unit.
-
-        Raises:
-            CameraError: Its exposure cannot be changed.
-        """
-        raise CameraError(
-            f"The camera's exposure cannot be set to {exposure:g}. Take exposures out of [camera] in cell.toml."
-        )
-
     @abstractmethod
     def close(self) -> None:
         """Close it."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def cannot_open(source: object, reason: str) -> CameraError:
@@ -71,32 +47,6 @@ def cannot_open(source: object, reason: str) -> CameraError:
 def no_more_images(source: object, reason: str) -> CameraError:
     """The error of a camera that falls silent."""
     return CameraError(f"Camera {source} gives no more images: {reason}. Check its cable and power.")
-
-
-CHANNELS = ("blue", "green", "red")
-"""Of a colour image, as OpenCV orders them."""
-
-
-def grey(source: object, frame: Any, channel: str = "grey", bits: int = 16) -> Image:
-    """Any image as OpenCV delivers it, as (h, w) uint8.
-
-    Args:
-        source: What messages call the camera.
-        frame: (h, w) or (h, w, colours), of 8 or 16 bits.
-        channel: "grey", or the colour that is kept.
-        bits: How many of sixteen bits the camera uses; the upper eight of them are kept.
-
-    Raises:
-        CameraError: It is no image.
-    """
-    if frame.dtype not in (np.uint8, np.uint16):
-        raise cannot_open(source, f"its images hold {frame.dtype}, expected integers of 8 or 16 bits")
-    plain: Any = eight_bits(frame, bits)
-    if plain.ndim == 3 and plain.shape[2] > 1 and channel in CHANNELS:
-        plain = plain[..., CHANNELS.index(channel)]
-    elif plain.ndim == 3 and plain.shape[2] > 1:
-        plain = cv2.cvtColor(plain, cv2.COLOR_BGR2GRAY if plain.shape[2] == 3 else cv2.COLOR_BGRA2GRAY)
-    return np.ascontiguousarray(plain.reshape(plain.shape[:2]), dtype=np.uint8)
 
 
 def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:

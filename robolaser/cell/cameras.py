@@ -1,42 +1,29 @@
-"""What a cell names as its camera, opened."""
+"""What a cell names as its camera, opened: a live one, or images that were recorded."""
 
-from typing import Any
+from pathlib import Path
+from typing import final
 
-from robolaser.cell.camera import Camera, Warn, cannot_open
+from robolaser.cell.camera import Camera, Warn, cannot_open, check_image, no_more_images
 from robolaser.cell.clock import Clock
 from robolaser.cell.live_camera import LiveCamera
-from robolaser.cell.recorded_images import RecordedImages
-from robolaser.data.cell_config import FILE, Cell
-from robolaser.errors import DataError, near
-from robolaser.plugins import announced
-
-GROUP = "robolaser.cameras"
-"""Entry points of installed packages that announce cameras; the entry point's name is the kind."""
+from robolaser.data.cell_config import Cell
+from robolaser.data.image_list import images_of_poses
+from robolaser.data.loading import load
+from robolaser.vision.board import Image
+from robolaser.vision.images import CameraImages
 
 STREAMS = ("tcp", "udp", "rtp", "rtsp", "rtsps", "http", "https")
 """Of URLs that may be opened: FFmpeg knows many more, which read other files or write."""
+ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 
 
 def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
-    """Open a cell's camera: a number, a device (/dev/...) or a stream (with ://) runs by itself, all else is files.
+    """Open a cell's camera: a number, a device (/dev/...) or a stream (with ://) runs by itself, all else is a folder.
 
     Raises:
         CameraError: It is not there, sends nothing, or the cell takes no images.
-        DataError: No installed package announces a camera of its kind.
-        PluginError: One does, but it cannot be used.
+        RobolaserError: A recording in its place, or an image, cannot be read.
     """
-    if cell.camera.kind:
-        others = announced(GROUP, Camera, taken=(), name="", required=("open",))
-        if cell.camera.kind not in others:
-            raise DataError(
-                f"{FILE}, [camera] kind: no installed package announces a camera"
-                f" '{cell.camera.kind}'.{near(cell.camera.kind, others)}",
-                file=FILE,
-                column="kind",
-            )
-        announced_camera: Any = others[cell.camera.kind]
-        opened: Camera = announced_camera.open(cell, clock, warn)
-        return opened
     source, size = cell.camera.source, cell.description.image_px
     if size is None:
         raise cannot_open(source, "dataset.toml has no [image] that states the size of its images")
@@ -45,4 +32,32 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
         raise cannot_open(source, f"{scheme}:// is not allowed, only {', '.join(STREAMS)}")
     if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
         return LiveCamera(cell.camera, size, clock, warn)
-    return RecordedImages(cell.beside(source), size, warn, cell.camera.channel, cell.camera.bits)
+    return RecordedImages(cell.beside(source), size, warn)
+
+
+@final
+class RecordedImages(Camera):
+    """A folder in place of a camera: each shot is the next image, of a recording as they were taken, else by name."""
+
+    def __init__(self, folder: Path, size: tuple[int, int], warn: Warn) -> None:
+        self._folder, self._size, self._warn = folder, size, warn
+        if not folder.is_dir():
+            raise cannot_open(folder, "there is no such folder of images")
+        if (folder / "poses.csv").is_file():
+            files = [file for shots in images_of_poses(load(folder)) for file in shots.files]
+        else:
+            files = sorted(file for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
+        if not files:
+            raise cannot_open(folder, "there is no image in it")
+        self._images = map(CameraImages.of(files, size).grey, files)
+
+    def shot(self, settle_s: float) -> Image:
+        """The next image."""
+        image = next(self._images, None)
+        if image is None:
+            raise no_more_images(self._folder, "all its images have been used")
+        check_image(self._folder, image, self._size, self._warn)
+        return image
+
+    def close(self) -> None:
+        """There is nothing to close."""

@@ -9,7 +9,7 @@ from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import not_settled
-from robolaser.cell.joint_text import joint_text
+from robolaser.cell.joint_text import at_worst
 from robolaser.cell.motion_time import LEAST_S, seconds_for
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
@@ -95,9 +95,7 @@ class Follower:
             if (moved > STEPS * self._arm.step).any():
                 before, still = q, now
             if now - began > PATIENCE_S:
-                joint = int(np.argmax(moved))
-                text = joint_text(self._robot, joint, float(moved[joint]))
-                raise not_settled(f"At {place}", self._robot.joints[joint], text)
+                raise not_settled(f"At {place}", *at_worst(self._robot, moved, moved))
         return q
 
     def _held(self) -> Array:
@@ -117,10 +115,9 @@ class Follower:
         self._ticks.append(Tick(self._clock.now(), self._held(), q))
         off = np.abs(q - command)
         if (off > BEHIND).any():
-            joint = int(np.argmax(off))
-            at, wanted = (joint_text(self._robot, joint, float(each[joint])) for each in (q, command))
+            joint, at, wanted = at_worst(self._robot, off, q, command)
             raise ArmError(
-                f"On the way to {place}, {self._robot.joints[joint]} is at {at}, but was commanded to {wanted}: it is"
+                f"On the way to {place}, {joint} is at {at}, but was commanded to {wanted}: it is"
                 " blocked, too weak, or turns the other way. Look for what blocks it, and check [arm] direction and"
                 " reference_rad in cell.toml; or state a lower speed_rad_s in [limits]."
             )

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from robolaser.bounded_reading import decoded
-from robolaser.cell.camera import DARK, WHITE, Camera, Warn, cannot_open, check_image, grey, no_more_images
+from robolaser.cell.camera import DARK, WHITE, Camera, Warn, cannot_open, check_image, no_more_images
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError, RobolaserError
@@ -30,15 +30,14 @@ RAW = -1.0  # format by which OpenCV hands images on as they were sent: its own 
 class _ImageStream:
     """A stream of single images (PGM, PNG, Motion JPEG), each decoded by itself."""
 
-    def __init__(self, capture: Any, colours: int) -> None:
+    def __init__(self, capture: Any) -> None:
         self._capture = capture
-        self._colours = colours
 
     def read(self) -> tuple[bool, Image | None]:
         """The next image, as `cv2.VideoCapture.read`; a torn one is left out."""
         while True:
             there, packet = self._capture.read()
-            image = decoded(packet.tobytes(), self._colours) if there else None
+            image = decoded(packet.tobytes(), cv2.IMREAD_GRAYSCALE) if there else None
             if not there or image is not None:
                 return there, image
 
@@ -56,7 +55,7 @@ class LiveCamera(Camera):
     """A device or a stream, read in a thread of its own."""
 
     def __init__(self, line: CameraLine, size: tuple[int, int], clock: Clock, warn: Warn) -> None:
-        self._source, self._channel, self._bits = line.source, line.channel, line.bits
+        self._source = line.source
         self._size = size
         self._clock = clock
         self._warn = warn
@@ -68,9 +67,6 @@ class LiveCamera(Camera):
         self._same = 0
         self._same_s = 0.0
         self._end: RobolaserError | None = None
-        self._exposure: float | None = None
-        """What is to be set before the next image."""
-        self._refused = False
         self._reader = threading.Thread(target=self._read, name=f"camera {line.source}", daemon=True)
         self._reader.start()
         try:
@@ -87,16 +83,6 @@ class LiveCamera(Camera):
         image = self._wait_for(wanted, SILENT_S)
         check_image(self._source, image, self._size, self._warn)
         return image
-
-    def expose(self, exposure: float) -> None:
-        """Let the thread that reads set it, before its next image."""
-        with self._news:
-            self._exposure = exposure
-            if not self._news.wait_for(lambda: self._exposure is None or self._end is not None, SILENT_S):
-                raise no_more_images(self._source, f"none came for {SILENT_S:.0f} s")
-            refused = self._refused
-        if refused:
-            super().expose(exposure)
 
     def close(self) -> None:
         """Close it."""
@@ -126,12 +112,9 @@ class LiveCamera(Camera):
         """Keep the newest image until there is no more."""
         end: RobolaserError | None = None
         while not self._closing and end is None:
-            if self._exposure is not None:
-                self._refused = not self._capture.set(cv2.CAP_PROP_EXPOSURE, self._exposure)
-                self._exposure = None
             try:
                 there, frame = self._capture.read()
-                image = grey(self._source, frame, self._channel, self._bits) if there else None
+                image = _grey(self._source, frame) if there else None
                 end = None if there else no_more_images(self._source, "it has ended or was unplugged")
             except RobolaserError as error:
                 image, end = None, error
@@ -152,6 +135,13 @@ class LiveCamera(Camera):
         self._image, self._count = image, self._count + 1
 
 
+def _grey(source: object, frame: Any) -> Image:
+    """An image as OpenCV delivers it, (h, w) or (h, w, 3), as (h, w) uint8."""
+    if frame.dtype != np.uint8:
+        raise cannot_open(source, f"its images hold {frame.dtype}, expected integers of 8 bits")
+    return np.asarray(frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
 def _cut_off(image: Image) -> bool:
     """Whether so little or so much light fell into it that no noise is left to tell a live camera by."""
     return bool(image.max(initial=0) < DARK or image.min(initial=WHITE) >= WHITE)
@@ -159,14 +149,14 @@ def _cut_off(image: Image) -> bool:
 
 def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     if isinstance(line.source, str) and "://" in line.source:
-        capture: Any = _open_stream(line.source, in_colour=line.channel != "grey")
+        capture: Any = _open_stream(line.source)
     else:
         capture = cv2.VideoCapture(line.source)
         if not capture.isOpened():
             raise cannot_open(line.source, "there is no camera")
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])  # the first image shows whether it could
         capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
-    if line.exposure is not None or line.exposures:
+    if line.exposure is not None:
         capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL)
     for name, what, value in (
         ("exposure", cv2.CAP_PROP_EXPOSURE, line.exposure),
@@ -177,22 +167,13 @@ def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     return capture
 
 
-def _open_stream(source: str, *, in_colour: bool) -> Any:
-    """Open a stream: what `cv2.VideoCapture` gives, or `_ImageStream` where the stream is made of single images.
-
-    Args:
-        source: Its URL.
-        in_colour: Whether single images are decoded as blue, green and red; else as grey.
-
-    Raises:
-        CameraError: There is none.
-    """
-    colours = cv2.IMREAD_COLOR if in_colour else cv2.IMREAD_GRAYSCALE
+def _open_stream(source: str) -> Any:
+    """Open a stream: what `cv2.VideoCapture` gives, or `_ImageStream` where the stream is made of single images."""
     raw = _captured(source)
     raw.set(cv2.CAP_PROP_FORMAT, RAW)
     there, packet = raw.read()
-    if there and packet.dtype == "uint8" and decoded(packet.tobytes(), colours) is not None:
-        return _ImageStream(raw, colours)
+    if there and packet.dtype == "uint8" and decoded(packet.tobytes(), cv2.IMREAD_GRAYSCALE) is not None:
+        return _ImageStream(raw)
     raw.release()
     return _captured(source)
 

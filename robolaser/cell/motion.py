@@ -8,8 +8,8 @@ from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import AnswerUnclear, ArmAlarm, ArmRestarted, NotSettled, not_settled
-from robolaser.cell.joint_text import joint_text
-from robolaser.cell.motion_time import seconds_for, time_to_show, way_in
+from robolaser.cell.joint_text import at_worst
+from robolaser.cell.motion_time import seconds_for, way_in
 from robolaser.data.cell_config import UNATTENDED_S
 from robolaser.errors import ArmError, PlanError, RobolaserError
 from robolaser.robot.kinematics import Robot
@@ -27,7 +27,7 @@ PATIENCE = 2.0
 PATIENCE_S = 4.0
 """A motion may take this many times as long as it was given, and so much longer."""
 STILL_S = 3.0
-"""A joint that has not moved for so long, and should have, will not arrive."""
+"""A joint that has not moved for a motion's time and so much longer, and should have, will not arrive."""
 STOPPED_ALIKE = 3
 """Readings after a stop: a bad line may swallow one sign in two of them, and the next run goes on from there."""
 STOPPING_S = 1.0
@@ -74,8 +74,7 @@ class Mover:
             if same == alike:
                 return now
             if same == 1 and self._clock.now() - began > patience_s:
-                worst = int(np.argmax(moved))
-                raise not_settled(when, self._robot.joints[worst], joint_text(self._robot, worst, float(moved[worst])))
+                raise not_settled(when, *at_worst(self._robot, moved, moved))
             before = now
 
     def move_and_wait(self, goal: Array, place: str, start: Array) -> Array:
@@ -112,7 +111,6 @@ class Mover:
             self._arm.prepare(then)
         began = alike = self._clock.now()
         before, last, moved, astray = start, start, np.full(len(goal), began), 0
-        still_s = STILL_S + seconds * self._unseen(goal - start)
         while True:
             if not astray:
                 self._clock.wait(POLL_S)
@@ -131,16 +129,16 @@ class Mover:
             off = self._off(q, last, start, goal)
             astray, last = astray + 1 if (off > STRAY).any() else 0, q
             if astray > 1:  # one reading alone may be the line's fault
-                joint = int(np.argmax(off))
-                at, away, begin, end = self._shown(joint, q, off, start, goal)
+                joint, at, away, begin, end = at_worst(self._robot, off, q, off, start, goal)
                 raise ArmError(
-                    f"On the way to {place}, {self._robot.joints[joint]} is at {at}, {away} off the straight path from"
+                    f"On the way to {place}, {joint} is at {at}, {away} off the straight path from"
                     f" {begin} to {end} that was checked: it sticks, lags behind the others, or goes"
                     " elsewhere. Look for what blocks it, and check [arm] direction and reference_rad in cell.toml, and"
                     " the serial line."
                 )
-            if (~there & (now - moved > still_s)).any():
-                raise self._not_arrived(place, q, np.where(now - moved > still_s, goal, q), "stands still")
+            stuck = ~there & (now - moved > STILL_S + seconds)  # a joint with a short way is slow to be seen moving
+            if stuck.any():
+                raise self._not_arrived(place, q, np.where(stuck, goal, q), "stands still")
             if now - began > PATIENCE * seconds + PATIENCE_S:
                 raise self._not_arrived(place, q, goal, f"is still on its way after {now - began:.0f} s,")
 
@@ -176,18 +174,9 @@ class Mover:
         off: Array = np.abs(q - start - share * way) - apart
         return off
 
-    def _unseen(self, way: Array) -> Array:
-        """Share of a motion's time in which each joint has not gone far enough to be seen moving, (j,)."""
-        least = STEPS * self._arm.step / np.maximum(np.abs(way), TINY)
-        return time_to_show(np.minimum(least, 1.0))
-
-    def _shown(self, joint: int, *postures: Array) -> tuple[str, ...]:
-        return tuple(joint_text(self._robot, joint, float(q[joint])) for q in postures)
-
     def _not_arrived(self, place: str, q: Array, goal: Array, reason: str) -> ArmError:
-        joint = int(np.argmax(np.abs(q - goal) / self.near))
-        stands, wanted = self._shown(joint, q, goal)
+        joint, stands, wanted = at_worst(self._robot, np.abs(q - goal) / self.near, q, goal)
         return ArmError(
-            f"On the way to {place}, {self._robot.joints[joint]} {reason} at {stands}, not {wanted}."
+            f"On the way to {place}, {joint} {reason} at {stands}, not {wanted}."
             " Look for what blocks it, and check that its motors are on."
         )

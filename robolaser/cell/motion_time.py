@@ -22,13 +22,3 @@ def seconds_for(way: Array, speed: float) -> float:
 def way_in(seconds: float, speed: float) -> float:
     """How far a joint goes at most in a motion so that it never exceeds a speed [rad or m]."""
     return seconds * speed / PEAK
-
-
-def time_to_show(share: Array) -> Array:
-    """Share of a motion's time that goes by, at most, until a share of its way has been gone.
-
-    Args:
-        share: (j,); from one half on it is half the time or more.
-    """
-    late: Array = np.cbrt(share / 4.0)  # up to there 10 t³ - 15 t⁴ + 6 t⁵, the smoothest, is no less than 4 t³
-    return late

@@ -9,10 +9,12 @@ import numpy as np
 from robolaser.arrays import Array, Bools
 from robolaser.cell.cell_collisions import collision_model, tool_points
 from robolaser.cell.joint_text import joint_text
+from robolaser.cell.route import Waypoint, way
 from robolaser.data.cell_config import Cell, Limits
 from robolaser.errors import PlanError
 from robolaser.robot.collisions import CollisionModel
 from robolaser.robot.kinematics import Robot
+from robolaser.robot.postures import foot_of
 
 FINE = 0.02
 """All joints together turn no further than this from one place that is checked to the next: 12 mm at 0.6 m, so that
@@ -63,8 +65,7 @@ def lowest(robot: Robot, q: Array, tools: Array) -> Array:
 
 def reach(robot: Robot, q: Array) -> Array:
     """Distance of the flange from the foot of the first joint, (n,) [m]."""
-    foot = robot.joint_frames(np.clip(0.0, robot.lower, robot.upper)[None, None])[0, 0, 0, :3, 3]
-    distance: Array = np.linalg.norm(robot.forward(q[None])[0, :, :3, 3] - foot, axis=1)
+    distance: Array = np.linalg.norm(robot.forward(q[None])[0, :, :3, 3] - foot_of(robot), axis=1)
     return distance
 
 
@@ -105,6 +106,24 @@ class RouteCheck:
             found += collisions(self.bodies, self.limits.margin_m, name, line)
             before = goal
         return found
+
+    def check(self, start: Array | None, waypoints: Sequence[Waypoint]) -> None:
+        """See that a route breaks nothing; arguments as those of `violations`.
+
+        Raises:
+            PlanError: It does: where and how.
+        """
+        broken = self.violations(start, *way(waypoints)) if waypoints else []
+        if not broken:
+            return
+        shown = "".join(f"\n  {violation}" for violation in broken[:LISTED])
+        rest = f"\n  ... and {len(broken) - LISTED} more" if len(broken) > LISTED else ""
+        run_up = ", or take a smaller --run-up" if any(waypoint.approach for waypoint in waypoints) else ""
+        raise PlanError(
+            f"Nothing was moved, because the plan violates the cell's limits:{shown}{rest}\n"
+            f"Leave these poses out{run_up}; if the limits are wrong, correct [limits] or [[box]] in cell.toml, or the"
+            " URDF's."
+        )
 
     def allows(self, q: Array, run_up: float) -> Bools:
         """Whether the arm may stand at configurations (n, j), and at the beginning of an approach, below and above.
@@ -160,19 +179,3 @@ def collisions(model: CollisionModel, margin_m: float, place: str, line: Array) 
         how = f"overlap by {-1e3 * gap:.1f} mm" if gap < 0 else how
         nearest[name] = gap, Violation(place, bool(gaps[-1, k] >= margin_m), name, how)
     return [violation for _, violation in nearest.values()]
-
-
-def unsafe(broken: Sequence[Violation], *, run_up: bool) -> PlanError:
-    """The error of a route that breaks the cell's limits.
-
-    Args:
-        broken: Where and how.
-        run_up: Whether poses are approached from beside.
-    """
-    shown = "".join(f"\n  {violation}" for violation in broken[:LISTED])
-    rest = f"\n  ... and {len(broken) - LISTED} more" if len(broken) > LISTED else ""
-    return PlanError(
-        f"Nothing was moved, because the plan violates the cell's limits:{shown}{rest}\n"
-        f"Leave these poses out{', or take a smaller --run-up' if run_up else ''}; if the limits are wrong, correct"
-        " [limits] or [[box]] in cell.toml, or the URDF's."
-    )

@@ -53,10 +53,7 @@ class ReplayArm(Arm):
     def home(self) -> None:
         """It needs none."""
 
-    def laser_on(self, output: int) -> None:
-        """The images are taken."""
-
-    def laser_off(self, output: int) -> None:
+    def switch(self, output: int, *, on: bool) -> None:
         """The images are taken."""
 
     def close(self) -> None:

@@ -1,7 +1,5 @@
 """The route of a recording: its poses in order, each with the configurations through which it is approached."""
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
-from robolaser.data.csv_tables import CsvTable, bad_cell, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, read_table, table_text
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
@@ -126,14 +124,11 @@ def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
 
 def route_text(robot: Robot, waypoints: Sequence[Waypoint], shots: int) -> str:
     """A route, and how many shots each pose gets, as a table that people can read too."""
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)])
+    rows: list[list[object]] = []
     for waypoint in waypoints:
-        for place in waypoint.approach:
-            writer.writerow([waypoint.name, "approach", 0, *map(repr, place.tolist())])
-        writer.writerow([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
-    return text.getvalue()
+        rows += [[waypoint.name, "approach", 0, *map(repr, place.tolist())] for place in waypoint.approach]
+        rows.append([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
+    return table_text(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)], rows)
 
 
 def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
@@ -142,16 +137,12 @@ def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
     Raises:
         RobolaserError: File, row and column of what is wrong.
     """
-    table = read_table(path)
-    q = table.numbers([f"q_{joint}" for joint in robot.joints])
+    table, waypoints = read_table(path), from_table(path, robot)
     shots = table.numbers(["shots"])[:, 0]
     wanted = float(shots.max(initial=0))
     for line, kind, each in zip(table.lines, table.texts("kind"), shots, strict=True):
         if kind == "pose" and (each != wanted or wanted < 1 or wanted % 1):
             raise bad_cell(table.file, line, "shots", f"{each:g}", "the same whole number from 1 for each pose")
-    waypoints = _grouped(table, q)
-    if not waypoints:
-        raise _no_poses(path, "it has no row of kind 'pose'")
     return waypoints, int(wanted)
 
 

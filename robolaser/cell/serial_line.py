@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, Self, TypeVar, final
+from typing import Any, Self, TypeVar, final
 
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import LineFlooded, line_lost
@@ -24,31 +24,14 @@ LONGEST_S = 6.0
 """How long a device may send without an answer; the longest takes a quarter of a second at 9600 baud."""
 
 
-class Transport(Protocol):
-    """What pyserial opens, as far as it is used here."""
-
-    @property
-    def in_waiting(self) -> int:
-        """Bytes that have come."""
-
-    def read(self, size: int) -> bytes:
-        """So many bytes, or fewer where they do not come within a tick."""
-
-    def write(self, data: bytes) -> int | None:
-        """Send."""
-
-    def close(self) -> None:
-        """Close it."""
-
-
 @final
 class SerialLine:
-    """Text from and to a device.
+    """Text from and to a device, over what pyserial opens.
 
     Raises (every method): LineLost where the port is gone, LineFlooded where the device talks without end.
     """
 
-    def __init__(self, wire: Transport, port: str, clock: Clock) -> None:
+    def __init__(self, wire: Any, port: str, clock: Clock) -> None:
         self.port = port
         self.clock = clock
         self._transport = wire

@@ -1,11 +1,14 @@
 """What is sent to bus servos of a family: packets, numbered registers, and what a motion is made of.
 
-A register is an address and a number of bytes. Dynamixel: ROBOTIS e-Manual, DYNAMIXEL Protocol 2.0 and X series.
-Feetech: SMS and STS protocol manual, STS3215; a descendant of Dynamixel's first protocol.
+A register is an address and a number of bytes; addresses and lengths are written in `wide` bytes, the lowest first.
+`torque`: whether the motor holds; `goal`: where it goes; `motion`: the goal and how to get there, in one piece;
+`present`: where it is; `status`: bits of `trouble`; `drive_mode`: how motions are stated, if there are several ways.
+
+Dynamixel: ROBOTIS e-Manual, DYNAMIXEL Protocol 2.0 and X series. Feetech: SMS and STS protocol manual, STS3215; a
+descendant of Dynamixel's first protocol.
 """
 
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar, final
 
@@ -29,56 +32,8 @@ NO_READING = "no reading of its encoder"
 Register = tuple[int, int]
 
 
-class ServoProtocol(ABC):
-    """One family. Addresses and lengths are written in `wide` bytes, the lowest first.
-
-    Attributes:
-        wide: Bytes of an address.
-        torque: Whether the motor holds.
-        goal: Where it goes.
-        motion: The goal and how to get there, in one piece.
-        present: Where it is.
-        status: Bits of `trouble`.
-        trouble: What each bit of the status means.
-        drive_mode: How motions are stated; None where there is one way only.
-    """
-
-    wide: ClassVar[int]
-    torque: ClassVar[Register]
-    goal: ClassVar[Register]
-    motion: ClassVar[Register]
-    present: ClassVar[Register]
-    status: ClassVar[Register]
-    trouble: ClassVar[Mapping[int, str]]
-    drive_mode: ClassVar[Register | None] = None
-
-    @abstractmethod
-    def instruction(self, code: int, parameters: bytes) -> bytes:
-        """A packet to all servos."""
-
-    @abstractmethod
-    def answer(self, servo: int, length: int) -> bytes:
-        """A pattern of the packet in which a servo answers with so many bytes, a group named data."""
-
-    @abstractmethod
-    def is_whole(self, packet: bytes) -> bool:
-        """Whether a packet's check sum is right."""
-
-    @abstractmethod
-    def motion_data(self, way: int, goal: int, seconds: float) -> bytes:
-        """What `motion` holds to go so far to a goal [steps] in so many seconds; in 0 s: stop."""
-
-    @abstractmethod
-    def setpoint(self, goal: int) -> bytes:
-        """What `motion` holds to go to a goal [steps] without a ramp."""
-
-    @abstractmethod
-    def positions(self, raw: Ints, length: int) -> Ints:
-        """Positions from what registers of so many bytes hold, (j,) [steps]."""
-
-
 @final
-class Dynamixel(ServoProtocol):
+class Dynamixel:
     """FF FF FD 00, ID, length, instruction, parameters, CRC-16."""
 
     wide = 2
@@ -95,7 +50,7 @@ class Dynamixel(ServoProtocol):
         return packet + crc16(packet).to_bytes(2, "little")
 
     def answer(self, servo: int, length: int) -> bytes:
-        """A pattern of a status packet: instruction 55 hex, an error, the data."""
+        """A pattern of the packet in which a servo answers: instruction 55 hex, an error, the data."""
         head = b"\xff\xff\xfd\0" + bytes([servo]) + (length + 4).to_bytes(2, "little") + b"\x55"
         return re.escape(head) + b"[\0-\xff](?P<data>[\0-\xff]{%d})[\0-\xff]{2}" % length
 
@@ -104,25 +59,25 @@ class Dynamixel(ServoProtocol):
         return crc16(packet[:-2]) == int.from_bytes(packet[-2:], "little")
 
     def motion_data(self, way: int, goal: int, seconds: float) -> bytes:
-        """Times of ramp and motion [ms], and the goal."""
+        """Times of ramp and motion [ms], and the goal [steps]; in 0 s: stop."""
         times = round(1000 * RAMP * seconds), round(1000 * seconds), goal
         return b"".join(number.to_bytes(4, "little", signed=True) for number in times)
 
     def setpoint(self, goal: int) -> bytes:
-        """Times of 0."""
+        """To go to a goal without a ramp: times of 0."""
         return self.motion_data(0, goal, 0.0)
 
     def positions(self, raw: Ints, length: int) -> Ints:
-        """Two's complement."""
+        """Positions from what registers of so many bytes hold, (j,) [steps]: two's complement."""
         return np.where(raw < 1 << 8 * length - 1, raw, raw - (1 << 8 * length))
 
 
 @final
-class Feetech(ServoProtocol):
+class Feetech:
     """FF FF, ID, length, instruction, parameters, inverted sum."""
 
     wide = 1
-    torque, goal, motion, present, status = (40, 1), (42, 2), (41, 7), (56, 2), (65, 1)
+    torque, goal, motion, present, status, drive_mode = (40, 1), (42, 2), (41, 7), (56, 2), (65, 1), None
     trouble: ClassVar[Mapping[int, str]] = {
         1: WRONG_VOLTAGE, 2: NO_READING, 4: TOO_HOT, 8: "too much current", 32: OVERLOADED
     }  # fmt: skip
@@ -133,7 +88,7 @@ class Feetech(ServoProtocol):
         return b"\xff\xff" + body + bytes([~sum(body) & 0xFF])
 
     def answer(self, servo: int, length: int) -> bytes:
-        """A pattern of a status packet: an error, the data."""
+        """A pattern of the packet in which a servo answers: an error, the data."""
         head = b"\xff\xff" + bytes([servo, length + 2])
         return re.escape(head) + b"[\0-\xff](?P<data>[\0-\xff]{%d})[\0-\xff]" % length
 
@@ -142,7 +97,7 @@ class Feetech(ServoProtocol):
         return ~sum(packet[2:-1]) & 0xFF == packet[-1]
 
     def motion_data(self, way: int, goal: int, seconds: float) -> bytes:
-        """Acceleration [100 steps/s2], goal, a time that is not used, speed [steps/s]."""
+        """Acceleration [100 steps/s2], goal, a time that is not used, speed to go so far [steps/s]; in 0 s: stop."""
         speed, ramp = BRAKING
         if seconds:
             speed = max(1, round(way / (seconds * (1 - RAMP))))
@@ -150,11 +105,11 @@ class Feetech(ServoProtocol):
         return bytes([ramp]) + _signed(goal) + b"\0\0" + speed.to_bytes(2, "little")
 
     def setpoint(self, goal: int) -> bytes:
-        """The highest acceleration; a speed of 0 is no limit."""
+        """To go to a goal without a ramp: the highest acceleration; a speed of 0 is no limit."""
         return bytes([STEEPEST]) + _signed(goal) + b"\0\0\0\0"
 
     def positions(self, raw: Ints, length: int) -> Ints:
-        """The highest bit is the sign."""
+        """Positions from what registers of so many bytes hold, (j,) [steps]: the highest bit is the sign."""
         highest = 1 << 8 * length - 1
         return np.where(raw < highest, raw, highest - raw)
 
@@ -174,5 +129,5 @@ def crc16(data: bytes) -> int:
     return crc
 
 
-SERVOS: Mapping[str, ServoProtocol] = {"dynamixel": Dynamixel(), "feetech": Feetech()}
+SERVOS: Mapping[str, Dynamixel | Feetech] = {"dynamixel": Dynamixel(), "feetech": Feetech()}
 """By the kind of arm."""

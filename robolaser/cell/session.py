@@ -11,14 +11,14 @@ from robolaser.cell.arm import Arm
 from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
-from robolaser.cell.first_look import BoardCutOff, FirstLook
 from robolaser.cell.following import Follower
-from robolaser.cell.joint_text import configuration_text, joint_text
+from robolaser.cell.joint_text import at_worst, configuration_text
 from robolaser.cell.motion import Mover
-from robolaser.cell.plan_validation import RouteCheck, unsafe
-from robolaser.cell.recording_writer import IMAGE_OFF, RecordingWriter, Sample
-from robolaser.cell.route import Waypoint, way
+from robolaser.cell.plan_validation import RouteCheck
+from robolaser.cell.recording_writer import RecordingWriter, Sample
+from robolaser.cell.route import Waypoint
 from robolaser.data.cell_config import Cell
+from robolaser.data.image_list import UNLIT
 from robolaser.errors import Interrupted, PlanError, RobolaserError, unwritable
 from robolaser.vision.board import Image
 
@@ -26,10 +26,6 @@ LIGHT_GREY = 40
 """A visible laser brightens some pixel at least by this; noise alone by a dozen."""
 SAGGED = np.deg2rad(1.0)
 """How far an arm gives way while its motors are off [rad or m]."""
-
-
-def _nothing(what: str) -> None:
-    """Discard it."""
 
 
 @final
@@ -46,7 +42,6 @@ class Session:
         warn: Warn,
         *,
         position_confirmed: bool = False,
-        first_look: FirstLook | None = None,
     ) -> None:
         self._cell = cell
         self._robot = robot = cell.robot
@@ -56,7 +51,6 @@ class Session:
         self._clock = clock
         self._warn = warn
         self._position_confirmed = position_confirmed
-        self._first_look = first_look
         self._mover = Mover(arm, robot, cell.limits.speed_rad_s, clock, cell.arm.unattended_s)
         hz, speed = cell.arm.setpoint_hz, cell.limits.speed_rad_s
         self._follower = None if hz is None else Follower(arm, robot, speed, clock, hz)
@@ -66,7 +60,7 @@ class Session:
         """Whether what is read means the angles that the arm has."""
         self._under_way = False
 
-    def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = _nothing) -> None:
+    def run(self, recorded: Callable[[Waypoint], None], begins: Callable[[str], None] = lambda what: None) -> None:
         """Visit all poses that remain.
 
         Args:
@@ -96,40 +90,33 @@ class Session:
         if not (self._arm.absolute_encoders or self._cell.arm.home or self._position_confirmed):
             self._check_unmoved(self._at)
         waypoints = self._writer.remaining
-        self._check(self._at, waypoints)
+        RouteCheck.of(self._cell).check(self._at, waypoints)
         name = self._writer.unused("resumed" if self._writer.begun else "start")
         self._writer.add([Sample(name, self._now(), self._at)])
         self._under_way = True
-        if self._cell.laser_output is not None:
-            self._arm.laser_on(self._cell.laser_output)
+        self._light(on=True)
         for waypoint in waypoints:
             begins(waypoint.name)
             samples = self._record_pose(waypoint, self._at)
             self._writer.add(samples, self._follower.taken() if self._follower else ())
             recorded(waypoint)
-            if self._first_look is not None:
-                self._first_look.at(waypoint.name, samples[-1].images)
+        self._light(on=False)
+
+    def _light(self, *, on: bool) -> None:
+        """Switch the laser, where the controller can."""
         if self._cell.laser_output is not None:
-            self._arm.laser_off(self._cell.laser_output)
+            self._arm.switch(self._cell.laser_output, on=on)
 
     def _check_unmoved(self, at: Array) -> None:
         left = self._writer.last_position
         if left is not None and (np.abs(at - left) > SAGGED).any():
-            joint = int(np.argmax(np.abs(at - left)))
-            stands, stood = (joint_text(self._robot, joint, float(q[joint])) for q in (at, left))
+            joint, stands, stood = at_worst(self._robot, np.abs(at - left), at, left)
             raise PlanError(
-                f"{self._robot.joints[joint]} is at {stands}, but was at {stood} when this recording was"
+                f"{joint} is at {stands}, but was at {stood} when this recording was"
                 " interrupted. If the controller was switched off in between, its counts now mean other angles: home"
                 " the arm (home = true in cell.toml, [arm]). If it was not, and you see the arm at"
                 f" {configuration_text(self._robot, at)}, continue with --confirm-position."
             )
-
-    def _check(self, start: Array, waypoints: tuple[Waypoint, ...]) -> None:
-        if waypoints:
-            broken = RouteCheck.of(self._cell).violations(start, *way(waypoints))
-            if broken:
-                run_up = any(waypoint.approach for waypoint in waypoints)
-                raise unsafe(broken, run_up=run_up)
 
     def _record_pose(self, waypoint: Waypoint, at: Array) -> list[Sample]:
         samples: list[Sample] = []
@@ -142,27 +129,17 @@ class Session:
             samples.append(Sample(name, self._now(), at))
         if self._follower is not None:
             at = self._at = self._follower.rest(waypoint.name)
-        images = {"image": self._lit_shot(0)}
+        settle_s = self._cell.camera.settle_s
+        images = {"image": self._camera.shot(settle_s)}
         time_s = self._now()
-        images |= {f"image_{k + 1}": self._lit_shot(k) for k in range(1, self._writer.shots)}
+        images |= {f"image_{k}": self._camera.shot(0.0) for k in range(2, self._writer.shots + 1)}
         if self._cell.laser_output is not None:
-            self._arm.laser_off(self._cell.laser_output)
-            self._expose(0)
-            images[IMAGE_OFF] = self._camera.shot(self._cell.camera.settle_s)
-            self._arm.laser_on(self._cell.laser_output)
-            self._check_laser(waypoint, images["image"], images[IMAGE_OFF])
+            self._light(on=False)
+            images[UNLIT] = self._camera.shot(settle_s)
+            self._light(on=True)
+            self._check_laser(waypoint, images["image"], images[UNLIT])
         self._check_rest(waypoint, at)
         return [*samples[:-1], Sample(waypoint.name, time_s, at, images)]
-
-    def _lit_shot(self, number: int) -> Image:
-        """A repeat, or one of an exposure series."""
-        self._expose(number)
-        new = number == 0 or self._cell.camera.exposures
-        return self._camera.shot(self._cell.camera.settle_s if new else 0.0)
-
-    def _expose(self, number: int) -> None:
-        if self._cell.camera.exposures:
-            self._camera.expose(self._cell.camera.exposures[number])
 
     def _check_laser(self, waypoint: Waypoint, on: Image, off: Image) -> None:
         if int((on.astype(np.int16) - off).max()) < LIGHT_GREY:
@@ -174,12 +151,8 @@ class Session:
     def _check_rest(self, waypoint: Waypoint, before: Array) -> None:
         moved = np.abs(self._mover.resting(f"At {waypoint.name}") - before)
         if (moved > self._mover.near).any():
-            joint = int(np.argmax(moved / self._mover.near))
-            raise not_settled(
-                f"During the shots at {waypoint.name}",
-                self._robot.joints[joint],
-                joint_text(self._robot, joint, float(moved[joint])),
-            )
+            worst = at_worst(self._robot, moved / self._mover.near, moved)
+            raise not_settled(f"During the shots at {waypoint.name}", *worst)
 
     def _stopped(self, cause: BaseException) -> str:
         """Stop the arm, then the laser, and say where the arm is."""
@@ -199,9 +172,8 @@ class Session:
                 f"The arm could not be seen to stop.{why}{last} It goes no further than to its next stop; keep clear of"
                 " it, and press its emergency button."
             )
-        if self._cell.laser_output is not None:
-            with suppress(RobolaserError, KeyboardInterrupt):
-                self._arm.laser_off(self._cell.laser_output)
+        with suppress(RobolaserError, KeyboardInterrupt):
+            self._light(on=False)
         if stands is not None and self._under_way:
             with suppress(RobolaserError, OSError, KeyboardInterrupt):  # where to go on from; the cause is said anyway
                 self._writer.add([Sample(self._writer.unused("stopped"), self._now(), stands)])
@@ -219,7 +191,7 @@ class Session:
         kept = "Nothing was recorded yet."
         if self._writer.begun:
             kept = f"{self._writer.done} of {len(self._writer.waypoints)} poses are in {self._writer.folder}."
-            kept += "" if isinstance(error, BoardCutOff) else " Continue with the next pose by --resume."
+            kept += " Continue with the next pose by --resume."
         return Interrupted(f"{cause}\n{standing}\n{kept}")
 
     def _now(self) -> float:

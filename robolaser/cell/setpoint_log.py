@@ -1,15 +1,13 @@
 """The motion log of a recording, a data set of its own below it: setpoints beside what the joints read."""
 
-import csv
-import io
 import json
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Final, final
 
-from robolaser.bounded_reading import read_text
 from robolaser.cell.following import Tick
 from robolaser.data.cell_config import Cell
+from robolaser.data.csv_tables import read_table, table_text
 from robolaser.robot.kinematics import Robot
 
 FOLDER: Final = "motion"
@@ -36,18 +34,17 @@ class SetpointLog:
     def take_up(self, folder: Path, series: Collection[str]) -> None:
         """Go on with the log of a recording, of which some series are kept."""
         if (folder / TABLE).is_file():
-            rows = csv.reader(io.StringIO(read_text(folder / TABLE), newline=""))
-            self._rows = [row for row in rows if row[:1] and row[0] in series]
+            table = read_table(folder / TABLE)
+            columns = [table.cells(name) for name in table.columns]
+            self._rows = [list(row) for row in zip(*columns, strict=True) if row[0] in series]
 
     def files(self) -> dict[str, bytes]:
         """What its files hold, by their names in the recording's folder; none before the first motion."""
         if not self._rows:
             return {}
-        text = io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
         columns = [f"{what}_{joint}" for what in ("command", "q") for joint in self._robot.joints]
-        writer.writerows([["series", "time_s", *columns], *self._rows])
-        contents = (text.getvalue(), _settings(self._name, self._robot, self.step_rad), self._robot.urdf)
+        text = table_text(["series", "time_s", *columns], self._rows)
+        contents = (text, _settings(self._name, self._robot, self.step_rad), self._robot.urdf)
         return {name: each.encode() for name, each in zip(FILES, contents, strict=True)}
 
 

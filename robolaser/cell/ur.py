@@ -122,24 +122,16 @@ class UrArm(Arm):
     def home(self) -> None:
         """Nothing: its encoders are absolute."""
 
-    def laser_on(self, output: int) -> None:
-        """Switch an output on: digital output 0 is the first."""
-        self._switch(output, on=True)
-
-    def laser_off(self, output: int) -> None:
-        """Switch an output off."""
-        self._switch(output, on=False)
-
-    def close(self) -> None:
-        """Disconnect; the program that moves it ends."""
-        self._ends.close()
-
-    def _switch(self, output: int, *, on: bool) -> None:
-        """Switch an output, over a new connection where the old one is lost."""
+    def switch(self, output: int, *, on: bool) -> None:
+        """Switch an output, over a new connection where the old one is lost: digital output 0 is the first."""
         with self._on_line():
             if not self._io.setStandardDigitalOut(output - 1, on):
                 self._io.reconnect()
                 self._heard(self._io.setStandardDigitalOut(output - 1, on), "setStandardDigitalOut")
+
+    def close(self) -> None:
+        """Disconnect; the program that moves it ends."""
+        self._ends.close()
 
     def _heard(self, done: object, command: str) -> None:
         """Take note of what the package returns: False where the controller did not take a command.

@@ -19,8 +19,6 @@ def emulate(
     time_scale: Annotated[float, Parameter(metavar="N", validator=Number(gt=0, lte=FASTEST))] = 1.0,
     seed: Seed = 1,
     faults: Annotated[tuple[str, ...], Parameter(name="--fault", metavar="KIND[:AMOUNT][@WHEN]")] = (),
-    camera_port: Annotated[int, Parameter(metavar="N", validator=Number(gte=0, lte=65535))] = 0,
-    socket: bool = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
     """Serve an emulated cell: the arm's serial line and the camera, with faults on demand.
@@ -35,18 +33,7 @@ def emulate(
         time_scale: How many times as fast as real time its clock runs.
         seed: Seed of noise and faults.
         faults: For example lost:0.1, impact:3@12 (at the 12th command), silent@>5s; may be given again.
-        camera_port: Port of the camera; 0 is any that is free.
-        socket: Serve the arm as socket://, not as a pseudo terminal.
     """
     from robolaser.emulator.emulated_cell import EmulatedCell, serve
 
-    emulated = EmulatedCell(
-        cell,
-        world=world,
-        time_scale=time_scale,
-        seed=seed,
-        faults=faults,
-        camera_port=camera_port,
-        over_socket=socket,
-    )
-    serve(emulated)
+    serve(EmulatedCell(cell, world=world, time_scale=time_scale, seed=seed, faults=faults))

@@ -1,23 +1,20 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from robolaser.commands.terminal import RESULT, TERMINAL, Count, Force, Terminal, say
+from robolaser.commands.terminal import RESULT, TERMINAL, Force, Terminal, say
 
 if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
-    from robolaser.vision.recordings import StripeOptions
 
 POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
-Channel = Literal["auto", "grey", "red", "green", "blue", "red-excess", "green-excess", "blue-excess"]
 
 
 def extract(
@@ -25,9 +22,6 @@ def extract(
     /,
     *,
     output: Annotated[Path | None, Parameter(metavar="DATASET", group=RESULT)] = None,
-    step: Annotated[Count | None, Parameter(metavar="LINES")] = None,
-    channel: Channel = "auto",
-    exposures: bool = False,
     force: Force = False,
     terminal: Terminal = TERMINAL,
 ) -> None:
@@ -46,9 +40,6 @@ def extract(
     Args:
         recording: Folder with dataset.toml, poses.csv and images.
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
-        step: Distance between points along the stripe, in lines of pixels.
-        channel: Colour in which the laser is detected; red-excess is 2R-G-B. Default: where the stripe is longest.
-        exposures: The images of a pose are an exposure series, not repeats.
         force: Overwrite earlier points.
     """
     from robolaser.data.image_list import images_of_poses
@@ -72,8 +63,7 @@ def extract(
         if not has_stripe:
             _corners(dataset, place, terminal)
             return
-        seen: StripeOptions = {"step": step, "channel": channel, "exposures": exposures}
-        (_stripes if to_scan else _points)(dataset, place, seen, terminal)
+        (_stripes if to_scan else _points)(dataset, place, terminal)
 
 
 @dataclass(frozen=True)
@@ -102,16 +92,13 @@ class _Place:
         elif stripes is None:
             files |= point_texts(dataset)
         write_results(self.folder, files if stripes is None else {**files, STRIPES: stripes})
-        for name in self.images:
-            taken = (self.recording / name).stat()
-            os.utime(self.folder / name, ns=(taken.st_atime_ns, taken.st_mtime_ns))  # not newer than the stripes
 
 
-def _points(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal: Terminal) -> None:
+def _points(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
     from robolaser.vision.recordings import points_from_images
 
     with terminal.progress() as progress:
-        found, dataset = points_from_images(recording, **seen, progress=progress)
+        found, dataset = points_from_images(recording, progress=progress)
     terminal.print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
     for frame in found.frames:
         if frame.skipped:
@@ -163,7 +150,7 @@ def _corners(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
     )
 
 
-def _stripes(recording: "Dataset", place: _Place, seen: "StripeOptions", terminal: Terminal) -> None:
+def _stripes(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
     from robolaser.data.atomic_write import STAGED
     from robolaser.data.stripe_file import write_stripes
     from robolaser.vision.recordings import stripes_from_images
@@ -180,7 +167,7 @@ def _stripes(recording: "Dataset", place: _Place, seen: "StripeOptions", termina
 
     staged = file.with_name(f"{STAGED}{STRIPES}")
     with terminal.progress() as progress:
-        blocks = stripes_from_images(recording, **seen, progress=progress)
+        blocks = stripes_from_images(recording, progress=progress)
         centres = write_stripes(staged, counted(blocks))
     place.write(recording, staged)
     terminal.show(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -32,7 +32,6 @@ def record(
     poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None,
     plan: Annotated[Count | None, Parameter(group=WHERE)] = None,
     next_poses: Annotated[Path | None, Parameter(name="--next", metavar="DIAGNOSIS.json", group=WHERE)] = None,
-    watch: Annotated[Count | None, Parameter(group=WHERE)] = None,
     separate: Annotated[tuple[str, ...], Parameter(metavar="EFFECT[:WHERE]")] = (),
     repeats: Count | None = None,
     both_ways: bool = False,
@@ -55,7 +54,6 @@ def record(
 
         robolaser record cell --plan 30 --output recording --dry-run
         robolaser record cell --plan 30 --output recording --move
-        robolaser record cell --watch 200 --output recording
 
     Args:
         cell: Folder with dataset.toml, cell.toml and the URDF.
@@ -63,7 +61,6 @@ def record(
         poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
         plan: Go to N poses that see the board and are the most informative.
         next_poses: Go to the next poses that a diagnosis recommends.
-        watch: Take N images while others move the arm, by hand or by a program; Ctrl-C ends it earlier.
         separate: With --plan, also separate this effect from all others; may be given again.
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.
@@ -86,13 +83,8 @@ def record(
     from robolaser.data.result_folder import results_in
 
     named = poses is not None or plan is not None or next_poses is not None
-    if not named and not resume and watch is None:
-        raise UsageError(
-            "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json. If others move"
-            " it, use --watch N."
-        )
-    if watch is not None and (move or resume or dry_run or repeats):
-        raise UsageError("--watch moves nothing: leave out --move, --dry-run, --resume and --repeats.")
+    if not named and not resume:
+        raise UsageError("State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
     _refuse_idle("--both-ways", both_ways, "--poses, --plan or --next", named)
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
@@ -103,10 +95,6 @@ def record(
     read = _inputs(described, poses, next_poses)
     terminal.warn(*described.warnings)
     arm_class(described)
-    repeats = _series(described, repeats, watch)
-    if watch is not None:
-        _watch(described, output, watch, read, terminal, force=force)
-        return
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
     waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:
@@ -134,11 +122,9 @@ def record(
             "Nothing was moved and no port was opened: this is only the plan. Let the arm move with --move."
         )
     if not resume:
-        writer = RecordingWriter.begin(described, output, remaining, repeats or 1, force=force)
+        writer = RecordingWriter(described, output, remaining, repeats or 1)
     with results_in(output, command="record", files=writer.files, inputs=read, over=["extract"], force=force or resume):
-        _record(
-            described, writer, terminal, position_confirmed=confirm_position, look=plan is not None, diagnose=diagnose
-        )
+        _record(described, writer, terminal, position_confirmed=confirm_position, diagnose=diagnose)
 
 
 def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # noqa: FBT001 - a table, read in rows
@@ -162,21 +148,11 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
     return cell
 
 
-def _series(cell: "Cell", repeats: int | None, watch: int | None) -> int | None:
-    """How many images are taken with the laser on at each pose: repeats or exposures; None: not stated."""
-    exposures = len(cell.camera.exposures)
-    if exposures and (watch is not None or repeats):
-        raise UsageError(
-            "cell.toml, [camera] exposures is a series of images at rest: leave --watch and --repeats out, or it."
-        )
-    return repeats or exposures or None
-
-
 def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
     """Folders and files that a recording reads: the cell, recordings in place of its arm or its camera, and others."""
     folders = [cell.arm.port] if cell.arm.kind == "replay" else []
     source = cell.camera.source
-    if isinstance(source, str) and not (cell.camera.kind or "://" in source or source.startswith("/dev/")):
+    if isinstance(source, str) and not ("://" in source or source.startswith("/dev/")):
         folders.append(source)
     return [cell.folder, *map(cell.beside, folders), *(file for file in read if file is not None)]
 
@@ -196,7 +172,7 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
     """Each place, the time to it and the height of the arm's lowest part there."""
     from robolaser.cell.joint_text import joint_text
     from robolaser.cell.motion_time import seconds_for
-    from robolaser.cell.plan_validation import RouteCheck, lowest, unsafe
+    from robolaser.cell.plan_validation import RouteCheck, lowest
     from robolaser.cell.route import way
 
     if not waypoints:
@@ -221,34 +197,29 @@ def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Termina
                 " Correct [[box]] in cell.toml."
             )
         terminal.warn(f"{bodies.name(pair)} overlap at every position of the arm: not checked against each other.")
-    broken = check.violations(None, names, q)
-    if broken:
-        run_up = any(waypoint.approach for waypoint in waypoints)
-        raise unsafe(broken, run_up=run_up)
+    check.check(None, waypoints)
 
 
 def _record(
-    cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, look: bool, diagnose: bool
+    cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, diagnose: bool
 ) -> None:
     """Drive to all poses that remain."""
     from robolaser.cell.arms import open_arm
     from robolaser.cell.cameras import open_camera
     from robolaser.cell.clock import WallClock
-    from robolaser.cell.first_look import FirstLook
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    clock, planned, board = WallClock(), len(writer.waypoints), cell.description.board
-    exposures = bool(cell.camera.exposures)
+    clock, planned = WallClock(), len(writer.waypoints)
     with ExitStack() as at_end:
-        running = RunningDiagnosis(writer.folder, exposures=exposures, show=terminal.print) if diagnose else None
+        running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
         if running is not None:
             at_end.callback(running.stop)
         with (
             ended_as_by_hand(),
             terminal.progress() as progress,  # which counts from here: to open a line takes its time too
-            open_camera(cell, clock, terminal.warn) as camera,
-            open_arm(cell, clock) as arm,
+            closing(open_camera(cell, clock, terminal.warn)) as camera,
+            closing(open_arm(cell, clock)) as arm,
         ):
 
             def tell(what: str) -> None:
@@ -259,54 +230,12 @@ def _record(
                 if running is not None:
                     running.pose_recorded()
 
-            session = Session(
-                cell,
-                arm,
-                camera,
-                writer,
-                clock,
-                terminal.warn,
-                position_confirmed=position_confirmed,
-                first_look=FirstLook(board) if look and board is not None else None,
-            )
+            session = Session(cell, arm, camera, writer, clock, terminal.warn, position_confirmed=position_confirmed)
             session.run(recorded, tell)
         if running is not None:
             running.finish()
-    series = "; extract them with --exposures" if exposures else ""
     terminal.show(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
         | ({"diagnosis": running.latest} if running is not None else {}),
-        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}{series}"),
-    )
-
-
-def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
-    from robolaser.cell.arms import open_arm
-    from robolaser.cell.cameras import open_camera
-    from robolaser.cell.clock import WallClock
-    from robolaser.cell.recording_writer import RecordingWriter
-    from robolaser.cell.watch import sample_names, watch
-    from robolaser.data.result_folder import results_in
-
-    clock, names = WallClock(), list[str]()
-    writer = RecordingWriter.begin(cell, output, (), 1, force=force)
-    files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
-    with (
-        results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),
-        ended_as_by_hand(),
-        terminal.progress() as progress,
-        open_camera(cell, clock, terminal.warn) as camera,
-        open_arm(cell, clock) as arm,
-    ):
-
-        def tell(name: str) -> None:
-            names.append(name)
-            progress(name, len(names) / count)
-
-        writer.state_quantization_noise(arm.step, terminal.warn)
-        with suppress(KeyboardInterrupt):
-            watch(arm, camera, writer, clock, count, cell.laser_output, tell, cell.camera.settle_s)
-    terminal.show(
-        {"recording": str(writer.folder), "poses": len(names), "planned": count},
-        lambda: say(f"Wrote {len(names)} images of {count} to {writer.folder}"),
+        lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
     )

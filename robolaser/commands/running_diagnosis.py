@@ -22,14 +22,13 @@ class RunningDiagnosis:
 
     Args:
         folder: Of the recording.
-        exposures: Whether the images of a pose are a series of exposures.
         show: Is called with each answer, once.
     """
 
-    def __init__(self, folder: Path, *, exposures: bool, show: Callable[[str], None]) -> None:
+    def __init__(self, folder: Path, show: Callable[[str], None]) -> None:
         self._show = show
         self._engine = ProcessPoolExecutor(1, get_context("spawn"), initializer=_leave_ctrl_c_to_the_arm)
-        self._answer = partial(answer, folder, exposures=exposures)
+        self._answer = partial(answer, folder)
         self._asked: Future[str] | None = None
         self._is_current = True
         self.latest = ""
@@ -77,7 +76,7 @@ _FOUND: dict[Path, Any] = {}
 """What a process knows of a recording: what its images showed, and the last diagnosis."""
 
 
-def answer(folder: Path, *, exposures: bool = False) -> str:
+def answer(folder: Path) -> str:
     """Who leads, how sure, and which pose would decide, of a recording so far; or why nothing can be said yet.
 
     A process that is asked of one recording again and again looks at each image once.
@@ -91,7 +90,7 @@ def answer(folder: Path, *, exposures: bool = False) -> str:
     try:
         recording = load(folder)
         has_stripe = sensor_class(recording.kind).has_laser_plane()
-        of_images = partial(points_from_images, exposures=exposures) if has_stripe else points_of_target
+        of_images = points_from_images if has_stripe else points_of_target
         _, dataset = of_images(recording, known=_SHOWN[folder])
         found = _FOUND[folder].with_poses(dataset) if folder in _FOUND else diagnose(dataset, seed=1)
     except RobolaserError as error:

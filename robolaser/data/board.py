@@ -18,7 +18,7 @@ class Board:
     Attributes:
         columns: Inner corners along x, or circles.
         rows: The same along y.
-        square_m: Side of a square, or distance of circles, OpenCV's half of it where every other row is shifted [m].
+        square_m: Side of a square, or distance of circles [m].
         kind: What is printed on it; one of the modified circles is larger, and is the origin.
         marker_m: Side of a ChArUco board's markers [m].
         dictionary: OpenCV's name of the markers' dictionary, such as "DICT_6X6_250".

@@ -51,13 +51,8 @@ class CameraLine:
     # whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None  # in the driver's own unit; None: as it is
-    exposures: tuple[float, ...] = ()  # a series of them, one image each with the laser on; empty: none
     gain: float | None = None  # likewise
-    # what is kept of a colour camera: grey, or the one of its colours that shows both board and laser
-    channel: Literal["grey", "red", "green", "blue"] = "grey"
-    bits: Literal[8, 10, 12, 14, 16] = 16  # how many it uses of images of sixteen bits
     settle_s: Positive = 0.3  # wait between the arm's rest, or the laser's switching, and the shot [s]
-    kind: str = ""  # name under which an installed package announces it; empty: the source decides
 
 
 @final
@@ -170,9 +165,6 @@ def load_cell(folder: str | Path) -> Cell:
             column="robot",
         )
     _check_arm(read.arm, len(description.robot.joints))
-    if len(read.camera.exposures) == 1 or (read.camera.exposures and read.camera.exposure is not None):
-        expected = "two or more, and no exposure beside them"
-        raise wrong(FILE, ("camera", "exposures"), list(read.camera.exposures), expected)
     _check_boxes(read.box, description.robot)
     return Cell(
         description=description,

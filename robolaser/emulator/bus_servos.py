@@ -14,7 +14,7 @@ TURN = 4096
 MIDDLE = 2048
 REGISTERS = 256
 HOT, OVERLOADED = 4, 32
-READ, WRITE, SYNC_READ, SYNC_WRITE = 0x02, 0x03, 0x82, 0x83
+SYNC_READ, SYNC_WRITE = 0x82, 0x83
 ALL = 0xFE
 
 
@@ -82,11 +82,6 @@ class BusServos(ServoChain):
         address = int.from_bytes(parameters[:width], "little")
         rest = parameters[width:]
         length = int.from_bytes(rest[:width], "little")
-        if instruction == READ and servo in self._memory:
-            return self._answer(servo, address, length, now_s)
-        if instruction == WRITE and servo in self._memory:
-            self._store(servo, address, rest, now_s)
-            return self._status_packet(servo, b"")
         if instruction == SYNC_READ and servo == ALL:
             return b"".join(self._answer(one, address, length, now_s) for one in rest[width:] if one in self._memory)
         if instruction == SYNC_WRITE and servo == ALL:
@@ -145,18 +140,9 @@ class BusServos(ServoChain):
 
 
 def _crc(data: bytes) -> int:
-    """As ROBOTIS prints it: by a table of 256 remainders."""
-    crc = 0
-    for byte in data:
-        crc = (crc << 8 & 0xFFFF) ^ _REMAINDERS[crc >> 8 ^ byte]
-    return crc
-
-
-def _remainder(number: int) -> int:
-    rest = number << 8
-    for _ in range(8):
-        rest = rest << 1 ^ (0x18005 if rest & 0x8000 else 0)
+    """The rest of a long division of bits by the polynomial 18005 hex."""
+    rest = int.from_bytes(data + b"\0\0", "big")
+    for bit in range(8 * len(data) + 15, 15, -1):
+        if rest >> bit & 1:
+            rest ^= 0x18005 << bit - 16
     return rest
-
-
-_REMAINDERS = [_remainder(number) for number in range(256)]

@@ -13,9 +13,7 @@ import cv2
 import numpy as np
 
 from robolaser.arrays import Array
-from robolaser.emulator.faults import Fault, FaultyCamera
 from robolaser.emulator.world.world import EmulatedWorld
-from robolaser.errors import CameraError
 
 FRAMES_A_S = 15.0
 BUFFER_BYTES = 65536
@@ -25,30 +23,18 @@ BUFFER_BYTES = 65536
 @final
 @dataclass(frozen=True)
 class Snapshot:
-    """Where the arm went, and how things were at the end of it.
+    """Where the arm went, and whether the laser was on at the end of it."""
 
-    Attributes:
-        path: Joint angles that the encoders saw, one after the other, (j,) each [rad].
-        lit: Whether the laser is on.
-        now_s: On the controller's clock.
-        heard: Commands that the controller heard.
-    """
-
-    path: Sequence[Array]
+    path: Sequence[Array]  # joint angles that the encoders saw, one after the other, (j,) each [rad]
     lit: bool
-    now_s: float
-    heard: int
 
 
 @final
 class CameraServer:
     """A camera in a world. One thread draws, one for each client sends; a client that is slow misses frames."""
 
-    def __init__(
-        self, world: EmulatedWorld, begin: Snapshot, faults: Sequence[Fault], rng: np.random.Generator, port: int
-    ) -> None:
+    def __init__(self, world: EmulatedWorld, begin: Snapshot, rng: np.random.Generator) -> None:
         self._world, self._rng = world, rng
-        self._camera = FaultyCamera(faults)
         self._snapshots: deque[Snapshot] = deque([begin])
         self._frame, self._count = b"", 0
         self._fresh = threading.Condition()
@@ -56,7 +42,7 @@ class CameraServer:
         self._ended = False
         self._broken: Exception | None = None
         self._draw(begin)
-        self._server = _server(port, self._send_frames)
+        self._server = _server(self._send_frames)
         self.address = f"tcp://127.0.0.1:{self._server.server_address[1]}"
         self._threads = [
             threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True),
@@ -121,9 +107,7 @@ class CameraServer:
                 snapshot = self._snapshots.popleft()
                 for motor in snapshot.path:
                     self._world.follow(motor)
-            if self._camera.gone(snapshot.now_s, snapshot.heard):
-                self._end()
-            elif self._watched:
+            if self._watched:
                 self._draw(snapshot)
             time.sleep(max(0.0, began + 1 / FRAMES_A_S - time.monotonic()))
 
@@ -131,27 +115,18 @@ class CameraServer:
         for motor in snapshot.path[-1:]:
             self._world.follow(motor)
         image = self._world.photograph(self._rng, lit=snapshot.lit)
-        sent = self._camera.image(image, snapshot.now_s, snapshot.heard, time.monotonic())
-        if sent is None:
-            return
-        frame = cv2.imencode(".pgm", sent)[1].tobytes()
+        frame = cv2.imencode(".pgm", image)[1].tobytes()
         with self._fresh:
             self._frame, self._count = frame, self._count + 1
             self._fresh.notify_all()
 
 
-def _server(port: int, frames_to: Callable[[socket.socket], None]) -> socketserver.ThreadingTCPServer:
+def _server(frames_to: Callable[[socket.socket], None]) -> socketserver.ThreadingTCPServer:
     class Client(socketserver.BaseRequestHandler):
         def handle(self) -> None:
             self.request.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
             frames_to(self.request)
 
-    try:
-        server = socketserver.ThreadingTCPServer(("127.0.0.1", port), Client)
-    except OSError as error:
-        raise CameraError(
-            f"The camera cannot be served at port {port}: {error.strerror or error}."
-            " Choose another --camera-port, or leave it out for any that is free."
-        ) from None
+    server = socketserver.ThreadingTCPServer(("127.0.0.1", 0), Client)
     server.daemon_threads = True
     return server

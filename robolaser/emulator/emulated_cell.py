@@ -6,7 +6,7 @@ import select
 import signal
 import stat
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import final
 
@@ -19,7 +19,7 @@ from robolaser.emulator.camera_server import CameraServer, Snapshot
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
 from robolaser.emulator.lss import LssController
-from robolaser.emulator.served_line import MOST_PENDING, PtyLine, ServedLine, TcpLine
+from robolaser.emulator.served_line import MOST_PENDING, ServedLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.world_file import load_world
 from robolaser.errors import DataError, UsageError, near
@@ -32,12 +32,8 @@ BITS_A_BYTE = 10
 """Start, eight, stop."""
 
 
-CONTROLLERS: Mapping[str, Callable[..., Controller]] = {
-    "acl": AclController,
-    "dynamixel": BusServos,
-    "feetech": BusServos,
-    "lss": LssController,
-}
+CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
+"""Kinds of arms that are emulated."""
 
 
 def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
@@ -57,16 +53,15 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
             file="cell.toml",
             column="kind",
         )
-    controller = CONTROLLERS[cell.arm.kind]
-    if loop is None:
-        return controller(cell)
-    if controller is not BusServos:
+    if cell.arm.kind in ("dynamixel", "feetech"):
+        return BusServos(cell, loop)
+    if loop is not None:
         raise DataError(
             f"The world has effects of servos ({', '.join(SERVO_FAULTS)}), but arms of kind '{cell.arm.kind}' are"
             " emulated without. Take these [[effect]] out.",
             column="effect",
         )
-    return BusServos(cell, loop)
+    return LssController(cell) if cell.arm.kind == "lss" else AclController(cell)
 
 
 @final
@@ -86,16 +81,14 @@ class EmulatedCell:
         time_scale: float = 1.0,
         seed: int = 1,
         faults: Sequence[str] = (),
-        camera_port: int = 0,
-        over_socket: bool = False,
     ) -> None:
         cell = load_cell(folder)
-        wire, line = np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
+        wire = np.random.default_rng([seed, 0])
         wanted = [read_fault(text) for text in faults]
         seen = None if world is None else load_world(world, cell.description)
         self._controller = FaultyController(controller_of(cell, seen and seen.loop), wanted, wire)
         _check(wanted, cell.arm.kind, len(cell.robot.joints))
-        self._line: ServedLine = TcpLine() if over_socket else PtyLine(cell.arm.baud, line)
+        self._line = ServedLine()
         self._bytes_a_s = cell.arm.baud / BITS_A_BYTE
         self._time_scale = time_scale
         self._told_s = 0.0
@@ -106,7 +99,7 @@ class EmulatedCell:
         self._stream: CameraServer | None = None
         if seen is not None:
             noise = np.random.default_rng([seed, 2])
-            self._stream = CameraServer(seen, self._snapshot(0.0), wanted, noise, camera_port)
+            self._stream = CameraServer(seen, self._snapshot(0.0), noise)
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()
 
@@ -115,7 +108,7 @@ class EmulatedCell:
         select.select(self._line.waits_on(), [], [], BUSY_TICK_S if self._pending else TICK_S)
         now_s = (time.monotonic() - self._began) * self._time_scale
         if self._controller.cut(now_s):
-            self._line.pull()
+            self._line.hang_up()
             time.sleep(TICK_S)
         if self._stream is not None:
             self._stream.tell(self._snapshot(now_s))
@@ -127,7 +120,7 @@ class EmulatedCell:
 
     def close(self) -> None:
         """Let go of line and camera."""
-        self._line.pull()
+        self._line.hang_up()
         if self._stream is not None:
             self._stream.close()
 
@@ -137,7 +130,7 @@ class EmulatedCell:
         path = [self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:]]
         self._watched_s = now_s
         lit = self._laser is None or self._laser in self._controller.outputs(now_s)
-        return Snapshot(path, lit, now_s, self._controller.heard)
+        return Snapshot(path, lit)
 
     def _tell(self, now_s: float) -> None:
         """Send what the line carries in the time since it last carried something."""

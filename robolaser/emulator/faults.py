@@ -1,4 +1,4 @@
-"""Faults on demand, written `kind[:amount][@when]`, and a controller and a camera that have them."""
+"""Faults on demand, written `kind[:amount][@when]`, and a controller that has them."""
 
 import re
 from collections import deque
@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-import cv2
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.world.scene import Image
 from robolaser.errors import UsageError, near
 
 LINE = {
@@ -24,15 +22,7 @@ LINE = {
     "cut": 0.0,  # the plug is pulled
 }
 ARM = {fault.value: 1.0 for fault in ArmFault}
-CAMERA = {
-    "camera_frozen": 0.0,  # the same frame over and over
-    "camera_gone": 0.0,  # the stream ends
-    "camera_size": 0.5,  # frames are so much smaller or larger
-    "camera_over": 20.0,  # so much more light
-    "camera_dark": 0.02,  # so much less light
-    "camera_late": 1.0,  # frames come so much later [s]
-}
-KINDS = LINE | ARM | CAMERA
+KINDS = LINE | ARM
 """Every kind with its usual amount."""
 _FORM = re.compile(
     r"(?P<kind>\w+)(?::(?P<amount>\d+(?:\.\d+)?))?"
@@ -65,7 +55,7 @@ class Fault:
 
 
 def read_fault(text: str) -> Fault:
-    """Read what was asked for: `lost:0.1`, `impact:3@12`, `silent@>5s`, `late:2.5@7-9`, `camera_over@>2s-4s`.
+    """Read what was asked for: `lost:0.1`, `impact:3@12`, `silent@>5s`, `late:2.5@7-9`, `flood@>2s-4s`.
 
     Raises:
         UsageError: There is no such kind, it is not written as a fault is, or the amount is impossible.
@@ -81,8 +71,6 @@ def read_fault(text: str) -> Fault:
         raise not_a_fault(text, f"a chance of {amount:g} is more than 1")
     if kind in ARM and (amount < 1 or amount % 1):
         raise not_a_fault(text, f"axes are numbered 1, 2, ..., not {amount:g}")
-    if kind == "camera_size" and amount == 0:
-        raise not_a_fault(text, "a frame of no size cannot be sent")
     commands = float(said["first"] or 0), float(said["last"] or np.inf)
     seconds = float(said["begin"] or 0), float(said["end"] or np.inf)
     for first, last in (commands, seconds):
@@ -186,46 +174,3 @@ class FaultyController(Controller):
         if size or self._flooded_s is None:
             self._flooded_s = now_s
         return self._rng.integers(0x20, 0x7F, size, dtype=np.uint8).tobytes()
-
-
-@final
-class FaultyCamera:
-    """Applies the active faults to one image after the other."""
-
-    def __init__(self, faults: Sequence[Fault]) -> None:
-        self._faults = [fault for fault in faults if fault.kind in CAMERA]
-        self._frozen: Image | None = None
-        self._late: deque[tuple[float, Image]] = deque()
-
-    def gone(self, now_s: float, heard: int) -> bool:
-        """Whether the camera is unplugged."""
-        return any(fault.kind == "camera_gone" and fault.is_active(now_s, heard) for fault in self._faults)
-
-    def image(self, taken: Image, now_s: float, heard: int, clock_s: float) -> Image | None:
-        """What is sent in place of an image, (h, w).
-
-        Args:
-            taken: As the camera took it, (h, w).
-            now_s: On the controller's clock.
-            heard: Commands that the controller heard.
-            clock_s: On the wall's clock: the camera does not speed up.
-
-        Returns:
-            (h, w); None: nothing now.
-        """
-        there = {fault.kind: fault.amount for fault in self._faults if fault.is_active(now_s, heard)}
-        light = there.get("camera_over", 1.0) * there.get("camera_dark", 1.0)
-        if light != 1.0:
-            taken = np.clip(taken * light, 0, 255).astype(np.uint8)
-        if "camera_size" in there:
-            h, w = (max(1, round(length * there["camera_size"])) for length in taken.shape)
-            taken = np.asarray(cv2.resize(taken, (w, h)), dtype=np.uint8)
-        if "camera_frozen" not in there:
-            self._frozen = None
-        elif self._frozen is None:
-            self._frozen = taken
-        self._late.append((clock_s + there.get("camera_late", 0.0), taken if self._frozen is None else self._frozen))
-        ready = None
-        while self._late and self._late[0][0] <= clock_s:
-            ready = self._late.popleft()[1]
-        return ready

@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.stripe_file import FILE
 from robolaser.scan.calibrated import Calibrated, read_calibration
 from robolaser.scan.carry_over import carried_over
 from robolaser.scan.cloud import Cloud, Part, arm_scatter
-from robolaser.scan.sources import newer_images, sample_points, source_of
+from robolaser.scan.sources import sample_points, source_of
 
 __all__ = ["Calibrated", "Cloud", "Scan", "merged", "prepare", "read_calibration"]
 
@@ -68,8 +67,7 @@ def prepare(calibrated: Calibrated, recording: Dataset) -> Scan:
     stated = recording.noise.pixel_px
     source = source_of(fitted, stated if stated is not None else calibrated.noise.get("pixel", float("nan")))
     scanner, notes = carried_over(calibrated, fitted, sample_points(source, fitted))
-    warnings = (*notes, *_outdated(fitted)) if source.what == FILE else notes
-    return Scan(calibrated, fitted, Cloud((Part(scanner, source, arm_scatter(scanner, calibrated)),)), warnings)
+    return Scan(calibrated, fitted, Cloud((Part(scanner, source, arm_scatter(scanner, calibrated)),)), notes)
 
 
 def merged(scans: Sequence[Scan]) -> Scan:
@@ -89,12 +87,3 @@ def merged(scans: Sequence[Scan]) -> Scan:
     recording = replace(first.recording, name=", ".join(scan.recording.name for scan in scans))
     warnings = tuple(dict.fromkeys(warning for scan in scans for warning in scan.warnings))
     return replace(first, recording=recording, cloud=cloud, warnings=warnings)
-
-
-def _outdated(recording: Dataset) -> tuple[str, ...]:
-    """A warning where stripes.npy may not hold what the images show."""
-    newer = newer_images(recording)
-    if newer == 0:
-        return ()
-    what = "1 image is" if newer == 1 else f"{newer} images are"
-    return (f"{what} newer than {FILE}, which is scanned: if taken since, run `robolaser extract --force`.",)

@@ -16,7 +16,6 @@ from robolaser.errors import DataError, ScanError, unreadable
 
 AT_ONCE = 1 << 14  # line centres that a core takes at a time: they and their points stay in its cache
 SAMPLES = 2000  # line centres for which the sizes of doubts are worked out
-SETTLED_S = 2.0  # disks that note times coarsely do so this coarsely
 
 
 @final
@@ -68,16 +67,6 @@ def source_of(recording: Dataset, pixel_px: float) -> Source:
         return np.asarray(np.concatenate(list(search.traces(one))))
 
     return Source("images", [partial(found, one) for one in shots])
-
-
-def newer_images(recording: Dataset) -> int:
-    """How many images of a recording on disk were written after its stripes.npy."""
-    if recording.folder is None or not (recording.folder / FILE).exists():
-        return 0
-    known = (recording.folder / FILE).stat().st_mtime + SETTLED_S
-    return sum(
-        file.stat().st_mtime > known for shots in images_of_poses(recording) for file in shots.files if file.is_file()
-    )
 
 
 def sample_points(source: Source, recording: Dataset) -> Points:

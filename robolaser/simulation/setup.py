@@ -27,14 +27,12 @@ class CellOptions:
     """
 
     placed: bool = True  # whether target points are given in the base frame, or in their own (stripe only)
-    level: float | None = None  # height of the target in the base frame [m]; None: one that the arm can look at
     stripe_axis: str = "u"  # image axis the stripe runs along
     # nominal turn of the camera on the flange; None: it looks away from the arm
     bracket_quat: Quaternion | None = None
     mount: Mount = "flange"  # what carries a camera or a profile sensor
     repeats: int = 1  # images at each unmoved pose
     sessions: int = 1  # campaigns of the same arm and sensor, each with base, target or sockets elsewhere
-    pause_s: float = 30.0  # time spent at each pose
     # Joints' typical speed at the exposure [rad/s or m/s]. None: the arm rests and no speed is recorded, save where an
     # effect of the timing is asked for.
     speed: float | None = None

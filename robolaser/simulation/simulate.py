@@ -24,6 +24,7 @@ from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
 from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
+PAUSE_S = 30.0  # time spent at each pose
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
 
 
@@ -108,7 +109,7 @@ def simulate(
             source="simulated by robolaser",
             robot=robot,
             kind=kind,
-            poses=_middle(robot, qd, options.pause_s),
+            poses=_middle(robot, qd),
             points=Points(np.empty(0, dtype=np.int64), ()),
             noise=options.stated or noise,
         )
@@ -120,7 +121,7 @@ def simulate(
         if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
             blank = replace(blank, poses=replace(blank.poses, qd=None))
         truth = {**sensor.truth, **shared, **numbers}
-        exact = _measure(blank, sensor, truth, candidate_effects, options.pause_s, random.order)
+        exact = _measure(blank, sensor, truth, candidate_effects, random.order)
         noisy = _add_noise(exact, sensor, noise, repeats, random)
         rows, sign = gross_rows(len(noisy.points), share, random.gross)
         spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
@@ -178,11 +179,11 @@ def _check_noise(noise: Noise) -> None:
             raise impossible(f"noise {what} of", sigma, "a positive number, or nothing for none")
 
 
-def _middle(robot: Robot, qd: Array, pause_s: float) -> Poses:
+def _middle(robot: Robot, qd: Array) -> Poses:
     """Poses (n) in the middle of the joint limits."""
     lower, upper = limits(robot)
     q = np.tile((lower + upper) / 2, (len(qd), 1))
-    return Poses(tuple(map(str, range(len(qd)))), time_s=_times(q, pause_s), q=q, qd=qd)
+    return Poses(tuple(map(str, range(len(qd)))), time_s=_times(q), q=q, qd=qd)
 
 
 def _measure(
@@ -190,7 +191,6 @@ def _measure(
     sensor: SimulatedSensor,
     truth: Mapping[str, float],
     candidate_effects: Sequence[CandidateEffect],
-    pause_s: float,
     rng: np.random.Generator,
 ) -> Dataset:
     """Measure in the first candidates, in random order, and replace those in which the sensor cannot until it can."""
@@ -199,7 +199,7 @@ def _measure(
     chosen, spare = rng.permutation(n), n
     while True:
         q = candidates[chosen]
-        there = replace(blank, poses=replace(blank.poses, q=q, time_s=_times(q, pause_s)))
+        there = replace(blank, poses=replace(blank.poses, q=q, time_s=_times(q)))
         dataset, good = sensor.measure(there, chosen, values, candidate_effects)
         bad = np.flatnonzero(~good)
         if not len(bad):
@@ -213,9 +213,9 @@ def _measure(
         spare += len(bad)
 
 
-def _times(q: Array, pause_s: float) -> Array:
+def _times(q: Array) -> Array:
     travel = np.abs(np.diff(q, axis=0)).max(axis=1) / TRAVEL
-    return np.concatenate([[0.0], np.cumsum(pause_s + travel)]).round(3)
+    return np.concatenate([[0.0], np.cumsum(PAUSE_S + travel)]).round(3)
 
 
 def _add_noise(exact: Dataset, sensor: SimulatedSensor, noise: Noise, repeats: int, random: RandomStreams) -> Dataset:

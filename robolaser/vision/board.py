@@ -133,28 +133,28 @@ def _wiped(image: Image, light: float) -> Iterator[Image]:
             yield np.where(glare, cv2.morphologyEx(image, cv2.MORPH_OPEN, kernel), image).astype(np.uint8)
 
 
-def _lattice(columns: int, rows: int) -> Array:
-    """Corners in squares, (rows, columns, 2)."""
+def lattice(columns: int, rows: int) -> Array:
+    """Corners in squares, or circles in their distances, (rows, columns, 2)."""
     return np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).astype(np.float64)
 
 
 def _pattern(grid: Array) -> tuple[Array, Bools]:
     """Find the perspective most corners share, (3, 3) from pixels to squares, and which corners do, (rows, columns)."""
     rows, columns = grid.shape[:2]
-    lattice = _lattice(columns, rows).reshape(-1, 2)
+    squares = lattice(columns, rows).reshape(-1, 2)
     pixel = grid.reshape(-1, 2)
     square_px = min(np.linalg.norm(_pitch(grid, 0)), np.linalg.norm(_pitch(grid, 1)))
     near = np.zeros(len(pixel), dtype=np.bool_)
-    H, _ = cv2.findHomography(lattice, pixel, cv2.LMEDS)
+    H, _ = cv2.findHomography(squares, pixel, cv2.LMEDS)
     if np.shape(H) != (3, 3):
         return np.eye(3), near.reshape(rows, columns)
     for _ in range(3):
-        off = off_pattern(H, lattice, pixel)
+        off = off_pattern(H, squares, pixel)
         typical = float(np.median(off))
         near = (off <= max(STRAY_MEDIANS * typical, STRAY_LEAST_PX)) & (typical <= LARGEST_UNEVENNESS * square_px)
         if near.mean() < LEAST_ON_PATTERN:
             break
-        H, _ = cv2.findHomography(lattice[near], pixel[near])
+        H, _ = cv2.findHomography(squares[near], pixel[near])
     return np.asarray(np.linalg.inv(H)), near.reshape(rows, columns)
 
 

@@ -1,47 +1,40 @@
-"""A grid of circles in an image: straight, or with every other row shifted by half a step, as OpenCV prints both."""
+"""A straight grid of circles in an image."""
 
 import cv2
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.board import Board
-from robolaser.vision.board import LARGEST_UNEVENNESS, Image, off_pattern, quarter_turns
+from robolaser.vision.board import LARGEST_UNEVENNESS, Image, lattice, off_pattern, quarter_turns
 
 LARGER = 1.15
 """Times the usual diameter, from which a circle is the one that marks the origin."""
 
 
-def find_circles(image: Image, board: Board, *, staggered: bool) -> tuple[Array, ...]:
+def find_circles(image: Image, board: Board) -> tuple[Array, ...]:
     """Middles of the circles, (rows, columns, 2) [px] as (u, v), once for each way to lay the frame; () where not seen.
 
     Args:
         image: Grey image, (height, width), dark circles on light ground or the other way round.
         board: Columns and rows of circles.
-        staggered: Whether every other row is shifted; OpenCV calls that grid asymmetric.
     """
-    pattern = cv2.CALIB_CB_ASYMMETRIC_GRID if staggered else cv2.CALIB_CB_SYMMETRIC_GRID
     for ground in (image, cv2.bitwise_not(image)):
         for clustering in (0, cv2.CALIB_CB_CLUSTERING):
-            found, middles = cv2.findCirclesGrid(ground, (board.columns, board.rows), flags=pattern | clustering)
+            flags = cv2.CALIB_CB_SYMMETRIC_GRID | clustering
+            found, middles = cv2.findCirclesGrid(ground, (board.columns, board.rows), flags=flags)
             if found:
                 grid = np.asarray(middles, dtype=np.float64).reshape(board.rows, board.columns, 2)
-                if _is_even(grid, staggered=staggered):
-                    ways = _ways(grid, staggered=staggered)
+                if _is_even(grid):
+                    ways = _ways(grid)
                     is_marked = board.kind == "modified_circles"
                     return _from_the_largest(ways, np.asarray(ground, dtype=np.uint8)) if is_marked else ways
     return ()
 
 
-def lattice(columns: int, rows: int, *, staggered: bool) -> Array:
-    """The circles' places in steps of the board's `square_m`, (rows, columns, 2)."""
-    row, column = np.indices((rows, columns), dtype=np.float64)
-    return np.stack([2.0 * column + row % 2.0 if staggered else column, row], axis=-1)
-
-
-def _is_even(grid: Array, *, staggered: bool) -> bool:
+def _is_even(grid: Array) -> bool:
     """Whether the circles lie as a plane's perspective puts them, and were not put together from others."""
     rows, columns = grid.shape[:2]
-    places, pixel = lattice(columns, rows, staggered=staggered).reshape(-1, 2), grid.reshape(-1, 2)
+    places, pixel = lattice(columns, rows).reshape(-1, 2), grid.reshape(-1, 2)
     H, _ = cv2.findHomography(places, pixel)
     if np.shape(H) != (3, 3):
         return False
@@ -66,12 +59,9 @@ def _from_the_largest(ways: tuple[Array, ...], ground: Image) -> tuple[Array, ..
     return (min(ways, key=lambda grid: int(size_at(grid).argmax())),)
 
 
-def _ways(grid: Array, *, staggered: bool) -> tuple[Array, ...]:
+def _ways(grid: Array) -> tuple[Array, ...]:
     """Every turn of a grid in its plane after which it looks the same, the frame right-handed with z into the board."""
     x, y = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
     if x[0] * y[1] - x[1] * y[0] < 0:
-        grid = grid[::-1] if staggered else grid[:, ::-1]
-    if staggered:
-        turned = grid[::-1, ::-1]
-        return (grid, turned) if len(grid) % 2 == 0 else (grid,)
+        grid = grid[:, ::-1]
     return quarter_turns(grid)

@@ -10,18 +10,20 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.board import Board
 from robolaser.data.dataset import Points
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.board import BoardCorners, find_board
+from robolaser.vision.board import BoardCorners, Image, find_board
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
 from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
 from robolaser.vision.runs import Axis, LineCentres
-from robolaser.vision.stripe_detection import every, find_line_centres
+from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.target_corners import target_in
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
+LIGHT_PERCENT = 80.0  # of a board's pixels that are darker than most of its paper: marks and ink cover two thirds
 MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
 SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
 
@@ -92,7 +94,6 @@ def extract_points(
     search: StripeSearch,
     board: Board,
     *,
-    step: int | None = None,
     R_base_flange: Array | None = None,
     known: dict[object, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -104,9 +105,7 @@ def extract_points(
     Args:
         images: Files of each pose, in the order taken.
         search: How the stripe is looked for.
-        board: The checkerboard.
-        step: Lines of pixels from one point to the next; by default such that a whole stripe gives about
-            POINTS_PER_IMAGE.
+        board: What is on it.
         R_base_flange: Turn of the flange at each pose, (n, 3, 3). Only used for boards whose colours allow several
             frames; without, the frame is followed by sight from image to image.
         known: What images showed earlier; what these show is added, and nothing is looked for twice.
@@ -133,7 +132,7 @@ def extract_points(
     grids = dict(zip(boards, oriented(list(boards.values()), turns, lens)[0], strict=True))
     views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
     length = search.camera.size_px[1 if search.axis == "v" else 0]
-    apart = max(1, round(length / POINTS_PER_IMAGE)) if step is None else step
+    apart = max(1, round(length / POINTS_PER_IMAGE))
     found = [
         [] if i not in views else _on_board(one.centres, views[i], lens, board, search.axis, apart)
         for i, one in enumerate(seen)
@@ -162,16 +161,26 @@ def extract_points(
 
 def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
     without = None if shots.unlit is None else search.camera.grey(shots.unlit)
-    seen = None if without is None else find_board(without, columns=board.columns, rows=board.rows)
+    seen = None if without is None else _board_in(without, board)
     found: list[LineCentres] = []
     for image, light in search.lights(shots):
         if seen is None and not found:
-            seen = find_board(image, columns=board.columns, rows=board.rows)
+            seen = _board_in(image, board)
         centres = find_line_centres(light, search.axis)
-        if seen is not None and without is None and search.channel == "grey" and not search.exposures:
+        if seen is not None and without is None and search.channel == "grey":
             centres = centres.at(centres.peak > BRIGHTER * seen.white_level)
         found.append(centres)
     return _Seen(seen, tuple(found))
+
+
+def _board_in(image: Image, board: Board) -> BoardCorners | None:
+    if board.kind == "checkerboard":
+        return find_board(image, columns=board.columns, rows=board.rows)
+    ways = target_in(image, board)
+    if not ways:
+        return None
+    (left, top), (right, bottom) = (end(ways[0], axis=(0, 1)).astype(int) for end in (np.nanmin, np.nanmax))
+    return BoardCorners(ways, float(np.percentile(image[max(top, 0) : bottom, max(left, 0) : right], LIGHT_PERCENT)))
 
 
 @final
@@ -203,7 +212,7 @@ def _on_board(
         if kept.sum() < FEWEST_LINES:
             continue
         lines = np.flatnonzero(kept)
-        taken = lines[every(centres.line[lines], step)]
+        taken = lines[_every(centres.line[lines], step)]
         crosses = crosses_squares(centres, on_squares)
         found.append(
             _OnBoard(
@@ -217,6 +226,12 @@ def _on_board(
             )
         )
     return found
+
+
+def _every(line: Ints, step: int) -> Ints:
+    """Of lines of pixels (n) those that lie `step` apart in the image, (k,); the one in the centre where none does."""
+    chosen = np.flatnonzero(line % step == step // 2)
+    return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]
 
 
 def _frame(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[_OnBoard]) -> Frame:

@@ -1,6 +1,6 @@
 """Image files as arrays of grey, and what a laser alone lights in them."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
-from robolaser.data.image_list import PoseImages
 from robolaser.errors import DataError, ImageError
 from robolaser.vision.board import Image
-from robolaser.vision.runs import FULL, Axis
+from robolaser.vision.runs import FULL
 
 DEPTHS = (8, 10, 12, 14, 16)  # bits of grey that cameras tell apart; files of sixteen bits hold any of them
 PEDESTAL = 16  # least grey of a difference where nothing was added, so that noise below nothing is not cut off
@@ -41,7 +40,7 @@ class CameraImages:
         Raises:
             ImageError: A file is missing, no image, or of another size.
         """
-        raw = (_read(file, size_px, cv2.IMREAD_UNCHANGED) for file in files)
+        raw = (read_image(file, size_px, cv2.IMREAD_UNCHANGED) for file in files)
         deep = takewhile(
             lambda image: image.dtype != np.uint8, raw
         )  # they are of one camera: one of eight bits will do
@@ -53,7 +52,7 @@ class CameraImages:
         Raises:
             ImageError: It is missing, no image, or of another size.
         """
-        return eight_bits(_read(file, self.size_px, cv2.IMREAD_GRAYSCALE), self.depth)
+        return eight_bits(read_image(file, self.size_px, cv2.IMREAD_GRAYSCALE), self.depth)
 
     def colours(self, file: Path) -> Image:
         """An image as eight bits of blue, green and red, (height, width, 3).
@@ -61,10 +60,10 @@ class CameraImages:
         Raises:
             ImageError: It is missing, no image, or of another size.
         """
-        return eight_bits(_read(file, self.size_px, cv2.IMREAD_COLOR), self.depth)
+        return eight_bits(read_image(file, self.size_px, cv2.IMREAD_COLOR), self.depth)
 
 
-def _read(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
+def read_image(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
     """An image as its file has it: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3)."""
     try:
         coded = read_bytes(path, IMAGE_BYTES)
@@ -95,7 +94,7 @@ def eight_bits(image: Raw, depth: int) -> Image:
     return np.asarray(np.minimum(image >> (depth - 8), FULL), np.uint8)
 
 
-def _light(image: Raw, depth: int, weights: Weights | None) -> Image:
+def light_in(image: Raw, depth: int, weights: Weights | None) -> Image:
     """A channel of an image on the scale of eight bits, (height, width); deeper ones keep their fractions."""
     if image.dtype == np.uint8 and weights is None:
         return np.asarray(image, np.uint8)
@@ -134,44 +133,3 @@ def laser_alone(lit: Image, unlit: Image) -> Image:
     ground = max(PEDESTAL, int(np.percentile(room, SATURATED_FULL)) if len(room) else 0)
     alone = cv2.addWeighted(lit, 1.0, unlit, -1.0, ground)
     return np.asarray(np.clip(alone, 0, FULL), dtype=lit.dtype)
-
-
-def lights(
-    shots: PoseImages, camera: CameraImages, weights: Weights | None = None, exposed_along: Axis | None = None
-) -> Iterator[tuple[Image, Image]]:
-    """Give each image with the laser on as eight bits of grey, and in it the laser's light as far as that is known.
-
-    Both are (height, width). The light of deeper images has fractions of an eight-bit grey.
-
-    Args:
-        shots: Of a pose.
-        camera: How they are read.
-        weights: Of blue, green and red in the light; grey when absent.
-        exposed_along: The images are an exposure series of a stripe along this axis: they give one light, in which each
-            line of pixels is that of the longest exposure that saturates no more of it than the shortest does.
-
-    Raises:
-        ImageError: An image is missing, broken or of another size.
-    """
-    colours = cv2.IMREAD_GRAYSCALE if weights is None else cv2.IMREAD_COLOR
-    raw = [_read(path, camera.size_px, colours) for path in shots.files]
-    grey = [eight_bits(one if weights is None else cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), camera.depth) for one in raw]
-    light = [_light(one, camera.depth, weights) for one in raw]
-    lit = len(shots.lit)
-    if exposed_along is not None:
-        yield grey[0], _exposed(light[:lit], exposed_along)
-        return
-    for image, one in zip(grey[:lit], light[:lit], strict=True):
-        yield image, one if shots.unlit is None else laser_alone(one, light[lit])
-
-
-def _exposed(series: Sequence[Image], along: Axis) -> Image:
-    """Of each line of pixels across a stripe the longest exposure that saturates no more than the shortest."""
-    lines = 1 if along == "v" else 0
-    ordered = sorted(series, key=lambda image: float(image.mean()))
-    best = ordered[0].copy()
-    least = (best >= FULL).sum(axis=lines)
-    for image in ordered[1:]:
-        fits = (image >= FULL).sum(axis=lines) <= least
-        best = np.where(fits[:, None] if lines else fits, image, best)
-    return best

@@ -2,9 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, TypedDict, Unpack
-
-import numpy as np
+from typing import Any
 
 from robolaser.arrays import Progress
 from robolaser.data.dataset import Dataset
@@ -14,25 +12,12 @@ from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
 from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.stripe_detection import every
-from robolaser.vision.stripe_trace import AUTO, StripeSearch
+from robolaser.vision.stripe_trace import StripeSearch
 from robolaser.vision.target_corners import corner_points
 
 
-class StripeOptions(TypedDict, total=False):
-    """How the stripe is looked for in images."""
-
-    step: int | None  # lines of pixels from one point or centre to the next; None: as many as tell more, or every line
-    channel: str  # name of the channel in which the light stands out, or "auto", which is the default
-    exposures: bool  # whether the images of a pose are an exposure series, and no repeats
-
-
 def points_from_images(
-    recording: Dataset,
-    *,
-    progress: Progress | None = None,
-    known: dict[object, Any] | None = None,
-    **options: Unpack[StripeOptions],
+    recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
 ) -> tuple[Extraction, Dataset]:
     """Find board and stripe in every image.
 
@@ -41,7 +26,6 @@ def points_from_images(
             holds images with the laser off; `image_2`, `image_3` ... hold repeats.
         progress: Called with what is being done and the share that is done.
         known: What images showed earlier; what these show is added, and nothing is looked for twice.
-        options: How the stripe is looked for.
 
     Returns:
         What was found in each image, and the data set with the points of two sensors, stripe and camera, and the
@@ -52,14 +36,13 @@ def points_from_images(
         ImageError: The recording has no board or images; an image is missing, broken or of another size; no image gave
             a point.
     """
-    shots, search = _images(recording, options)
+    shots, search = _images(recording)
     if recording.board is None:
         raise _no_points("dataset.toml has no [board] with columns, rows and square_m")
     found = extract_points(
         shots,
         search,
         recording.board,
-        step=options.get("step"),
         R_base_flange=recording.flange()[[one.row for one in shots], :3, :3],
         known=known,
         progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
@@ -70,8 +53,7 @@ def points_from_images(
             f"None of {len(found.frames)} images gave a point ({reasons}). Check [board] columns and rows (inner"
             " corners, not squares), stripe_axis, and that board and stripe are both in view."
         )
-    repeats = repeat_columns(recording.poses) and not options.get("exposures")
-    points = found.points if repeats else replace(found.points, repeat=None)
+    points = found.points if repeat_columns(recording.poses) else replace(found.points, repeat=None)
     corners = corner_points(recording.board, list(found.corners), list(found.corners.values()))
     if len(recording.sensors) > 1:
         kinds = [sensor.data.kind for sensor in recording.sensors]
@@ -93,15 +75,12 @@ def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
     return replace(dataset, noise=stated, members=tuple(members))
 
 
-def stripes_from_images(
-    recording: Dataset, *, progress: Progress | None = None, **options: Unpack[StripeOptions]
-) -> Iterator[Stripes]:
+def stripes_from_images(recording: Dataset, *, progress: Progress | None = None) -> Iterator[Stripes]:
     """Trace the stripe in every image, whatever it lies on, an image at a time.
 
     Args:
         recording: A data set on disk with [image] and a column `image` in poses.csv, and others as for points.
         progress: Called with what is being done and the share that is done.
-        options: How the stripe is looked for.
 
     Yields:
         The centres of each image, repeats among them, (n,) of STRIPE.
@@ -110,11 +89,10 @@ def stripes_from_images(
         DataError: poses.csv does not name the first image of a pose, or a path leaves the folder.
         ImageError: The recording has no images; an image is missing, broken or of another size; none shows a stripe.
     """
-    shots, search = _images(recording, options)
-    some, step = False, options.get("step")
+    shots, search = _images(recording)
+    some = False
     for done, one in enumerate(shots, start=1):
-        for found in search.traces(one):
-            stripes = found if step is None else found[every(np.rint(found[search.axis]).astype(np.int64), step)]
+        for stripes in search.traces(one):
             some = some or len(stripes) > 0
             yield stripes
         if progress is not None:
@@ -131,7 +109,7 @@ def _no_points(reason: str) -> ImageError:
     return ImageError(f"There are no points to extract: {reason}.")
 
 
-def _images(recording: Dataset, options: StripeOptions) -> tuple[list[PoseImages], StripeSearch]:
+def _images(recording: Dataset) -> tuple[list[PoseImages], StripeSearch]:
     """The images of each pose that has any, and how the stripe is looked for in them."""
     if not sensor_class(recording.kind).has_laser_plane() or recording.folder is None or recording.image_px is None:
         raise _no_points("only stripe scanners take images")
@@ -139,5 +117,4 @@ def _images(recording: Dataset, options: StripeOptions) -> tuple[list[PoseImages
     if not shots:
         board = "" if recording.board is not None else ", and dataset.toml no [board]"
         raise _no_points(f"poses.csv has no column 'image' with images{board}")
-    channel, exposures = options.get("channel", AUTO), options.get("exposures", False)
-    return shots, StripeSearch.of(recording, shots, channel=channel, exposures=exposures)
+    return shots, StripeSearch.of(recording, shots)

@@ -24,12 +24,6 @@ LONGEST = (-0.4, 0.6)  # steps of the Gaussian's breadth at most, as shares; its
 FEWEST = 7  # pixels that are needed for a Gaussian's five unknowns
 
 
-def every(line: Ints, step: int) -> Ints:
-    """Of lines of pixels (n,) those that lie `step` apart in the image, (k,); the one in the centre where none does."""
-    chosen = np.flatnonzero(line % step == step // 2)
-    return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]
-
-
 def find_line_centres(image: Image, axis: Axis) -> LineCentres:
     """Find every bright run that may be the stripe and the middle of each, to a fraction of a pixel.
 

@@ -12,7 +12,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.image_list import PoseImages
 from robolaser.data.stripe_file import STRIPE, Stripes
 from robolaser.vision.board import Image
-from robolaser.vision.images import CameraImages, Weights, lights
+from robolaser.vision.images import CameraImages, Weights, eight_bits, laser_alone, light_in, read_image
 from robolaser.vision.line_tracking import track_stripe
 from robolaser.vision.runs import Axis
 from robolaser.vision.stripe_detection import find_line_centres
@@ -29,7 +29,6 @@ CHANNELS: Mapping[str, Weights | None] = MappingProxyType(
     }
 )
 """Weights of blue, green and red by name; an excess is half of 2R - G - B, 2G - R - B or 2B - R - G. None: grey."""
-AUTO = "auto"
 LOOKED_AT = 3  # poses, evenly taken, by which a channel is chosen
 COLOURFUL = 12  # difference of two channels [grey of 255] from which on a pixel has a colour
 BETTER = 1.1
@@ -67,13 +66,10 @@ class StripeSearch:
     camera: CameraImages
     axis: Axis  # image axis that the stripe runs along
     channel: str = "grey"  # name of the channel in which the light stands out, one of CHANNELS
-    exposures: bool = False  # whether the images of a pose are an exposure series, and no repeats
 
     @classmethod
-    def of(
-        cls, recording: Dataset, shots: Sequence[PoseImages], *, channel: str = AUTO, exposures: bool = False
-    ) -> "StripeSearch":
-        """How to look in the images of a stripe scanner's recording; AUTO is the channel in which the light stands out.
+    def of(cls, recording: Dataset, shots: Sequence[PoseImages]) -> "StripeSearch":
+        """How to look in the images of a stripe scanner's recording: in the channel in which the light stands out.
 
         Raises:
             ImageError: An image is missing, broken or of another size.
@@ -81,16 +77,24 @@ class StripeSearch:
         assert recording.image_px is not None  # a stripe's data set has a size
         camera = CameraImages.of((file for one in shots for file in one.files), recording.image_px)
         axis: Axis = "u" if recording.stripe_axis == "u" else "v"
-        channel = find_channel(shots, camera, axis) if channel == AUTO else channel
-        return cls(camera, axis, channel, exposures)
+        return cls(camera, axis, find_channel(shots, camera, axis))
 
     def lights(self, shots: PoseImages) -> Iterator[tuple[Image, Image]]:
-        """Give each image of a pose with the laser on, and in it the laser's light.
+        """Give each image of a pose with the laser on as eight bits of grey, and in it the laser's light, if known.
+
+        Both are (height, width). The light of deeper images has fractions of an eight-bit grey.
 
         Raises:
             ImageError: An image is missing, broken or of another size.
         """
-        return lights(shots, self.camera, CHANNELS[self.channel], self.axis if self.exposures else None)
+        weights, depth = CHANNELS[self.channel], self.camera.depth
+        colours = cv2.IMREAD_GRAYSCALE if weights is None else cv2.IMREAD_COLOR
+        raw = [read_image(path, self.camera.size_px, colours) for path in shots.files]
+        grey = [eight_bits(one if weights is None else cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), depth) for one in raw]
+        light = [light_in(one, depth, weights) for one in raw]
+        lit = len(shots.lit)
+        for image, one in zip(grey[:lit], light[:lit], strict=True):
+            yield image, one if shots.unlit is None else laser_alone(one, light[lit])
 
     def traces(self, shots: PoseImages) -> Iterator[Stripes]:
         """Trace the stripe in each image of a pose with the laser on, repeats among them, (n,) of STRIPE.
@@ -120,7 +124,7 @@ def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: Axis) 
     some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
     if not any(_is_colourful(camera.colours(one.lit[0])) for one in some):
         return "grey"
-    found = {name: sum(_length(one, camera, axis, weights) for one in some) for name, weights in CHANNELS.items()}
+    found = {name: sum(_length(one, StripeSearch(camera, axis, name)) for one in some) for name in CHANNELS}
     best = max(found, key=lambda name: found[name])
     return best if found[best] > BETTER * found["grey"] else "grey"
 
@@ -130,9 +134,9 @@ def _is_colourful(image: Image) -> bool:
     return bool((cv2.absdiff(red, green) > COLOURFUL).any() or (cv2.absdiff(blue, green) > COLOURFUL).any())
 
 
-def _length(shots: PoseImages, camera: CameraImages, axis: Axis, weights: Weights | None) -> float:
+def _length(shots: PoseImages, search: StripeSearch) -> float:
     """Lines of pixels that show the stripe, each as much as its centre is sure to a tenth of a pixel or so."""
-    _, light = next(iter(lights(shots, camera, weights)))
-    centres = find_line_centres(light, axis)
+    _, light = next(search.lights(shots))
+    centres = find_line_centres(light, search.axis)
     chosen, excess = track_stripe(centres)
     return float((1.0 / (1.0 + (excess * centres.std[chosen] / 0.1) ** 2)).sum())

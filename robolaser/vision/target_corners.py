@@ -11,10 +11,10 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import images_of_poses, repeat_columns
 from robolaser.errors import ImageError
-from robolaser.vision.board import Image, find_board
+from robolaser.vision.board import Image, find_board, lattice
 from robolaser.vision.board_orientation import oriented
 from robolaser.vision.charuco import find_charuco
-from robolaser.vision.circle_grid import find_circles, lattice
+from robolaser.vision.circle_grid import find_circles
 from robolaser.vision.images import CameraImages
 from robolaser.vision.lens import find_lens, view_board
 
@@ -67,34 +67,30 @@ def points_of_target(
     camera = CameraImages.of((path for _, _, path in images), size)
     known = {} if known is None else known
 
-    def look(wanted: Board, *, staggered: bool = False) -> list[_Found]:
+    def look(wanted: Board) -> list[_Found]:
         found = []
         for done, (row, number, path) in enumerate(images, start=1):
-            key = path, camera, wanted, staggered
+            key = path, camera, wanted
             if key not in known:
-                known[key] = target_in(camera.grey(path), wanted, staggered=staggered)
+                known[key] = target_in(camera.grey(path), wanted)
             found.append(_Found(row, number, known[key]))
             if progress is not None:
                 progress("looking at images", done / len(images))
         return found
 
-    staggered, found = False, look(board)
-    if board.kind == "circles":
-        other = look(board, staggered=True)
-        if sum(bool(one.ways) for one in other) > sum(bool(one.ways) for one in found):
-            staggered, found = True, other
+    found = look(board)
     if not any(one.ways for one in found):
         raise _never_seen(board, look(replace(board, columns=board.rows, rows=board.columns)), len(images))
-    return _as_points(recording, board, found, staggered=staggered)
+    return _as_points(recording, board, found)
 
 
-def target_in(image: Image, board: Board, *, staggered: bool = False) -> tuple[Array, ...]:
+def target_in(image: Image, board: Board) -> tuple[Array, ...]:
     """Every way to lay the frame on the target, (rows, columns, 2) [px] each; () where it is not seen."""
     if board.kind == "charuco":
         grid = find_charuco(image, board)
         ways: tuple[Array, ...] = () if grid is None else (grid,)
     elif board.kind in ("circles", "modified_circles"):
-        ways = find_circles(image, board, staggered=staggered)
+        ways = find_circles(image, board)
     else:
         seen = find_board(image, columns=board.columns, rows=board.rows)
         ways = () if seen is None else seen.orientations
@@ -129,27 +125,25 @@ def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageErr
     )
 
 
-def _as_points(
-    recording: Dataset, board: Board, found: Sequence[_Found], *, staggered: bool
-) -> tuple[list[SeenTarget], Dataset]:
+def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tuple[list[SeenTarget], Dataset]:
     seen = [one for one in found if one.ways]
     assert recording.image_px is not None  # was asked for before any image
-    whole = [] if staggered else [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
+    whole = [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
     lens = find_lens(whole, board.square_m, *recording.image_px)
     turns = recording.flange()[[one.row for one in seen], :3, :3]
-    grids, is_certain = oriented([one.ways for one in seen], None if staggered else turns, lens)
+    grids, is_certain = oriented([one.ways for one in seen], turns, lens)
     if not is_certain:
         raise ImageError(
             f"The target of {board.columns} x {board.rows} looks the same after every quarter turn, and the poses of"
             " the flange do not show which point is which from image to image. Use a ChArUco board, or one with"
             " different numbers of columns and rows; or tilt and turn the flange more."
         )
-    points = corner_points(board, [one.row for one in seen], grids, staggered=staggered)
+    points = corner_points(board, [one.row for one in seen], grids)
     counts = [int(_there(grid).sum()) for grid in grids]
     if repeat_columns(recording.poses):
         points = replace(points, repeat=np.repeat([one.repeat for one in seen], counts))
     judged = [
-        view_board(grid, board.square_m, lens).corner_rms_px if count >= ENOUGH and not staggered else float("nan")
+        view_board(grid, board.square_m, lens).corner_rms_px if count >= ENOUGH else float("nan")
         for grid, count in zip(grids, counts, strict=True)
     ]
     each = iter(zip(counts, judged, strict=True))
@@ -158,18 +152,17 @@ def _as_points(
     return per_image, replace(recording, points=points)
 
 
-def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array], *, staggered: bool = False) -> Points:
+def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) -> Points:
     """The corners or circles that images show as points of a data set, named by column and row: `3_0`.
 
     Args:
         board: Whose they are.
         poses: Rows of poses.csv, one for each image.
         grids: Where they are seen, (rows, columns, 2) [px] each; NaN where one is hidden.
-        staggered: Whether every other row of circles is shifted.
     """
     pixel = np.reshape(grids, (-1, board.rows, board.columns, 2))
     image, row, column = np.nonzero(_there(pixel))
-    places = board.square_m * np.pad(lattice(board.columns, board.rows, staggered=staggered), ((0, 0), (0, 0), (0, 1)))
+    places = board.square_m * np.pad(lattice(board.columns, board.rows), ((0, 0), (0, 0), (0, 1)))
     return Points(
         np.asarray(poses, dtype=np.int64)[image],
         tuple(f"{i}_{j}" for i, j in zip(column.tolist(), row.tolist(), strict=True)),

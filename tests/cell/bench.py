@@ -16,7 +16,6 @@ from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
 from robolaser.cell.arms import ARMS
 from robolaser.cell.camera import Camera, no_more_images
-from robolaser.cell.first_look import FirstLook
 from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered
 from robolaser.cell.serial_line import SerialLine
@@ -145,28 +144,18 @@ def session(
     camera: Camera | None = None,
     *,
     position_confirmed: bool = False,
-    first_look: FirstLook | None = None,
 ) -> Session:
     """A recording on the bench, ready to run."""
     size = cell.description.image_px
     assert size is not None
     eye = camera or Painted(bench, size)
     arm = arm_on(bench, cell)
-    return Session(
-        cell,
-        arm,
-        eye,
-        writer,
-        bench.clock,
-        lambda said: None,
-        position_confirmed=position_confirmed,
-        first_look=first_look,
-    )
+    return Session(cell, arm, eye, writer, bench.clock, lambda said: None, position_confirmed=position_confirmed)
 
 
 def begun(cell: Cell, folder: Path, waypoints: Sequence[Waypoint], shots: int = 1) -> RecordingWriter:
     """A recording that has not gone anywhere yet."""
-    return RecordingWriter.begin(cell, folder, waypoints, shots, force=False)
+    return RecordingWriter(cell, folder, waypoints, shots)
 
 
 def resumed(cell: Cell, folder: Path) -> RecordingWriter:

@@ -151,7 +151,7 @@ def test_an_arm_that_will_not_search_its_home_says_why(cell: Cell) -> None:
 def test_what_is_refused_each_time_with_the_same_words_is_no_disturbed_line(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     with pytest.raises(ArmRefused, match=r"'SET OUT\[99\]=1' with '\*\*\* BAD OUTPUT 99'"):
-        bench.arm_on(rig, cell).laser_on(99)
+        bench.arm_on(rig, cell).switch(99, on=True)
 
 
 def test_noise_that_looks_like_the_first_prompt_is_no_restart(cell: Cell) -> None:

@@ -112,4 +112,4 @@ def test_what_a_controller_does_not_carry_out_is_no_success(
         rig.controller, "receive", lambda data, now_s: receive(data, now_s).replace(b"O.K.", answer.encode())
     )
     with pytest.raises((AnswerUnclear, ArmRefused)):
-        arm.laser_on(1)
+        arm.switch(1, on=True)

@@ -55,7 +55,7 @@ class Run:
         """The scanner that the world has, with its fault."""
         joint, size = HIDDEN
         cell = self.folder / "scan-cell"
-        told = load_world(cell / "world.toml", describe(cell)).truth()
+        told = load_world(cell / "world.toml", describe(cell)).truth
         fault = {f"backlash.{joint}.lost_motion": size, f"backlash.{joint}.start": 0.0}
         numbers = {**{name: told[name] for name in found.parameters}, **fault}
         return replace(found, values={name: np.array([value]) for name, value in numbers.items()})

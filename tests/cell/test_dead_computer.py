@@ -2,7 +2,7 @@
 
 import sys
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 from subprocess import PIPE, Popen
@@ -78,7 +78,7 @@ def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
                     line.read_until(b">")
                     first, second = ((line.write(ASK), line.read_until(b">"), time.sleep(0.3))[1] for _ in range(2))
                     assert first == second
-            with open_arm(cell, WallClock()) as arm:
+            with closing(open_arm(cell, WallClock())) as arm:
                 stands = arm.read()
                 time.sleep(0.3)
                 np.testing.assert_array_equal(arm.read(), stands)

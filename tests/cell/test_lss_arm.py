@@ -86,5 +86,5 @@ def test_a_servo_that_was_switched_on_anew_is_capped_again(cell: Cell) -> None:
 
 def test_servos_switch_no_laser(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    with pytest.raises(ArmRefused, match=r"remove \[laser\]"):
-        bench.arm_on(rig, cell).laser_on(1)
+    with pytest.raises(ArmRefused, match=r"\[laser\]"):
+        bench.arm_on(rig, cell).switch(1, on=True)

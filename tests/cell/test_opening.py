@@ -2,17 +2,15 @@
 
 import subprocess
 import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import bench
-import cv2
-import numpy as np
 import pytest
 
 import robolaser.cell
 from robolaser.cell.arms import ARMS, open_arm
-from robolaser.cell.cameras import open_camera
 from robolaser.cell.clock import WallClock
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.errors import ArmError, DataError, RobolaserError
@@ -48,28 +46,12 @@ def install(folder: Path, module: str, source: str, entry_points: str) -> None:
     (info / "entry_points.txt").write_text(entry_points, "utf-8")
 
 
-def test_a_camera_of_an_installed_package_is_opened(
-    cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    source = "from robolaser.cell.recorded_images import RecordedImages as R\n"
-    source += "class Desk(R):\n    @classmethod\n    def open(cls, cell, clock, warn):\n"
-    source += "        return cls(cell.beside(cell.camera.source), cell.description.image_px, warn)\n"
-    install(tmp_path, "desk_camera", source, "[robolaser.cameras]\ndesk = desk_camera:Desk\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    cv2.imwrite(str(tmp_path / "one.png"), np.full((16, 24), 90, np.uint8))
-    camera = replace(cell.camera, kind="desk", source=str(tmp_path / "one.png"))
-    with open_camera(replace(cell, camera=camera), WallClock(), lambda said: None) as opened:
-        assert type(opened).__name__ == "Desk"
-    with pytest.raises(DataError, match=r"announces a camera 'disk'.*'desk'"):
-        open_camera(replace(cell, camera=replace(camera, kind="disk")), WallClock(), lambda said: None)
-
-
 def test_an_arm_of_an_installed_package_is_opened(cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = (Path(ARMS_FOLDER) / "replay.py").read_text("utf-8").replace("class ReplayArm", "class DeskArm")
     install(tmp_path, "desk_arm", source, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
     monkeypatch.syspath_prepend(tmp_path)
     (cell.folder / "poses.csv").write_text(f"pose,{','.join(f'q_joint_{i}' for i in range(1, 6))}\na,0,0,0,0,0\n")
-    with open_arm(named(cell, "desk", str(cell.folder)), WallClock()) as arm:
+    with closing(open_arm(named(cell, "desk", str(cell.folder)), WallClock())) as arm:
         assert type(arm).__name__ == "DeskArm"
 
 

@@ -114,9 +114,7 @@ def test_a_wrong_port_is_named(acl: Rig, port: str, said: str, capsys: pytest.Ca
 
 
 def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
-    with EmulatorProcess(acl.folder) as running:
-        cell = acl.folder / "cell.toml"
-        cell.write_text(cell.read_text().replace("baud = 9600", "baud = 19200"))
+    with EmulatorProcess(acl.folder, faults=["lost:1", "flood:100"]) as running:  # what comes has no meaning
         assert acl.record("--poses", str(acl.poses), "--move", port=running.arm) == 1
     assert "baud" in capsys.readouterr().err
 
@@ -242,7 +240,7 @@ def test_a_recording_that_is_finished_moves_nothing(
 def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
     acl.out = acl.folder
     assert acl.record("--poses", str(acl.poses), "--move", "--force", port="nowhere") == 1
-    assert "is a cell" in capsys.readouterr().err
+    assert "is an input of this command or is inside one" in capsys.readouterr().err
     assert (acl.folder / "robot.urdf").is_file()
 
 

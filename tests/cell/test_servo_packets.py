@@ -29,4 +29,6 @@ def test_a_sync_read_is_that_of_the_feetech_manual() -> None:
 
 def test_an_emulated_servo_answers_what_the_manual_asks(tmp_path: Path) -> None:
     servos = controller_of(load_cell(cell_folder(tmp_path, "feetech")))
-    assert servos.receive(bytes.fromhex("FF FF 01 04 02 38 02 BE"), 0.0).hex(" ") == "ff ff 01 04 00 00 08 f2"
+    answers = servos.receive(bytes.fromhex("FF FF FE 06 82 38 08 01 02 36"), 0.0)
+    assert answers[:14].hex(" ") == "ff ff 01 0a 00 00 08 00 00 00 00 00 00 ec"
+    assert answers[14:].hex(" ") == "ff ff 02 0a 00 00 08 00 00 00 00 00 00 eb"

@@ -20,8 +20,6 @@ LINE = "joint_rad = 0.00029"
         "[noise]",
         "[ noise ]  # a comment\npixel_px = 0.1\n[board]\ncolumns = 9\n",
         '["noise"]\npixel_px = 0.1\n',
-        "noise.pixel_px = 0.1\n[board]\ncolumns = 9\n",
-        'source = """\n[noise]\n"""\n[noise]\npixel_px = 0.1\n',
         "name = 'x'\r\n[noise]\r\npixel_px = 0.1\r\n",
     ],
 )
@@ -33,7 +31,7 @@ def test_a_line_is_put_where_it_belongs_and_nothing_else_changes(text: str) -> N
     assert {"noise": {}, **before} == said
 
 
-@pytest.mark.parametrize("text", ["noise = {}\n", "noise = { pixel_px = 0.1 }\n"])
+@pytest.mark.parametrize("text", ["noise = {}\n", "noise = { pixel_px = 0.1 }\n", "noise.pixel_px = 0.1\n"])
 def test_where_there_is_no_room_for_it_that_is_said(text: str) -> None:
     assert with_noise(text, 2.9e-4) is None
 

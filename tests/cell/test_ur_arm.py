@@ -1,5 +1,6 @@
 """A Universal Robots arm whose connections are lost, or never made."""
 
+from contextlib import closing
 from pathlib import Path
 
 import bench
@@ -30,7 +31,7 @@ def test_what_was_connected_is_disconnected_where_the_rest_is_not(cell: Cell, la
 
 def test_nothing_stays_connected_after_its_end(cell: Cell) -> None:
     rig = bench.bench_for(cell)
-    with bench.arm_on(rig, cell):
+    with closing(bench.arm_on(rig, cell)):
         assert rig.open == ALL
     assert not rig.open
 
@@ -42,20 +43,20 @@ def test_a_motion_or_output_that_is_not_taken_is_no_success(cell: Cell) -> None:
     with pytest.raises(ArmRefused, match="moveJ"):
         arm.start_move(rig.motor() + 0.1, 1.0)
     with pytest.raises(ArmRefused, match="setStandardDigitalOut"):
-        arm.laser_off(1)
+        arm.switch(1, on=False)
 
 
 def test_an_arm_whose_connections_break_is_stopped_over_new_ones(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    arm.laser_on(1)
+    arm.switch(1, on=True)
     moving = Mover(arm, cell.robot, 0.3, rig.clock)
     home = moving.resting("Before")
     rig.clock.at.append((rig.clock.now() + 1.5, rig.open.clear))
     with pytest.raises(LineLost):
         moving.move_and_wait(home + 0.5, "p", home)
     stands = moving.halt()
-    arm.laser_off(1)
+    arm.switch(1, on=False)
     rig.clock.wait(30.0)
     np.testing.assert_allclose(rig.motor(), stands, atol=1e-3)
     assert np.abs(stands - home).max() < 0.45

@@ -31,12 +31,12 @@ def record(cell: Path, out: Path, emulated: EmulatorProcess, *more: str) -> int:
     return main(["record", str(cell), "--output", str(out), *where, "--move", *more])
 
 
-def test_a_camera_that_drops_out_costs_no_pose(cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_collision_on_the_way_costs_no_pose(cell: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     world, out = cell / "world.toml", tmp_path / "out"
-    with EmulatorProcess(cell, world=world, time_scale=HURRY, faults=["camera_gone@60"]) as emulated:
+    with EmulatorProcess(cell, world=world, time_scale=HURRY, faults=["impact:2@60"]) as emulated:
         assert record(cell, out, emulated, "--plan", "2", "--repeats", "2") == 1
     said = capsys.readouterr().err
-    assert "gives no more images" in said
+    assert "IMPACT PROTECTION" in said
     assert "It is at joint_1" in said
     begun = robolaser.load(out)
     said = (cell / "cell.toml").read_text()

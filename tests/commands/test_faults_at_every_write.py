@@ -2,6 +2,7 @@
 
 import errno
 import functools
+import shutil
 
 import cv2
 import numpy as np
@@ -48,13 +49,15 @@ def inputs(tmp_path_factory):
     image[240:243] = 200
     for number in range(len(rows)):
         cv2.imwrite(str(recording / f"{number}.png"), image)
+    shutil.copytree(recording, folder / "shorter")
+    (folder / "shorter" / "poses.csv").write_text("\n".join([f"{header},image", *shown[1:]]) + "\n")
     for table in ("poses", "points"):
         (folder / f"{table}.csv").write_bytes((folder / "point" / f"{table}.csv").read_bytes())
     return folder
 
 
 def typed(inputs, command, out):
-    """What is typed for a result, and what more for another one."""
+    """What is typed for a result, and what for another one."""
     stripe, recording, calibration = inputs / "stripe", inputs / "recording", inputs / "calibration"
     words, more = {
         "simulate": (f"--robot scorbot_er7 --poses 6 --output {out}", "--seed 2"),
@@ -65,7 +68,7 @@ def typed(inputs, command, out):
         ),
         "calibrate": (f"{stripe} --output {out}", "--weights noise"),
         "diagnose": (f"{stripe} --output {out}", "--without backlash"),
-        "extract": (f"{recording} --output {out}", "--step 4"),
+        "extract": (f"{recording} --output {out}", ""),
         "scan": (f"{calibration} {stripe} --output {out}/c.ply --report", "--nominal"),
         "scan las": (f"{calibration} {stripe} --output {out}/c.las", "--nominal"),
         "compare": (
@@ -74,7 +77,8 @@ def typed(inputs, command, out):
         ),
         "challenge": (f"new {out}/trial --kinds none --count 1 --poses 6 --points 3", "--seed 2"),
     }[command]
-    return [command.split()[0], *words.split()], more.split()
+    first, again = ([command.split()[0], *said.split()] for said in (words, f"{words} {more}"))
+    return first, [word.replace(str(recording), str(inputs / "shorter")) for word in again]
 
 
 COMMANDS = (
@@ -129,8 +133,8 @@ def test_what_is_left_is_of_one_result(inputs, command, tmp_path, capsys):
     folder, left = tmp_path / "out", tmp_path / "left"
     folder.mkdir()
     left.mkdir()
-    words, more = typed(inputs, command, folder)
-    again = [*words, *more, "--force", "--quiet"]
+    words, other = typed(inputs, command, folder)
+    again = [*other, "--force", "--quiet"]
     assert main([*words, "--quiet"]) == 0
     before, old = contents(folder), result(folder)
     moments = []

@@ -87,7 +87,7 @@ def made(tmp_path_factory):
 
 def begun(folder):
     cell = load_cell(folder / "cell-acl")
-    return RecordingWriter.begin(cell, folder / "recording", numbered(np.zeros((2, 5))), 1, force=True)
+    return RecordingWriter(cell, folder / "recording", numbered(np.zeros((2, 5))), 1)
 
 
 def resumed(folder):

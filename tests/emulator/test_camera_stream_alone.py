@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from robolaser.emulator.camera_server import CameraServer, Snapshot
-from robolaser.emulator.faults import read_fault
-from robolaser.errors import CameraError
 
 SHAPE = (480, 640)
 HEADER = len(b"P5\n640 480\n255\n")
@@ -37,8 +35,8 @@ class Numbered:
         return np.full(SHAPE, self.drawn % 200 + (50 if lit else 0), np.uint8)
 
 
-def snapshot(*path: float, heard: int = 0) -> Snapshot:
-    return Snapshot([np.array([angle]) for angle in path], lit=False, now_s=0.0, heard=heard)
+def snapshot(*path: float) -> Snapshot:
+    return Snapshot([np.array([angle]) for angle in path], lit=False)
 
 
 @pytest.fixture
@@ -48,7 +46,7 @@ def world() -> Numbered:
 
 @pytest.fixture
 def stream(world: Numbered) -> Iterator[CameraServer]:
-    made = CameraServer(world, snapshot(0.0), [read_fault("camera_gone@9")], np.random.default_rng(1), 0)
+    made = CameraServer(world, snapshot(0.0), np.random.default_rng(1))
     yield made
     world.goes_on.set()
     made.close()
@@ -104,24 +102,6 @@ def test_several_clients_watch_at_once(stream: CameraServer) -> None:
         assert grey(other) > 0
 
 
-def test_an_unplugged_camera_ends_the_stream_and_lets_no_one_in(stream: CameraServer) -> None:
-    with watch(stream) as client:
-        grey(client)
-        stream.tell(snapshot(0.0, heard=9))
-        while client.recv(FRAME):
-            pass
-    with watch(stream) as client:
-        assert client.recv(1) == b""
-
-
-def test_an_unplugged_camera_is_told_nothing_more(stream: CameraServer) -> None:
-    stream.tell(snapshot(0.0, heard=9))
-    wait_for(lambda: stream._ended)
-    for _ in range(50):
-        stream.tell(snapshot(0.0))
-    assert len(stream._snapshots) == 0
-
-
 def test_what_breaks_while_it_draws_is_heard(stream: CameraServer, world: Numbered) -> None:
     def breaks(motor: np.ndarray) -> None:
         raise ZeroDivisionError
@@ -131,9 +111,3 @@ def test_what_breaks_while_it_draws_is_heard(stream: CameraServer, world: Number
     wait_for(lambda: stream._broken)
     with pytest.raises(ZeroDivisionError):
         stream.tell(snapshot(0.2))
-
-
-def test_a_port_that_is_taken_is_named(stream: CameraServer, world: Numbered) -> None:
-    port = int(stream.address.rpartition(":")[2])
-    with pytest.raises(CameraError, match=f"port {port}.*--camera-port"):
-        CameraServer(world, snapshot(0.0), [], np.random.default_rng(1), port)

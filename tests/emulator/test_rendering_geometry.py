@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -6,9 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.board import Board
+from robolaser.data.image_list import PoseImages
 from robolaser.data.printed_board import board_print
 from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.solids import Block, Floor, Solid, Sphere
+from robolaser.geometry.rigid_motion import inverse
+from robolaser.vision.extract import extract_points
+from robolaser.vision.images import CameraImages
+from robolaser.vision.stripe_trace import StripeSearch
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
 BLOCK = Block(near(-0.02, -0.03, 0.0), (0.05, 0.04, 0.01), heading(17))
@@ -96,3 +103,25 @@ def test_the_outward_square_at_the_origin_is_dark() -> None:
     dark, bright, inward = grey(scene(Floor(), BOARD, ambient_grey=140.0), T, lit=False)[v, u]
     assert dark < 0.3 * bright
     assert inward < 0.3 * bright
+
+
+def test_on_a_charuco_board_of_which_a_part_is_seen_points_have_their_places(tmp_path: Path) -> None:
+    board = Board(13, 9, 0.02, "charuco", 0.015, "DICT_4X4_100")
+    T_base_board = face_up(near(-0.12, 0.08, 0.0))
+    there = scene(Floor(), PrintedBoard(T_base_board, board_print(board)), ambient_grey=90.0, noise_grey=1.0)
+    ways = [above(*tilt) for tilt in ((8, 5, 20), (-10, 8, 5), (5, -12, -15), (15, 3, 40))]
+    shots = []
+    for row, T in enumerate(ways):
+        names = [tmp_path / f"{row}{lit}.png" for lit in (True, False)]
+        for name, lit in zip(names, (True, False), strict=True):
+            cv2.imwrite(str(name), photograph(there, T, lit=lit, seed=row))
+        shots.append(PoseImages(row, f"p{row}", (names[0],), names[1]))
+    found = extract_points(shots, StripeSearch(CameraImages((640, 480)), "v"), board)
+    assert all(np.isnan(grid).any() for grid in found.corners.values())
+    for row, T in enumerate(ways):
+        here = found.points.take(found.points.pose == row)
+        assert len(here) > 60
+        T_board_camera = inverse(T_base_board) @ T
+        start, ray = T_board_camera[:3, 3], there.eye.rays(here.pixel) @ T_board_camera[:3, :3].T
+        place = start[:2] - start[2] / ray[:, 2:] * ray[:, :2]
+        assert np.linalg.norm(place - here.xyz[:, :2], axis=-1).max() < 2e-4

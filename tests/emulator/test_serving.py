@@ -13,7 +13,6 @@ import serial
 from emulated_cell import cell_folder
 from emulator_process import EmulatorProcess
 
-from robolaser.emulator.emulated_cell import EmulatedCell
 from robolaser.errors import ArmError
 
 LATE_S = 30.0
@@ -42,16 +41,6 @@ def test_a_client_opens_the_arm_drives_it_and_comes_back(tmp_path: Path) -> None
             assert counts(port).startswith("1: 2000 ")
 
 
-def test_at_another_speed_only_garbage_is_heard(tmp_path: Path) -> None:
-    with EmulatorProcess(cell_folder(tmp_path)) as emulated:
-        with serial.Serial(emulated.arm, 19200, timeout=LATE_S) as port:
-            port.write(b"LISTPV POSITION\r")
-            assert not port.read(1).isascii()
-        with serial.Serial(emulated.arm, 9600, timeout=LATE_S) as port:
-            ask(port, "")
-            assert counts(port).startswith("1: 0 ")
-
-
 def test_a_pulled_plug_ends_the_line(tmp_path: Path) -> None:
     with (
         EmulatorProcess(cell_folder(tmp_path), faults=["cut@2"]) as emulated,
@@ -68,22 +57,6 @@ def test_bytes_come_at_the_speed_of_the_line(tmp_path: Path) -> None:
         began = time.monotonic()
         answer = ask(port, "LISTPV POSITION")
         assert time.monotonic() - began > 0.8 * len(answer) / 960
-
-
-def test_a_socket_serves_one_client_after_the_other(tmp_path: Path) -> None:
-    running = EmulatedCell(cell_folder(tmp_path), time_scale=50, over_socket=True)
-    try:
-        for _ in range(2):
-            with serial.serial_for_url(running.arm, timeout=0.01) as port:
-                port.write(b"SHOW PAR 33\r")
-                heard = b""
-                until = time.monotonic() + LATE_S
-                while not heard.endswith(b">") and time.monotonic() < until:
-                    running.turn()
-                    heard += port.read(100)
-                assert b"PAR 33=" in heard
-    finally:
-        running.close()
 
 
 @pytest.mark.parametrize("end", ["stdin", "term", "interrupt"])

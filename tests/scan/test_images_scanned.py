@@ -1,6 +1,5 @@
 """Images become a cloud without a word between: repeats, dark images and images of nothing among them."""
 
-import os
 from dataclasses import replace
 
 import cv2
@@ -82,16 +81,6 @@ def test_a_scan_of_the_images_is_a_scan_of_what_is_extracted_from_them(scanner, 
     np.testing.assert_array_equal(direct, extracted)
     width = load(folder).image_px[0]
     assert len(direct) > 0.95 * 2 * (POSES - 2) * width
-
-
-def test_images_taken_since_they_were_extracted_are_told(scanner, folder, capsys):
-    assert main(["extract", str(folder)]) == 0
-    assert not cloud_of(scanner, folder)[0].warnings
-    later = (folder / "stripes.npy").stat().st_mtime + 60
-    os.utime(folder / "b3.png", (later, later))
-    (said,) = cloud_of(scanner, folder)[0].warnings
-    assert "1 image" in said
-    assert "extract --force" in said
 
 
 def test_only_poses_that_gave_points_are_counted(scanner, folder, tmp_path, capsys):

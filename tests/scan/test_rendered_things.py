@@ -37,15 +37,14 @@ def recording(tmp_path_factory):
             cv2.imwrite(str(folder / images[row]), world.photograph(rng, lit=True))
     poses = replace(said.poses, time_s=np.arange(float(len(said.poses))), image=tuple(images))
     save(replace(said, poses=poses, points=Points(np.empty(0, np.int64), ())), folder)
-    return load(folder), world.truth()
+    return load(folder), world
 
 
 @pytest.fixture(scope="module")
 def truly(recording, tmp_path_factory):
     """A calibration that found the truth, from other poses."""
-    said, truth = recording
-    numbers = {name: value for name, value in truth.items() if name in said.parameters}
-    numbers["backlash.joint_2.lost_motion"] = truth["backlash:joint_2"]
+    said, world = recording
+    numbers = {**world.truth, "backlash.joint_2.lost_motion": world.faults["backlash", "joint_2"]}
     others = replace(dataset(), parameters=said.parameters, bracket_quat=said.bracket_quat, angles=said.angles)
     found = replace(calibrated(others, ["backlash:joint_2"], numbers), noise={"pixel": 0.1})
     return read_calibration(written(found, tmp_path_factory.mktemp("truth")))

@@ -9,7 +9,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.loading import load
 from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
-from robolaser.errors import DependencyMissing, EffectError, RobolaserError, RobotError, UsageError
+from robolaser.errors import DependencyMissing, EffectError, RobolaserError, UsageError
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import Effect
 from robolaser.model.forward_model import Model
@@ -265,7 +265,6 @@ def test_every_robot_that_is_known_can_be_simulated(entry: object, kind: str) ->
         ({"poses": 0}, UsageError, "number of poses 0"),
         ({"kind": "socket", "repeats": 2}, UsageError, "number of repeats"),
         ({"kind": "socket", "poses": 2, "points": 3}, UsageError, "each of 3 sockets"),
-        ({"level": 9.0}, RobotError, "z = 9 m"),
         ({"effects": {"joint_offset:joint_2": 0.5}}, UsageError, "Are these degrees"),
         ({"effects": {"joint_offset:joint_9": 0.01}}, UsageError, "joint_9"),
         ({"effects": {"joint_offset:joint_2.gain": 0.01}}, UsageError, "gain"),

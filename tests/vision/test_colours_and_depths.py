@@ -1,11 +1,11 @@
-"""A laser in colour, in more bits than eight, and in a series of exposures."""
+"""A laser in colour, and in more bits than eight."""
 
 import cv2
 import numpy as np
 import pytest
 
 from robolaser.data.image_list import PoseImages
-from robolaser.vision.images import CameraImages, lights
+from robolaser.vision.images import CameraImages
 from robolaser.vision.stripe_trace import CHANNELS, StripeSearch, find_channel
 
 SIZE = (320, 240)
@@ -36,10 +36,10 @@ def shots(tmp_path, *images: np.ndarray, off: np.ndarray | None = None) -> PoseI
     return PoseImages(0, "p", tuple(names[: len(images)]), None if off is None else names[-1])
 
 
-def missed(taken: PoseImages, channel: str, **how) -> tuple[int, float]:
+def missed(taken: PoseImages, channel: str) -> tuple[int, float]:
     """How many rows show the stripe, and the error of its centre [px]."""
     camera = CameraImages.of(taken.files, SIZE)
-    (found,) = StripeSearch(camera, "v", channel, **how).traces(taken)
+    (found,) = StripeSearch(camera, "v", channel).traces(taken)
     off = found["u"] - ACROSS[np.rint(found["v"]).astype(int)]
     near = np.abs(off) < 3
     return int(near.sum()), float(np.sqrt(np.mean(off[near] ** 2))) if near.any() else np.inf
@@ -93,36 +93,16 @@ def test_the_depth_is_that_of_all_images_of_the_camera(tmp_path) -> None:
     bright, alone = shots(tmp_path, lit), shots(tmp_path / "dark", dark)
     camera = CameraImages.of((*alone.files, *bright.files), SIZE)
     assert camera.depth == 12
-    ((grey, light),) = lights(alone, camera)
+    ((grey, light),) = StripeSearch(camera, "v").lights(alone)
     np.testing.assert_allclose(light, dark / 16.0)
     np.testing.assert_array_equal(grey, dark >> 4)
-
-
-def test_an_exposure_series_is_one_stripe_that_is_neither_dark_nor_saturated(tmp_path) -> None:
-    """One half of the surface is black, the other white: no single exposure shows both."""
-    tone = np.where(np.arange(SIZE[1]) < SIZE[1] // 2, 0.02, 1.0)[:, None]
-    light = tone * (20 + stripe(1000.0))
-    series = []
-    for k, exposure in enumerate((0.2, 8.0)):
-        noise = np.random.default_rng(k).standard_normal(light.shape)
-        series.append(np.clip(np.rint(exposure * light + noise), 0, 255).astype(np.uint8))
-    taken = shots(tmp_path, *series)
-    rows, error = missed(taken, "grey", exposures=True)
-    assert rows > 0.9 * SIZE[1]
-    assert error < 0.1
-    for image in series:
-        alone, worse = missed(shots(tmp_path, image), "grey")
-        assert alone < 0.6 * SIZE[1] or worse > 2 * error
 
 
 def test_channels_weigh_blue_green_and_red_as_opencv_orders_them(tmp_path) -> None:
     image = np.zeros((*SIZE[::-1], 3), np.uint8)
     image[...] = (10, 40, 200)
     taken = shots(tmp_path, image)
-    seen = {
-        name: float(next(iter(lights(taken, CameraImages(SIZE), weights)))[1][0, 0])
-        for name, weights in CHANNELS.items()
-    }
+    seen = {name: float(next(StripeSearch(CameraImages(SIZE), "v", name).lights(taken))[1][0, 0]) for name in CHANNELS}
     assert (seen["blue"], seen["green"], seen["red"]) == (10, 40, 200)
     assert seen["red-excess"] == pytest.approx(200 - 25 + 16)
     assert seen["blue-excess"] == 0

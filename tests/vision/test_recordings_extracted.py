@@ -100,8 +100,7 @@ def test_stripes_are_not_overwritten_unasked(tmp_path, capsys):
     assert main(["extract", str(folder)]) == 0
     assert main(["extract", str(folder)]) == 1
     assert "stripes.npy" in capsys.readouterr().err
-    assert main(["extract", str(folder), "--step", "4", "--force"]) == 0
-    assert len(open_stripes(folder / "stripes.npy")) < LINES
+    assert main(["extract", str(folder), "--force"]) == 0
 
 
 def test_a_scan_is_copied_whole_to_its_output(tmp_path):
@@ -195,14 +194,6 @@ def test_an_output_that_is_the_recording_is_none(tmp_path):
     assert main(["extract", str(folder), "--output", f"{folder}/../scan", "--force"]) == 0
     assert len(open_stripes(folder / "stripes.npy"))
     assert (folder / "dataset.toml").read_bytes() == before
-
-
-def test_steps_beyond_the_image_leave_one_point_an_image(boards, tmp_path):
-    folder = scan(tmp_path / "scan", poses=2)
-    assert main(["extract", str(folder), "--step", "5000"]) == 0
-    assert len(open_stripes(folder / "stripes.npy")) == 4
-    assert main(["extract", str(boards), "--step", "5000", "--output", str(tmp_path / "out")]) == 0
-    assert len(load(tmp_path / "out").sensors[0].data.points) == 10
 
 
 def test_an_output_that_is_a_file_is_told_before_any_image_is_read(tmp_path, capsys):

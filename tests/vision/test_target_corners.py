@@ -27,7 +27,6 @@ BOARDS = {
     "checkerboard": Board(7, 6, 0.03),
     "charuco": Board(6, 4, 0.03, "charuco", 0.022, "DICT_4X4_50"),
     "circles": Board(7, 5, 0.03, "circles"),
-    "staggered circles": Board(4, 7, 0.02, "circles"),
     "square circles": Board(5, 5, 0.03, "circles"),
     "modified circles": Board(5, 5, 0.03, "modified_circles"),
 }
@@ -45,14 +44,12 @@ def drawn(name: str) -> tuple[np.ndarray, float]:
         light = np.add.outer(np.arange(rows + 1), np.arange(columns + 1)) % 2
         flat = np.kron(255 * light, np.ones((PX, PX))).astype(np.uint8)
     else:
-        staggered = name.startswith("staggered")
-        flat = np.full(((rows + 1) * PX, (columns * (2 if staggered else 1) + 1) * PX), 255, np.uint8)
+        flat = np.full(((rows + 1) * PX, (columns + 1) * PX), 255, np.uint8)
         for row in range(rows):
             for column in range(columns):
-                x = 2 * column + row % 2 if staggered else column
                 cv2.circle(
                     flat,
-                    ((x + 1) * PX, (row + 1) * PX),
+                    ((column + 1) * PX, (row + 1) * PX),
                     int((0.4 if name.startswith("modified") and row == column == 0 else 0.3) * PX),
                     0,
                     -1,

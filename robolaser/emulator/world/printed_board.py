@@ -9,6 +9,9 @@ from robolaser.arrays import Array
 from robolaser.data.printed_board import BoardPrint
 from robolaser.emulator.world.solids import Solid
 
+BORDER_M = 0.01
+PAPER, INK = 0.85, 0.09  # shares of light that they reflect
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -19,16 +22,10 @@ class PrintedBoard(Solid):
         T_base_board: Its frame: the origin is the inner corner whose outward diagonal square is dark, x runs along the
             columns, y along the rows, z into the board, (4, 4).
         pattern: What is on it.
-        border_m: Breadth of the border [m].
-        tone: Of the paper.
-        black: Share of light that the ink reflects.
     """
 
     T_base_board: Array
     pattern: BoardPrint
-    border_m: float = 0.01
-    tone: float = 0.85
-    black: float = 0.09
 
     def hit(self, origin: Array, direction: Array) -> Array:
         """From either side."""
@@ -40,7 +37,7 @@ class PrintedBoard(Solid):
             on = distance > 0
             for i, count in enumerate(self.pattern.dark.shape[::-1]):
                 middle = (count / 2 - self.pattern.first) * cell
-                on &= np.abs(start[..., i] + distance * along[:, i] - middle) <= count / 2 * cell + self.border_m
+                on &= np.abs(start[..., i] + distance * along[:, i] - middle) <= count / 2 * cell + BORDER_M
         return np.where(on, distance, np.inf)
 
     def normal(self, point: Array) -> Array:
@@ -68,5 +65,5 @@ class PrintedBoard(Solid):
             for up in (0, 1)
             for left in (0, 1)
         )
-        albedo: Array = self.tone + (self.black - self.tone) * ink * printed
+        albedo: Array = PAPER + (INK - PAPER) * ink * printed
         return albedo

@@ -1,21 +1,15 @@
 """The world that an emulated cell holds: the true arm, scanner and solids, and where they are now."""
 
 import zlib
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.emulator.servo_loop import ServoLoop
-from robolaser.emulator.world.faults import TrackedBacklash
-from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.scene import Image, Scene
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.run import SyntheticRun
 
 SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which speckle stays the same
 
@@ -26,9 +20,10 @@ class EmulatedWorld:
 
     Args:
         arm: As its URDF has it.
-        scene: Solids, camera and laser without faults.
+        scene: Solids, camera and laser.
         truth: The sensor's true numbers, by name, SI.
-        faults: In what the cell is not what its model says, in the order in which they act.
+        faults: Sizes by name and joint [rad]: `joint_offset` of an encoder's zero, and `backlash`, by half of which the
+            link trails its motor on the side that it came from.
         loop: How the joints follow their commands; None: exactly.
     """
 
@@ -37,15 +32,16 @@ class EmulatedWorld:
         arm: ScrewArm,
         scene: Scene,
         truth: Mapping[str, float],
-        faults: Sequence[FaultModel] = (),
+        faults: Mapping[tuple[str, str], float],
         loop: ServoLoop | None = None,
     ) -> None:
-        self.arm, self.faults, self.loop, self._truth = arm, tuple(faults), loop, truth
+        self.arm, self.scene, self.truth, self.faults, self.loop = arm, scene, truth, faults, loop
+        self._offset, play = (
+            np.array([faults.get((name, joint), 0.0) for joint in arm.joints]) for name in ("joint_offset", "backlash")
+        )
+        self._half_play = play / 2
+        self._lag = np.zeros(arm.count)
         self._motor: Array | None = None
-        run, light = self._run(np.zeros(arm.count)), scene.light
-        for fault in self.faults:
-            light = light and fault.light(light, run)
-        self.scene = replace(scene, light=light)
         self._rendered: tuple[bytes, Array, Array] | None = None
 
     def follow(self, motor: Array) -> None:
@@ -53,24 +49,15 @@ class EmulatedWorld:
 
         The first call puts the arm there, in the middle of all play.
         """
-        motor = np.asarray(motor, dtype=np.float64)
-        if self._motor is not None and not np.array_equal(motor, self._motor):
-            moves, run = motor - self._motor, self._run(motor)
-            self.faults = tuple(
-                fault.moved(float(moves[run.column(fault.where)])) if isinstance(fault, TrackedBacklash) else fault
-                for fault in self.faults
-            )
-        self._motor = motor.copy()
+        if self._motor is not None:
+            self._lag = np.clip(self._lag + motor - self._motor, -self._half_play, self._half_play)
+        self._motor = np.array(motor, dtype=np.float64)
 
     @property
     def q(self) -> Array:
         """True joint angles, (j,) [rad]; the arm is at zero until it was told to follow."""
-        run = self._run(np.zeros(self.arm.count) if self._motor is None else self._motor)
-        q = run.q
-        for fault in self.faults:
-            q = fault.joints(q, run)
-        one: Array = q[0]
-        return one
+        motor = np.zeros(self.arm.count) if self._motor is None else self._motor
+        return np.asarray(motor + self._offset - self._lag)
 
     @property
     def T_base_flange(self) -> Array:  # noqa: N802 - the field's symbol
@@ -101,24 +88,3 @@ class EmulatedWorld:
         _, room, laser = self._rendered
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
         return self.scene.expose(room, laser if lit else np.zeros_like(laser), rng=rng, grain=grain)
-
-    def truth(self) -> dict[str, float]:
-        """The true numbers, by the names that a calibration and a diagnosis give them, SI.
-
-        The sensor's; the board's placement, `target.x` to `target.psi`, if there is one; each fault as
-        `NAME:WHERE`.
-        """
-        target: dict[str, float] = {}
-        for board in self.scene.solids:
-            if isinstance(board, PrintedBoard):
-                turns = Rotation.from_matrix(board.T_base_board[:3, :3]).as_euler("XYZ")
-                values = [*board.T_base_board[:3, 3].tolist(), *turns.tolist()]
-                names = (f"target.{name}" for name in ("x", "y", "z", "w", "phi", "psi"))
-                target = dict(zip(names, values, strict=True))
-        faults = {f"{fault.effect}:{fault.where}": fault.size for fault in self.faults}
-        return {**self._truth, **target, **faults}
-
-    def _run(self, motor: Array) -> SyntheticRun:
-        """What a fault may depend on, at rest at one configuration."""
-        q = motor[None]
-        return SyntheticRun(self.arm, q, np.zeros_like(q), np.zeros(1), np.zeros(3), radius=1.0, payload_kg=0.0)

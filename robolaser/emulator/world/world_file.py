@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, make_dataclass, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,23 +13,20 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, no_rotation
 from robolaser.data.printed_board import board_print
-from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
+from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.camera import CameraModel, CameraSettings
-from robolaser.emulator.world.faults import WORLD_FAULTS
 from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.scene import Projector, Scene
 from robolaser.emulator.world.solids import Block, Floor, Quaternion, Solid, Sphere, Vector
 from robolaser.emulator.world.world import EmulatedWorld
 from robolaser.errors import DataError, near
 from robolaser.trials.synthetic.arm import ScrewArm
-from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 FORMAT = "robolaser-world/1"
 SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
 PINHOLE, LENS = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
-KNOWN = (*WORLD_FAULTS, *SERVO_FAULTS)
 POSITIVE = ("f", "s_u", "s_v", "fx", "fy")
 
 
@@ -40,10 +37,16 @@ class BoardTable:
 
     origin_m: Vector
     quat: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    border_m: NotNegative = PrintedBoard.border_m
-    square_m: Positive | None = None
-    white: NotNegative = PrintedBoard.tone
-    black: NotNegative = PrintedBoard.black
+
+
+@final
+@dataclass(frozen=True)
+class Fault:
+    """`[[effect]]`."""
+
+    name: Literal["backlash", "joint_offset", "dead_time", "lag", "dead_zone", "droop"]
+    where: str
+    size: float
 
 
 @final
@@ -59,7 +62,7 @@ class WorldFile:
     board: BoardTable | None = None
     block: tuple[Block, ...] = ()
     sphere: tuple[Sphere, ...] = ()
-    effect: tuple[dict[str, Any], ...] = ()
+    effect: tuple[Fault, ...] = ()
 
 
 def _table(name: str, *numbers: str, **tables: type) -> type:
@@ -109,10 +112,9 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
     eye = CameraModel(optics, *size, replace(camera, lens_error=(k1, k2, p1, p2, k3)))
     scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
     arm = ScrewArm(robot)
-    in_servos = [effect for effect in read.effect if effect.get("name") in SERVO_FAULTS]
-    beyond = [effect for effect in read.effect if effect not in in_servos]
-    faults = list(_faults(path.name, beyond, arm, lasers=light is not None))
-    return EmulatedWorld(arm, scene, truth, faults, _loop(path.name, in_servos, arm) if in_servos else None)
+    faults = _faults(path.name, read.effect, arm)
+    in_servos = any(name in SERVO_FAULTS for name, _ in faults)
+    return EmulatedWorld(arm, scene, truth, faults, ServoLoop(arm, faults) if in_servos else None)
 
 
 def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
@@ -166,39 +168,16 @@ def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoa
     _check_rotation(file, "[board] quat", board.quat)
     T: Array = np.eye(4)
     T[:3, :3], T[:3, 3] = Rotation.from_quat(board.quat).as_matrix(), board.origin_m
-    stretch = (board.square_m or described.square_m) / described.square_m
-    printed = board_print(described)
-    printed = replace(printed, cell_m=stretch * printed.cell_m)
-    return PrintedBoard(T, printed, board.border_m, board.white, board.black)
+    return PrintedBoard(T, board_print(described))
 
 
-def _faults(file: str, stated: Iterable[Mapping[str, Any]], arm: ScrewArm, *, lasers: bool) -> Iterator[FaultModel]:
-    for number, effect in enumerate(stated):
-        name, where = effect.get("name"), effect.get("where")
-        if not isinstance(name, str) or name not in WORLD_FAULTS:
-            raise _wrong_effect(file, "name", f"an emulated world cannot have '{name}'.{near(str(name), KNOWN)}")
-        kind = WORLD_FAULTS[name]
-        locations = arm.joints if kind.on_joints else ("laser",) * lasers
-        if not isinstance(where, str) or where not in locations:
-            raise _wrong_effect(file, "where", f"{name} cannot be at '{where}'.{near(str(where), locations)}")
-        further = [(key, float, usual) for key, usual in kind.parameters.items()]
-        table = make_dataclass(name, [("size", float), *further])
-        values = {key: value for key, value in effect.items() if key not in ("name", "where")}
-        yield kind.make(where, **asdict(typed(values, table, file=file, at=("effect", number))))
-
-
-def _loop(file: str, stated: Iterable[Mapping[str, Any]], arm: ScrewArm) -> ServoLoop:
-    table = make_dataclass("servo", [("name", str), ("where", str), ("size", NotNegative)])
-    read: list[Any] = [typed(effect, table, file=file, at=("effect", number)) for number, effect in enumerate(stated)]
-    for one in read:
-        if one.where not in arm.robot.joints:
-            reason = f"{one.name} cannot be at '{one.where}'.{near(one.where, arm.robot.joints)}"
-            raise _wrong_effect(file, "where", reason)
-    return ServoLoop(arm, {(one.name, one.where): one.size for one in read})
-
-
-def _wrong_effect(file: str, key: str, reason: str) -> DataError:
-    return DataError(f"{file}, [[effect]] {key}: {reason}", file=file, column=key)
+def _faults(file: str, stated: Iterable[Fault], arm: ScrewArm) -> dict[tuple[str, str], float]:
+    """Sizes by name and joint."""
+    for fault in stated:
+        if fault.where not in arm.joints:
+            reason = f"{fault.name} cannot be at '{fault.where}'.{near(fault.where, arm.joints)}"
+            raise DataError(f"{file}, [[effect]] where: {reason}", file=file, column="where")
+    return {(fault.name, fault.where): fault.size for fault in stated}
 
 
 def _check_rotation(file: str, key: str, quat: Quaternion) -> None:
