@@ -44,12 +44,14 @@ class Sample:
         time_s: Since the recording began [s].
         q: As read, (j,) [rad or m].
         images: By column of poses.csv; none where the arm only passed.
+        qd: Velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests.
     """
 
     name: str
     time_s: float
     q: Array
     images: Mapping[str, Image] = field(default_factory=dict)
+    qd: Array | None = None
 
 
 @final
@@ -176,6 +178,8 @@ class RecordingWriter:
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}
             row |= {f"q_{joint}": repr(float(q)) for joint, q in zip(self._robot.joints, sample.q, strict=True)}
+            if sample.qd is not None:
+                row |= {f"qd_{joint}": repr(float(v)) for joint, v in zip(self._robot.joints, sample.qd, strict=True)}
             for column, image in sample.images.items():
                 row[column] = f"{IMAGES}/{self._stem(sample.name)}{_ending(column)}"
                 files[row[column]] = cv2.imencode(".png", image)[1].tobytes()
@@ -202,6 +206,8 @@ class RecordingWriter:
     def _columns(self) -> list[str]:
         switched = [UNLIT] if self._cell.laser_output is not None else []
         joints = [f"q_{joint}" for joint in self._robot.joints]
+        if not self.waypoints:  # somebody else moves the arm
+            return ["pose", "time_s", *joints, *(f"qd_{joint}" for joint in self._robot.joints), "image"]
         return ["pose", "time_s", *joints, "image", *switched, *(f"image_{k}" for k in range(2, self.shots + 1))]
 
     def _description(self) -> dict[str, bytes]:

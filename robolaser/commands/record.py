@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -32,6 +32,7 @@ def record(
     poses: Annotated[Path | None, Parameter(metavar="POSES.csv", group=WHERE)] = None,
     plan: Annotated[Count | None, Parameter(group=WHERE)] = None,
     next_poses: Annotated[Path | None, Parameter(name="--next", metavar="DIAGNOSIS.json", group=WHERE)] = None,
+    watch: Annotated[Count | None, Parameter(group=WHERE)] = None,
     separate: Annotated[tuple[str, ...], Parameter(metavar="EFFECT[:WHERE]")] = (),
     repeats: Count | None = None,
     both_ways: bool = False,
@@ -54,6 +55,7 @@ def record(
 
         robolaser record cell --plan 30 --output recording --dry-run
         robolaser record cell --plan 30 --output recording --move
+        robolaser record cell --watch 200 --output recording
 
     Args:
         cell: Folder with dataset.toml, cell.toml and the URDF.
@@ -61,6 +63,7 @@ def record(
         poses: Go to the poses of this table: columns q_<joint>, and pose for their names.
         plan: Go to N poses that see the board and are the most informative.
         next_poses: Go to the next poses that a diagnosis recommends.
+        watch: Take N images while others move the arm, by hand or by a program; Ctrl-C ends it earlier.
         separate: With --plan, also separate this effect from all others; may be given again.
         repeats: Number of shots at each pose. Default: 1.
         both_ways: Visit each pose twice, all joints from below and from above.
@@ -83,8 +86,13 @@ def record(
     from robolaser.data.result_folder import results_in
 
     named = poses is not None or plan is not None or next_poses is not None
-    if not named and not resume:
-        raise UsageError("State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json.")
+    if not named and not resume and watch is None:
+        raise UsageError(
+            "State where the arm should go: --poses POSES.csv, --plan N or --next DIAGNOSIS.json. If others move"
+            " it, use --watch N."
+        )
+    if watch is not None and (move or resume or dry_run or repeats):
+        raise UsageError("--watch moves nothing: leave out --move, --dry-run, --resume and --repeats.")
     _refuse_idle("--both-ways", both_ways, "--poses, --plan or --next", named)
     _refuse_idle("--seed", seed is not None, "--plan", plan is not None)
     _refuse_idle("--separate", bool(separate), "--plan", plan is not None)
@@ -95,6 +103,9 @@ def record(
     read = _inputs(described, poses, next_poses)
     terminal.warn(*described.warnings)
     arm_class(described)
+    if watch is not None:
+        _watch(described, output, watch, read, terminal, force=force)
+        return
     approach_rad = math.radians(run_up or RUN_UP_DEG) if both_ways else 0.0
     waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:
@@ -238,4 +249,36 @@ def _record(
         {"recording": str(writer.folder), "poses": writer.done, "planned": planned}
         | ({"diagnosis": running.latest} if running is not None else {}),
         lambda: say(f"Wrote {writer.done} of {planned} poses to {writer.folder}"),
+    )
+
+
+def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
+    from robolaser.cell.arms import open_arm
+    from robolaser.cell.cameras import open_camera
+    from robolaser.cell.clock import WallClock
+    from robolaser.cell.recording_writer import RecordingWriter
+    from robolaser.cell.watch import sample_names, watch
+    from robolaser.data.result_folder import results_in
+
+    clock, names = WallClock(), list[str]()
+    writer = RecordingWriter(cell, output, (), 1)
+    files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
+    with (
+        results_in(output, command="record", files=files, inputs=read, over=["extract"], force=force),
+        ended_as_by_hand(),
+        terminal.progress() as progress,
+        closing(open_camera(cell, clock, terminal.warn)) as camera,
+        closing(open_arm(cell, clock)) as arm,
+    ):
+
+        def tell(name: str) -> None:
+            names.append(name)
+            progress(name, len(names) / count)
+
+        writer.state_quantization_noise(arm.step, terminal.warn)
+        with suppress(KeyboardInterrupt):
+            watch(arm, camera, writer, clock, count, cell.laser_output, tell, cell.camera.settle_s)
+    terminal.show(
+        {"recording": str(writer.folder), "poses": len(names), "planned": count},
+        lambda: say(f"Wrote {len(names)} images of {count} to {writer.folder}"),
     )

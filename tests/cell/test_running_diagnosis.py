@@ -54,5 +54,5 @@ def test_a_line_says_who_leads_how_sure_and_which_pose_would_decide() -> None:
 
 
 def test_an_option_without_motion_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["record", str(CELL), "--output", "nowhere", "--plan", "4", "--diagnose"]) == 2
+    assert main(["record", str(CELL), "--output", "nowhere", "--watch", "4", "--diagnose"]) == 2
     assert "--diagnose" in capsys.readouterr().err
