@@ -22,7 +22,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover, ElitistReplacement, NonUniformMutation, RouletteSelection
 from robolaser.operators.arithmetic_crossover import arithmetic
-from robolaser.operators.bounds import check_probability, finite_bounds
+from robolaser.operators.bounds import check_share, finite_bounds
 from robolaser.operators.elitist_replacement import survivors
 from robolaser.operators.non_uniform_mutation import non_uniform, step_size
 from robolaser.operators.roulette_selection import inverse_cost, roulette_wheel
@@ -125,8 +125,8 @@ class RCGA(GeneticAlgorithm):
             n_elites = min(max(round(ELITES * pop_size), 1), pop_size - 1)
         if not 0 <= n_elites < pop_size:
             raise AlgorithmError(f"RCGA: n_elites is {n_elites!r}, expected 0 to {pop_size - 1}, below pop_size.")
-        check_probability("RCGA", "prob_crossover", prob_crossover)
-        check_probability("RCGA", "prob_var", prob_var)
+        check_share("RCGA", "prob_crossover", prob_crossover)
+        check_share("RCGA", "prob_var", prob_var)
         parts: dict[str, Any] = {
             "n_offsprings": pop_size - n_elites,
             "sampling": FloatRandomSampling(),

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, final
 
 from robolaser.algorithms.spec import AlgorithmSpec, Value
-from robolaser.algorithms.user_code import imported, keywords, made
+from robolaser.algorithms.user_code import imported, keywords, made, named
 from robolaser.errors import AlgorithmError, UsageError, near
 from robolaser.plugins import announced
 
@@ -147,11 +147,13 @@ def _made(
         if elites >= given["pop_size"]:
             raise UsageError(f"{spec.text}: survival.n_elites is {elites}, expected fewer than pop_size.")
         given = {"n_offsprings": given["pop_size"] - elites, **given}
-    if inspect.isclass(make) and "ref_dirs" in keywords(make)[0] and "ref_dirs" not in given and n_obj > 1:
+    if inspect.isclass(make) and "ref_dirs" in keywords(make)[0] and "ref_dirs" not in given:
+        if n_obj == 1:
+            raise UsageError(f"{spec.text} searches along reference directions, which need several objectives.")
         given["ref_dirs"] = reference_directions(n_obj)
     algorithm = made(spec, make, given)
     if not isinstance(algorithm, Algorithm):
-        raise UsageError(f"{spec.text} is {algorithm!r:.80} and cannot search. Expected {expected}.")
+        raise UsageError(f"{spec.text} is {named(algorithm)} and cannot search. Expected {expected}.")
     for slot, operator in operators.items():
         if not _has(algorithm, operator):
             raise UsageError(f"{spec.text}: {spec.path} has no place for another {slot}, and would run with its own.")

@@ -64,6 +64,11 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
             raise UsageError(f"{spec.path} has no setting '{name}'.{near(name, known[first:])}")
 
 
+def named(thing: object) -> str:
+    """The name of something, or of its class: an address in memory says nothing."""
+    return str(getattr(thing, "__name__", f"an object of class {type(thing).__name__}"))
+
+
 def keywords(make: Callable[..., Any]) -> tuple[tuple[str, ...], bool]:
     """Names of the settings that a function or class takes, and whether it takes any others.
 

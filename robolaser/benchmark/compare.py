@@ -142,11 +142,11 @@ def _runs(
             try:
                 run = future.result()
             except WorkerLost as error:
-                run = task.failed(str(error))
+                run = task.lost(str(error))
             except CancelledError:
                 raise
             except Exception as error:  # a worker of the cluster was lost again and again
-                run = task.failed(f"{type(error).__name__}: {error}")
+                run = task.lost(f"{type(error).__name__}: {error}")
             if task.spill:
                 Path(task.spill).unlink(missing_ok=True)
             seconds.append(run.seconds)

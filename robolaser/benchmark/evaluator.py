@@ -67,13 +67,11 @@ class BudgetExhausted(BaseException):
 class BudgetedEvaluator:
     """Evaluates candidates of a problem until the budget or the time of the run is used up.
 
-    A candidate outside the bounds is counted and has infinite cost; so has one at a pole.
+    A candidate outside the bounds is counted and has infinite cost; so has one at a pole. A search can read what is
+    counted and what is left, but not set it.
 
     Attributes:
         problem: The problem.
-        limits: What the run keeps to.
-        budget: Candidates that may be evaluated; no further one is.
-        evaluations: Candidates evaluated so far.
         best: Lowest cost of a feasible candidate so far, if there is one objective.
         x: The candidate of lowest cost so far, (1, d); of several objectives those that nothing dominates.
         violation: Lowest violation of the constraints so far; infinite before any candidate.
@@ -83,8 +81,7 @@ class BudgetedEvaluator:
 
     def __init__(self, problem: BenchmarkProblem, limits: RunLimits, spill: str = "") -> None:
         self.problem, self.spill = problem, spill
-        self.limits, self.budget = limits, limits.budget
-        self.evaluations = 0
+        self._limits, self._evaluations = limits, 0
         self.best = self.violation = np.inf
         self.x: Any = np.empty((0, problem.dimension))
         self.out_of_time = False
@@ -94,9 +91,19 @@ class BudgetedEvaluator:
         self._began = time.perf_counter()
 
     @property
+    def budget(self) -> int:
+        """Candidates that may be evaluated; no further one is."""
+        return self._limits.budget
+
+    @property
+    def evaluations(self) -> int:
+        """Candidates evaluated so far."""
+        return self._evaluations
+
+    @property
     def left(self) -> int:
-        """Candidates that may still be evaluated."""
-        return max(self.budget - self.evaluations, 0)
+        """Candidates that may still be evaluated: none after the end, which a search may have swallowed."""
+        return 0 if self.out_of_time else self.budget - self._evaluations
 
     def seconds(self) -> float:
         """Wall time so far."""
@@ -151,9 +158,9 @@ class BudgetedEvaluator:
 
     def record(self, evaluations: int, cost: float, x: Array | None = None) -> None:
         """Count candidates that a solver evaluated without this evaluator, the lowest cost of them, and whose it is."""
-        self.evaluations += evaluations
-        if self.evaluations <= self.budget and cost < self.best:
-            self._improve(self.evaluations, cost, self.x[:0] if x is None else x[None].copy())
+        if evaluations <= self.left and cost < self.best:
+            self._improve(self._evaluations + evaluations, cost, self.x[:0] if x is None else x[None].copy())
+        self._spend(evaluations)
         self._end_if_exhausted()
 
     def trace(self) -> ConvergenceTrace:
@@ -189,7 +196,7 @@ class BudgetedEvaluator:
         try:
             found = self.problem.values(x[inside])
         except Exception:
-            if not self.limits.crash_costs_inf:
+            if not self._limits.crash_costs_inf:
                 raise
             if len(x) > 1:
                 each = [self._values(x[i : i + 1]) for i in range(len(x))]
@@ -211,8 +218,8 @@ class BudgetedEvaluator:
         else:
             lowest = np.minimum.accumulate(np.append(self.best, np.where(feasible, values["F"][:, 0], np.inf)))
             for i in np.flatnonzero(lowest[1:] < lowest[:-1]):
-                self._improve(self.evaluations + int(i) + 1, float(values["F"][i, 0]), x[i : i + 1].copy())
-        self.evaluations += len(x)
+                self._improve(self._evaluations + int(i) + 1, float(values["F"][i, 0]), x[i : i + 1].copy())
+        self._spend(len(x))
         self._end_if_out_of_time()
 
     def _extend(self, rows: Ints, x: Any, F: Array) -> None:
@@ -228,7 +235,7 @@ class BudgetedEvaluator:
         kept = moocore.is_nondominated(both)
         known, now = len(self._front), self.seconds()
         new = rows[np.flatnonzero(kept[known:])]
-        self._note([(self.evaluations + int(i) + 1, now, F[i].tolist()) for i in new])
+        self._note([(self._evaluations + int(i) + 1, now, F[i].tolist()) for i in new])
         self._front, self.x = both[kept], both_x[kept]
 
     def _improve(self, evaluations: int, cost: float, x: Any) -> None:
@@ -237,17 +244,25 @@ class BudgetedEvaluator:
 
     def _note(self, improvements: list[tuple[int, float, Any]]) -> None:
         self._improvements += improvements
+        self._spill(improvements)
+
+    def _spend(self, evaluations: int) -> None:
+        before, self._evaluations = self._evaluations, min(self._evaluations + evaluations, self.budget)
+        if before < self._evaluations == self.budget:
+            self._spill([()])
+
+    def _spill(self, lines: Sequence[Sequence[Any]]) -> None:
+        """Write improvements; an empty one says that the budget is used up."""
         if self.spill:
             with Path(self.spill).open("a") as file:
-                file.writelines(json.dumps(one) + "\n" for one in improvements)
+                file.writelines(json.dumps(one) + "\n" for one in lines)
 
     def _end_if_exhausted(self) -> None:
-        if self.evaluations >= self.budget:
-            self.evaluations = self.budget
+        if self._evaluations == self.budget:
             raise BudgetExhausted
         self._end_if_out_of_time()
 
     def _end_if_out_of_time(self) -> None:
-        if self.seconds() > self.limits.time_limit_s:
+        if self.seconds() > self._limits.time_limit_s:
             self.out_of_time = True
             raise BudgetExhausted

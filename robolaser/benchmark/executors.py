@@ -56,11 +56,13 @@ def engine_of(
         return
     try:
         from distributed import Client  # noqa: PLC0415 - an extra
+        from distributed.comm import get_address_host_port  # noqa: PLC0415
     except ImportError:
         raise DependencyMissing(
             "A cluster needs Dask, which is not installed: pip install 'robolaser[dask]'."
         ) from None
     try:
+        get_address_host_port(scheduler, strict=True)  # a client that was begun with what is no address ends with noise
         client = Client(scheduler, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise BenchmarkError(

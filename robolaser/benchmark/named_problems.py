@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import imported, made
+from robolaser.algorithms.user_code import imported, made, named
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import (
     CALIBRATION,
@@ -220,7 +220,7 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
     problem = make()
     if not isinstance(problem, Problem):
         raise UsageError(
-            f"{name} is {problem!r:.80}, expected a pymoo problem: its class, an instance, or a function that"
+            f"{name} is {named(problem)}, expected a pymoo problem: its class, an instance, or a function that"
             " returns one."
         )
     if isinstance(problem, DynamicProblem):

@@ -68,11 +68,14 @@ class Task:
         """What identifies its run."""
         return self.problem, self.algorithm, self.seed
 
-    def failed(self, reason: str) -> BenchmarkRun:
-        """A failed run of which only the reason is known, and what it spilt."""
+    def lost(self, reason: str) -> BenchmarkRun:
+        """A run of which only the reason is known, and what it spilt; failed, unless its whole budget was used up."""
         spilt = Path(self.spill).read_text() if self.spill and Path(self.spill).exists() else ""
-        trace = ConvergenceTrace.of(json.loads(line) for line in spilt.split("\n")[:-1])  # the last may be half a line
+        steps = [json.loads(line) for line in spilt.split("\n")[:-1]]  # the last may be half a line
+        trace = ConvergenceTrace.of(filter(None, steps))
         evaluations, seconds = int(trace.evaluations.max(initial=0)), float(trace.seconds.max(initial=0.0))
+        if [] in steps:
+            return BenchmarkRun(*self.key, DONE, "", self.limits.budget, seconds, 0.0, trace)
         return BenchmarkRun(*self.key, FAILED, reason, evaluations, seconds, 0.0, trace)
 
 
@@ -82,7 +85,7 @@ def done(task: Task) -> BenchmarkRun:
         _check(task.spec, task.fingerprint)
         problem, solver = pickle.loads(task.spec).made_for(task.seed), pickle.loads(task.solver)
     except Exception as error:
-        return task.failed(_reason(error))
+        return task.lost(_reason(error))
     return run(problem, solver, task)
 
 
@@ -115,10 +118,12 @@ def run(problem: BenchmarkProblem, solver: Solver, task: Task) -> BenchmarkRun:
         with np.errstate(all="ignore"):
             solver.search(evaluator, task.seed)
     except BudgetExhausted:
-        if evaluator.out_of_time:
-            reason = f"ended by its time limit of {limits.time_limit_s:g} s"
+        pass
     except (Exception, SystemExit) as error:
-        reason, state = _reason(error), FAILED
+        if evaluator.left:  # else it has swallowed the end, and stumbled over what it missed
+            reason, state = _reason(error), FAILED
+    if evaluator.out_of_time:
+        reason = f"ended by its time limit of {limits.time_limit_s:g} s"
     seconds, processor_s, trace = evaluator.seconds(), time.process_time() - began, evaluator.trace()
     if limits.noisy and len(evaluator.x):
         with seeded(task.seed):

@@ -20,7 +20,14 @@ RESULT = Group("Result", sort_key=1)  # the options that say where a result goes
 Count = Annotated[int, Parameter(metavar="N", validator=Number(gte=1))]
 Seed = Annotated[int, Parameter(metavar="N", validator=Number(gte=0))]
 Port = Annotated[int, Parameter(metavar="N", validator=Number(gte=1, lte=65535))]
-Positive = Annotated[float, Parameter(validator=Number(gt=0, lt=math.inf))]
+
+
+def _positive(_: object, value: float | None) -> None:
+    if value is not None and not 0 < value < math.inf:  # nan is not either
+        raise ValueError("Expected a finite number above 0.")
+
+
+Positive = Annotated[float, Parameter(validator=_positive)]
 Deviation = Annotated[Positive, Parameter(metavar="STD")]
 Force = Annotated[bool, Parameter(group=RESULT)]
 Resume = Annotated[bool, Parameter(group=RESULT)]

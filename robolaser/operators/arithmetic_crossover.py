@@ -6,6 +6,7 @@ import numpy as np
 from pymoo.core.crossover import Crossover
 
 from robolaser.arrays import Array
+from robolaser.operators.bounds import check_share
 
 
 def arithmetic(parents: Array, share: Array) -> Array:
@@ -32,6 +33,9 @@ class ArithmeticCrossover(Crossover):
     Args:
         prob: Probability that a pair is crossed at all; the others are copied.
 
+    Raises:
+        AlgorithmError: It is no probability.
+
     Examples:
         >>> from robolaser.operators import ArithmeticCrossover
         >>> result = minimize(sphere, GA(crossover=ArithmeticCrossover(prob=0.85)), ("n_gen", 20), seed=1)
@@ -41,6 +45,7 @@ class ArithmeticCrossover(Crossover):
 
     def __init__(self, prob: float = 0.85, **kwargs: Any) -> None:
         super().__init__(n_parents=2, n_offsprings=2, prob=prob, **kwargs)
+        check_share(self.name, "prob", prob)
 
     def _do(self, problem: Any, X: Array, *args: Any, random_state: Any = None, **kwargs: Any) -> Array:
         return arithmetic(X.astype(np.float64), random_state.random((X.shape[1], 1)))

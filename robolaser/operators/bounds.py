@@ -25,11 +25,11 @@ def finite_bounds(problem: Any, operator: str) -> tuple[Array, Array]:
     return lower, upper
 
 
-def check_probability(owner: str, setting: str, value: Any) -> None:
-    """Refuse a number that is no probability; None and pymoo's variables stand for numbers that come later.
+def check_share(owner: str, setting: str, value: Any) -> None:
+    """Refuse a number that is no share or probability; None, functions and pymoo's variables stand for later ones.
 
     Raises:
         AlgorithmError: It is below 0 or above 1.
     """
     if isinstance(value, (int, float)) and not 0.0 <= value <= 1.0:
-        raise AlgorithmError(f"{owner}: {setting} is {value!r}, expected a probability, 0 to 1.")
+        raise AlgorithmError(f"{owner}: {setting} is {value!r}, expected a number from 0 to 1.")

@@ -14,7 +14,7 @@ from pymoo.termination.indicator import IndicatorTermination
 
 from robolaser.arrays import Array, Bools
 from robolaser.errors import AlgorithmError
-from robolaser.operators.bounds import check_probability, finite_bounds
+from robolaser.operators.bounds import check_share, finite_bounds
 
 HORIZON = 10_000  # generations that a run is taken to last where nothing says so: Lee et al.'s stop
 _CONVERGENCE = (DeltaToleranceTermination, IndicatorTermination, MinimumFunctionValueTermination)
@@ -77,7 +77,8 @@ class NonUniformMutation(Mutation):
         **kwargs: Any,
     ) -> None:
         super().__init__(prob=prob, prob_var=prob_var, **kwargs)
-        check_probability(self.name, "prob_var", prob_var)
+        for setting, value in (("prob", prob), ("prob_var", prob_var), ("progress", progress)):
+            check_share(self.name, setting, value)
         if not b >= 0:
             raise AlgorithmError(f"{self.name}: b is {b!r}, expected a number of at least 0.")
         self.b = Real(b, bounds=(1.0, 10.0), strict=(0.0, None))

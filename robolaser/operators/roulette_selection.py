@@ -25,9 +25,10 @@ def inverse_cost(J: Array) -> Array:
         return np.asarray(best == J, np.float64)
     if best > 0.0:
         return best / J
-    excess = J - best
+    excess = J / 4 - best / 4  # neither it nor the sum of two overflows
     others = excess[np.isfinite(excess) & (excess > 0.0)]
-    return 1.0 / (1.0 + excess / np.median(others)) if len(others) else np.asarray(best == J, np.float64)
+    with np.errstate(over="ignore"):
+        return 1.0 / (1.0 + excess / np.median(others)) if len(others) else np.asarray(best == J, np.float64)
 
 
 def roulette_wheel(weights: Array, at: Array) -> Ints:

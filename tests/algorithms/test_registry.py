@@ -115,7 +115,7 @@ def test_any_algorithm_of_pymoo_is_there_by_its_import_path() -> None:
     [
         ("rgca", UsageError, "Did you mean 'rcga'?"),
         ("rcga:elites=3", UsageError, "Did you mean 'n_elites'?"),
-        ("rcga:prob_var=2", UsageError, "a probability, 0 to 1"),
+        ("rcga:prob_var=2", UsageError, "a number from 0 to 1"),
         ("screening:b=2", UsageError, "No algorithm 'screening'"),
         ("pso:crossover=ArithmeticCrossover", UsageError, "pso has no"),
     ],

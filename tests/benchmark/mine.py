@@ -1,5 +1,6 @@
 """Problems and solvers of somebody's own, good and bad, as they would lie in a current directory."""
 
+import contextlib
 import os
 import time
 
@@ -44,6 +45,36 @@ def hanging(evaluator, seed):
     """Finds something and never comes back."""
     evaluator.cost(np.ones((1, evaluator.problem.dimension)))
     time.sleep(1000)
+
+
+def liar(evaluator, seed):
+    """Says again and again that it has evaluated nothing yet."""
+    for _ in range(100):
+        evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), 3))
+        for name in ("evaluations", "budget"):
+            with contextlib.suppress(AttributeError):
+                setattr(evaluator, name, 1000 * (name == "budget"))
+
+
+def deaf(evaluator, seed):
+    """Swallows the end of its budget and returns."""
+    try:
+        while True:
+            evaluator.cost(evaluator.problem.sample_uniform(np.random.default_rng(seed), 3))
+    except BaseException:
+        return
+
+
+def deaf_and_astray(evaluator, seed):
+    """Swallows the end of its budget and breaks."""
+    deaf(evaluator, seed)
+    raise RuntimeError("out of ideas")
+
+
+def deaf_for_ever(evaluator, seed):
+    """Swallows the end of its budget each time, and never comes back."""
+    while True:
+        deaf(evaluator, seed)
 
 
 class Sphere(Problem):

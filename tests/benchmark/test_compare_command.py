@@ -146,6 +146,8 @@ def test_a_finished_comparison_is_only_shown_again(result, at_home):
     [
         (["paper", "--algorithms", "rgca"], "Did you mean 'rcga'?"),
         (["paper", "--algorithms", "rcga:bb=2"], "bb"),
+        (["paper", "--algorithms", "mine:Sphere"], "mine:Sphere is an object of class Sphere and cannot search"),
+        (["mine:Sphere", "--algorithms", "GA:crossover=ArithmeticCrossover:crossover.prob=2"], "prob is 2, expected"),
         (["paper", "--algorithms", "rcga,,de"], "a name is missing"),
         (["papre"], "No folder 'papre'"),
         (["pymoo:rastrigen"], "Did you mean 'pymoo:rastrigin'?"),
@@ -158,6 +160,11 @@ def test_what_has_no_meaning_is_wrong_usage_and_touches_nothing(typed, complaint
     assert not (tmp_path / "new").exists()
 
 
-@pytest.mark.parametrize("option", ["--seeds=0", "--budget=0", "--time-limit=0", "--target=nan", "--jobs=0"])
+@pytest.mark.parametrize("option", ["--seeds=0", "--budget=0", "--time-limit=0", "--target=inf", "--jobs=0"])
 def test_limits_of_nothing_are_wrong_usage(option, tmp_path):
     assert main(["compare", "paper", "--output", str(tmp_path), option]) == 2
+
+
+def test_what_is_no_number_is_told_that_one_is_needed(tmp_path, capsys):
+    assert main(["compare", "paper", "--output", str(tmp_path), "--target=nan"]) == 2
+    assert "Expected a finite number above 0." in capsys.readouterr().err

@@ -1,6 +1,8 @@
 """A cluster gives the same runs; whoever is killed leaves no process behind and loses no run that had ended."""
 
+import gc
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -31,11 +33,14 @@ def test_a_dask_cluster_makes_the_same_runs():
     assert there.workers == 1
 
 
-def test_a_cluster_that_does_not_answer_is_named(monkeypatch):
-    pytest.importorskip("distributed")
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tcp://127.0.0.1", "foo://127.0.0.1:1"])
+def test_a_cluster_that_does_not_answer_is_named_and_nothing_lingers(address, monkeypatch):
+    distributed = pytest.importorskip("distributed")
     monkeypatch.setattr("robolaser.benchmark.executors.CONNECT_S", 0.5)
-    with pytest.raises(BenchmarkError, match=r"tcp://127\.0\.0\.1:1\b"):
-        robolaser.compare(["pymoo:sphere-3"], ["random"], seeds=1, budget=10, scheduler="tcp://127.0.0.1:1")
+    with pytest.raises(BenchmarkError, match=rf"at {re.escape(address)} \("):
+        robolaser.compare(["pymoo:sphere-3"], ["random"], seeds=1, budget=10, scheduler=address)
+    left = [one for one in gc.get_objects() if type(one) is distributed.Client and one.status != "closed"]
+    assert not left
 
 
 def test_a_process_that_is_ended_while_it_starts_ends():

@@ -19,6 +19,28 @@ def test_a_budget_is_kept_to_the_candidate(tmp_path):
     assert len(count.read_text()) == 4 * 20 + looked_at
 
 
+@pytest.mark.parametrize("search", ["liar", "deaf", "deaf_and_astray", "deaf_for_ever"])
+def test_who_tampers_with_the_count_or_swallows_the_end_evaluates_exactly_the_budget_and_is_done(
+    search, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("robolaser.benchmark.compare.GRACE_S", 1.0)
+    count = tmp_path / "count"
+    result = robolaser.compare(
+        [Slow(0.0, str(count))], [f"mine:{search}"], seeds=1, budget=20, jobs=1, time_limit_s=2.0
+    )
+    (run,) = result.runs
+    assert (run.state, run.reason, run.evaluations) == ("done", "", 20)
+    assert len(run.trace.costs)
+    assert len(count.read_text()) == 20 + 3
+
+
+def test_who_swallows_the_end_of_its_time_evaluates_no_more():
+    result = robolaser.compare([Slow(0.2)], ["mine:deaf"], seeds=1, budget=1000, time_limit_s=1.0, jobs=1)
+    (run,) = result.runs
+    assert (run.state, run.reason) == ("done", "ended by its time limit of 1 s")
+    assert run.evaluations <= 6
+
+
 def test_the_time_limit_is_looked_at_after_each_candidate_and_keeps_what_was_found():
     began = time.monotonic()
     result = robolaser.compare([Slow(0.2)], ["GA:pop_size=100"], seeds=1, budget=1000, time_limit_s=1.0)
@@ -65,7 +87,7 @@ def test_a_run_of_several_objectives_that_is_killed_keeps_its_front(monkeypatch)
 def test_what_is_half_written_is_left_out(tmp_path):
     (tmp_path / "spill").write_text("[1, 0.1, 3.0]\n[2, 0.2, 1.0]\n[3, 0.3, [0.")
     task = Task("p", "a", 1, RunLimits(10, 1.0), b"", b"", "", spill=str(tmp_path / "spill"))
-    run = task.failed("it hung")
+    run = task.lost("it hung")
     assert (run.evaluations, run.trace.costs.tolist()) == (2, [3.0, 1.0])
 
 

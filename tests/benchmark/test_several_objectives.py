@@ -73,11 +73,14 @@ def test_algorithms_with_reference_directions_take_part_by_name():
 
 
 def test_an_algorithm_that_needs_several_objectives_is_refused_where_there_is_one():
-    result = robolaser.compare(["pymoo:sphere-2", "pymoo:dtlz2"], ["NSGA3", "GA", "NSGA2"], seeds=1, budget=100)
+    needing = ("NSGA3", "MOEAD", "RVEA")
+    result = robolaser.compare(["pymoo:sphere-2", "pymoo:dtlz2"], [*needing, "GA", "NSGA2"], seeds=1, budget=100)
     assert {(run.problem, run.algorithm) for run in result.runs if run.state == DONE} == {
         ("pymoo:sphere-2", "GA"),
         ("pymoo:sphere-2", "NSGA2"),
         ("pymoo:dtlz2", "NSGA2"),
-        ("pymoo:dtlz2", "NSGA3"),
+        *(("pymoo:dtlz2", name) for name in needing),
     }
-    assert "ref_dirs" in result.refused["pymoo:sphere-2", "NSGA3"]
+    for name in needing:
+        why = f"{name} searches along reference directions, which need several objectives."
+        assert result.refused["pymoo:sphere-2", name] == why

@@ -122,6 +122,7 @@ def test_solvers_that_do_not_differ_from_the_first_are_named():
     answer = _ranked(_arrays({"a": 1.0, "b": 1.02, "slow": 5.0})).order.answer
     assert "does not differ significantly from it" in answer
     assert "it is better than slow" in answer
+    assert "b comes next" in answer
 
 
 def test_with_too_few_seeds_the_answer_says_how_many_it_takes():

@@ -122,3 +122,4 @@ def test_an_unplaced_target_follows_in_closed_form(made: Simulated) -> None:
     completed = model.completed(scanner)
     x = np.array([[completed[name][0] for name in model.parameters.names]])
     assert np.abs(model.residuals(x)).max() < 1e-9
+    assert model.cost(x[:0]).shape == (0,)

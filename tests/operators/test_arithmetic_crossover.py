@@ -6,6 +6,7 @@ from bowl import LOWER, UPPER, running
 from pymoo.core.population import Population
 from scipy import stats
 
+from robolaser.errors import AlgorithmError
 from robolaser.operators import ArithmeticCrossover
 from robolaser.operators.arithmetic_crossover import arithmetic
 
@@ -23,6 +24,12 @@ def cross(problem, parents, prob, seed=2):
         problem, Population.new(X=X), mates, random_state=np.random.default_rng(seed), algorithm=running(1)
     )
     return children.get("X").reshape(2, -1, 5)
+
+
+@pytest.mark.parametrize("prob", [1.5, -1, np.nan])
+def test_what_is_no_probability_is_refused(prob):
+    with pytest.raises(AlgorithmError, match=r"ArithmeticCrossover: prob is .* expected a number from 0 to 1"):
+        ArithmeticCrossover(prob=prob)
 
 
 def test_shares_of_one_and_none_return_the_parents(parents):

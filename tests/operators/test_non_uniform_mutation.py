@@ -149,10 +149,18 @@ def test_a_problem_without_bounds_is_refused(bounds):
 
 @pytest.mark.parametrize(
     "setting",
-    [{"b": -1.0}, {"b": np.nan}, {"prob_var": 1.5}, {"prob_var": -0.1}],
+    [
+        {"b": -1.0},
+        {"b": np.nan},
+        {"prob_var": 1.5},
+        {"prob_var": -0.1},
+        {"prob": 2},
+        {"progress": 2},
+        {"progress": np.nan},
+    ],
 )
 def test_settings_without_meaning_are_refused(setting):
-    with pytest.raises(AlgorithmError, match=next(iter(setting))):
+    with pytest.raises(AlgorithmError, match=f"{next(iter(setting))} is"):
         NonUniformMutation(**setting)
 
 

@@ -54,6 +54,24 @@ def test_where_all_are_alike_all_have_the_same_chance(J):
     assert stats.chisquare(counts).pvalue > 0.01
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("J", "fitness"),
+    [
+        ([-INF, -1e308, 2.0], [1, 0, 0]),
+        ([-1e308, 1e308, 1e308], [1, 0.5, 0.5]),
+        ([-1.7e308, 1.7e308, 1.7e308, INF, 1.6e308], [1, 0.5, 0.5, 0, 1 / (1 + 3.3 / 3.4)]),
+        ([-1e-300, -0.9e-300, -0.9e-300, 1e308], [1, 0.5, 0.5, 0]),
+    ],
+)
+def test_extreme_costs_have_sensible_chances(J, fitness):
+    np.testing.assert_allclose(inverse_cost(np.array(J)), fitness, rtol=1e-12)
+
+
+def test_who_costs_minus_infinity_is_always_drawn():
+    assert set(selected([-INF, 1.0, -1e308], 1000, G=[0.0, 0.0, 1.0]).ravel()) == {0}
+
+
 def test_negative_costs_count_from_the_best():
     J = np.array([-10.0, -9.0, -8.0, -4.0])
     np.testing.assert_allclose(inverse_cost(J), inverse_cost(J - 50.0))

@@ -44,6 +44,8 @@ def restarted(search: Search, evaluator: BudgetedEvaluator, seed: int) -> None:
         while idle < IDLE_ROUNDS:
             before = evaluator.evaluations
             search(evaluator, seed)
+            if not evaluator.left:  # it has swallowed the end
+                return
             idle = idle + 1 if evaluator.evaluations == before else 0
             seed = int(rng.integers(1, 2**31))
     raise AlgorithmError(f"It was started {idle} times without evaluating a candidate.")

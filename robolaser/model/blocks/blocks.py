@@ -1,5 +1,6 @@
 """All blocks of a problem: what is said of a problem's rows and parameters, put together from its blocks."""
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import groupby
@@ -273,7 +274,7 @@ def _squares(block: Block, values: Values, T_base_flange: Array, perturb: Pertur
     if perturb is None and short is not None:
         return short(block.values(values), T_base_flange)
     residuals = block.sensor.residuals(*block.at(values, T_base_flange, perturb or Perturbation()))
-    flat = residuals.reshape(len(residuals), -1)
+    flat = residuals.reshape(len(residuals), math.prod(residuals.shape[1:]))
     with np.errstate(over="ignore", invalid="ignore"):
         J = np.einsum("ij,ij->i", flat, flat)
     return np.where(np.isfinite(J), J, np.inf)
