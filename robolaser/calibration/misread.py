@@ -128,8 +128,8 @@ def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
         dataset: With poses in the order in which they were measured.
     """
     poses = np.unique(dataset.points.pose)
-    if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses):
-        return
+    if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses) or dataset.sessions is not None:
+        return  # a part of the poses may not say where things stood in another session
     third = len(poses) // 3
     of_first = _short_fit(_of(dataset, poses[:third]))
     for shift, which in SHIFTS.items():

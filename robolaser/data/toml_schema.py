@@ -154,6 +154,8 @@ def _in_words(schema: inspect.Type, name: str | int) -> str:
             words = f"a whole number from {least}" + ("" if most is None else f" to {most}")
         case inspect.FloatType(gt=least, ge=from_):
             words = "a positive number" if least == 0 else "a number, 0 or more" if from_ == 0 else "a finite number"
+        case inspect.StrType(pattern=str()):
+            words = "a name of letters, digits, - and _"
         case inspect.StrType(min_length=least):
             words = "a text that is not empty" if least else "a text"
         case inspect.BoolType():

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.joining import poses_beyond, with_poses_of
+from robolaser.data.joining import check_same_arm, poses_beyond, with_poses_of
 from robolaser.diagnosis.cause_classes import reweighed_classes, reweighed_kinds
 from robolaser.diagnosis.further_poses import Followed, Weighed
 from robolaser.diagnosis.gross_errors import gross_sentence
@@ -37,6 +37,7 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     Raises:
         DataError: The further poses are of another arm or kind of sensor, or have names of those so far.
     """
+    check_same_arm(found.dataset, dataset, f"appended to {found.dataset.name}")
     names = found.dataset.poses.names
     if dataset.poses.names[: len(names)] == names:
         whole, further = dataset, poses_beyond(found.dataset, dataset)

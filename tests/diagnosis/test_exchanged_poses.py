@@ -12,7 +12,7 @@ from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 NOISE = {"camera": Noise(pixel_px=0.15), "point": Noise(point_m=5e-5), "stripe": Noise(pixel_px=0.2)}
 FEW = ["joint_offset", "link_geometry", "backlash", "radial_distortion", "hand_eye_drift"]
@@ -44,6 +44,17 @@ def test_exchanged_poses_are_named_and_no_row_is_lost(kind: str, to: dict[int, i
     assert (found.effect, found.where, found.parameters["poses"].value) == ("mispaired", "image", len(to))
     assert all(str(pose) in why.sentence for pose in to)
     assert (why.verdict, why.gross_errors) == ("no_gap", [])
+
+
+@pytest.mark.parametrize("kind", ["camera", "point"])
+def test_exchanged_poses_are_named_across_sessions_too(kind: str) -> None:
+    made = simulate(
+        find_robot("ur5"), kind=kind, poses=20, points=POINTS[kind], noise=NOISE[kind],
+        options=CellOptions(sessions=2), seed=3,
+    ).dataset  # fmt: skip
+    why = robolaser.diagnose(moved(made, {5: 31, 31: 5}), effects=FEW, seed=0)
+    assert [one.effect for one in why.effects] == ["mispaired"]
+    assert why.verdict == "no_gap"
 
 
 def test_a_cause_beside_exchanged_images_is_still_named() -> None:

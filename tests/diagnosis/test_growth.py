@@ -55,6 +55,12 @@ def test_further_poses_give_the_names_of_a_fresh_diagnosis_and_its_probabilities
     )
 
 
+def test_poses_of_another_arm_are_refused(found):
+    other = simulate("panda", kind="point", poses=FIRST, noise=Noise(point_m=1e-4), seed=4).dataset
+    with pytest.raises(DataError, match="Both must be of the same arm"):
+        found.with_poses(other)
+
+
 def test_what_is_added_one_by_one_or_at_once_alone_or_with_the_rest_is_the_same(arm, found):
     one_by_one = found.with_poses(first(arm, FIRST + 1)).with_poses(first(arm, FIRST + 2))
     at_once = found.with_poses(first(arm, FIRST + 2))
