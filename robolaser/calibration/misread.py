@@ -87,12 +87,13 @@ def _tried(model: Model, *, in_every_way: bool) -> Misread | None:
 
 
 def _some(dataset: Dataset) -> Dataset:
-    """Rows enough to tell readings apart; of poses that see a whole target, as many of each as place it."""
+    """Rows enough to tell readings apart; of poses that see a whole target, as many of each sensor as place it."""
     if dataset.format.named_points:
         return subsampled(dataset, SEARCH_POINTS)
     poses = np.unique(dataset.points.pose)
     rows = np.flatnonzero(np.isin(dataset.points.pose, poses[evenly(len(poses), MOST_POSES)]))
-    return replace(dataset, points=dataset.points.take(rows[rows_of_each(dataset.points.pose[rows], ROWS_OF_A_POSE)]))
+    seen = dataset.points.pose * max(1, len(dataset.members)) + dataset.sensor_of_row
+    return replace(dataset, points=dataset.points.take(rows[rows_of_each(seen[rows], ROWS_OF_A_POSE)]))
 
 
 def _error(dataset: Dataset) -> float:

@@ -92,6 +92,10 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
         if len(moved.points) and len(dataset.poses) > FEWEST_POSES:
             fault = f"The points, or images, seem to belong to the pose {which} theirs"
             yield Hypothesis(moved, fault, ROWS, shift)
+            for sensor in dataset.sensors if dataset.members else ():
+                alone = with_rows_moved(dataset, shift, of=sensor.rows)
+                fault = f"All rows of {sensor.file} seem to belong to the pose {which} theirs"
+                yield Hypothesis(alone, fault, sensor.file, shift)
     T, options = dataset.poses.T_base_flange, dataset.options
     end: Literal["flange", "base"] = "flange" if getattr(options, "mount", "flange") == "base" else "base"
     if T is not None:  # a sensor at the other end sees the same with inverse poses
@@ -104,10 +108,20 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
         yield Hypothesis(swapped, fault, "mount under [sensor] in dataset.toml")
 
 
-def with_rows_moved(dataset: Dataset, shift: int, first: int = 0) -> Dataset:
-    """Rows, from those of a first pose on, at the pose that is so many after theirs; without those that have none."""
+def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | None = None) -> Dataset:
+    """Rows, from those of a first pose on, at the pose that is so many after theirs; without those that have none.
+
+    Args:
+        dataset: Of which.
+        shift: By how many poses.
+        first: The first pose whose rows move.
+        of: Numbers of the rows that may move; None: all.
+    """
     points = dataset.points
-    pose = points.pose + shift * (points.pose >= first)
+    moves = points.pose >= first
+    if of is not None:
+        moves &= np.isin(np.arange(len(points)), of)
+    pose = points.pose + shift * moves
     kept = np.flatnonzero((pose >= 0) & (pose < len(dataset.poses)))
     return replace(dataset, points=replace(points.take(kept), pose=pose[kept]))
 

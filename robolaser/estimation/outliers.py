@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
+from robolaser.data.dataset import Dataset
 from robolaser.estimation.noise_estimate import LEVER_M
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.robust_loss import Loss
@@ -26,7 +27,8 @@ FREE_POSE_M: Final = 0.02
 """How far a pose may be off as a whole [m], as a standard deviation, a turn as the shift that it makes at `LEVER_M`:
 what the model lacks moves whole poses, gross errors single rows. A judgement: a nominal arm is off by 10 mm."""
 MOST_POSES_OFF: Final = 0.1
-"""Share of the poses at which most rows may be gross errors: of more, something has moved. A judgement."""
+"""Share of the poses at which most rows may be gross errors, of all, one sensor or one named point: of more, something
+has moved. A judgement."""
 FITS = 4
 """Robust fits, each with the scale that the last one left: then the same rows count."""
 ROUNDS = 8
@@ -76,7 +78,7 @@ def outliers_within_poses(problem: Problem, x: Array) -> Bools:
         b = group_sums(weight[:, None] * (np.swapaxes(B, 1, 2) @ r[..., None])[..., 0], of_pose)
         move = np.linalg.solve(A, b[..., None])[..., 0]
         left = r - (B @ move[of_pose][..., None])[..., 0]
-    return _far(left, of_pose)
+    return _far(left, model.dataset)
 
 
 def outliers_of(problem: Problem, x: Array) -> Bools:
@@ -84,16 +86,39 @@ def outliers_of(problem: Problem, x: Array) -> Bools:
     of_pose = problem.model.dataset.points.pose
     if len(np.unique(of_pose)) < MIN_POSES:
         return np.zeros(problem.rows, dtype=bool)
-    return _far((_roots(problem) @ problem.plain(x[None])[0][..., None])[..., 0], of_pose)
+    return _far((_roots(problem) @ problem.plain(x[None])[0][..., None])[..., 0], problem.model.dataset)
 
 
-def _far(rows: Array, of_pose: Ints) -> Bools:
-    """Rows (m, k) that are far off; but if at many poses most are, the arm or the base stood elsewhere then."""
+def _far(rows: Array, dataset: Dataset) -> Bools:
+    """Rows (m, k) that are far off; but if at many poses most are, the arm or the base stood elsewhere then.
+
+    So did a sensor of several, or a named point, that is off at many more poses than the others are.
+    """
     far = np.asarray(np.linalg.norm(rows, axis=-1) > OUTLIER_SIGMA * _scale(rows))
-    taken = np.bincount(of_pose)
-    off = 2 * np.bincount(of_pose, far) >= np.maximum(taken, 1)
-    many = np.count_nonzero(off) > MOST_POSES_OFF * np.count_nonzero(taken)
-    return far & ~off[of_pose] if many else far
+    everything = np.zeros(len(rows), dtype=np.int64)
+    moved = _often_off(far, everything, dataset.points.pose, 1)
+    for group in (dataset.sensor_of_row, _named_points(dataset)) if far.any() else ():
+        moved |= _often_off(far, group, dataset.points.pose, MIN_POSES)
+    return far & ~moved
+
+
+def _often_off(far: Bools, group: Ints, of_pose: Ints, least: int) -> Bools:
+    """Rows of poses at which most of their group's are far off, if these are so many more than of the others, (m,)."""
+    _, first, cell = np.unique(of_pose * (group.max() + 1) + group, return_index=True, return_inverse=True)
+    off = 2 * np.bincount(cell, far) >= np.bincount(cell)
+    often, taken = np.bincount(group[first], off), np.bincount(group[first])
+    others = (often.sum() - often) / np.maximum(taken.sum() - taken, 1)
+    many = (often >= least) & (often > (MOST_POSES_OFF + others) * taken)
+    return np.asarray(off[cell] & many[group])
+
+
+def _named_points(dataset: Dataset) -> Ints:
+    """Number of the point that each row shows, (m,); one for all where names mean others at other poses."""
+    group = np.zeros(len(dataset.points), dtype=np.int64)
+    for sensor in dataset.sensors:
+        if sensor.data.format.named_points:
+            group[sensor.rows] = 1 + dataset.points.number[sensor.rows]
+    return group
 
 
 def _scale(rows: Array) -> float:

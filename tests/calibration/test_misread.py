@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from several import two_trackers
 
 from robolaser import calibrate
 from robolaser.arrays import Array
@@ -54,6 +55,15 @@ def test_the_slip_is_found_by_what_it_does_to_the_fit(arm: str, kind: str, slip:
     assert found is not None
     assert said in found.sentence
     assert found.shift == 0
+
+
+@pytest.mark.parametrize(("shift", "which"), [(1, "before"), (-1, "after")])
+def test_rows_of_one_sensor_that_are_one_pose_off_are_told_by_its_file(shift: int, which: str) -> None:
+    both = two_trackers(20)
+    found = misread(Model(with_rows_moved(both, shift, of=both.sensors[1].rows)), rms_m=0.1)
+    assert found is not None
+    assert f"All rows of right.csv seem to belong to the pose {which} theirs" in found.sentence
+    assert found.shift == -shift
 
 
 def test_a_wrong_cell_with_joints_read_rightly_is_not_blamed_on_them() -> None:

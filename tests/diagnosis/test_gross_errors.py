@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from several import two_trackers
 
+from robolaser.calibration.other_readings import with_rows_moved
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
@@ -41,6 +43,30 @@ def test_a_pose_that_is_off_as_a_whole_is_likely_a_gross_error_and_is_named(soun
     assert 0.5 < told["probability"] < CERTAIN
     assert f"All points of pose {sound.poses.names[7]} are off together" in found.sentence
     assert any(f"measurements of pose {sound.poses.names[7]};" in one for one in to_do(found))
+
+
+def test_few_scattered_points_and_whole_poses_are_gross_errors(sound: Dataset) -> None:
+    scattered = np.random.default_rng(4).random(len(sound.points)) < 0.05
+    rows = np.flatnonzero(scattered | np.isin(sound.points.pose, [7, 30]))
+    found = examine(off(sound, rows), seed=0)
+    assert found.verdict == "no_gap"
+    assert found.outliers.tolist() == rows.tolist()
+
+
+def test_a_reflector_that_slips_half_way_is_no_gross_error(sound: Dataset) -> None:
+    rows = np.flatnonzero((sound.points.number == 1) & (sound.points.pose >= 20))
+    found = examine(off(sound, rows), seed=0)
+    assert found.verdict != "no_gap"
+    assert not len(found.outliers)
+
+
+def test_a_tracker_whose_rows_are_one_pose_off_is_told_beside_a_sound_one() -> None:
+    both = two_trackers(30)
+    found = examine(with_rows_moved(both, 1, of=both.sensors[1].rows), seed=0)
+    assert found.wrong_input is not None
+    assert found.wrong_input.name == "mispaired"
+    assert "All rows of right.csv seem to belong to the pose before theirs" in found.sentence
+    assert not len(found.outliers)
 
 
 def test_nothing_is_said_without_gross_errors(sound: Dataset) -> None:
