@@ -47,7 +47,7 @@ class StageDerivatives:
         passed: Array = np.zeros_like(seen[0][0])
         passing = (block for block in self._model.blocks if stage in block.sensor.stages)
         for block, value in zip(passing, seen, strict=True):
-            passed[block.rows] = value[0, block.rows]
+            passed[block.rows] = value[0, block.rows] if value.shape[1] > 1 else value[0]
         return passed
 
     def _by(self, stage: Stage, act: Callable[[Any], Any], *, first: bool = False) -> Array:

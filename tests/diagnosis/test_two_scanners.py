@@ -9,10 +9,14 @@ from several import together
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.cause_words import named, place
+from robolaser.diagnosis.fit import Fit, problem_of
+from robolaser.diagnosis.stage_derivatives import StageDerivatives
+from robolaser.estimation.noise_estimate import noise_of
 from robolaser.model.effects import EFFECTS, candidate_effects
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.stripe_bias import StripeBias
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Stage
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import IMAGE_PX, Ranges, build, in_sight
@@ -58,6 +62,16 @@ def cell() -> Dataset:
             for name, item in dataset.parameters.items()
         },
     )
+
+
+def test_a_sensor_of_which_one_row_is_left_passes_it_beside_the_others(cell: Dataset) -> None:
+    left, right = cell.sensors
+    few = replace(cell, points=cell.points.take(np.sort(np.r_[left.rows, right.rows[:1]])))
+    model = Model(few).sharing(Model(cell).parameters)
+    x = model.parameters.nominal
+    passed = StageDerivatives(Fit(problem_of(model, noise_of(model, x), model.parameters), x)).passing(Stage.PIXELS)
+    assert passed is not None
+    assert passed.shape == few.points["pixel"].shape
 
 
 def test_the_right_ones_laser_roll_is_named(cell: Dataset) -> None:
