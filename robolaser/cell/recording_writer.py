@@ -81,7 +81,7 @@ class RecordingWriter:
 
     @classmethod
     def resume(cls, cell: Cell, folder: Path, waypoints: Sequence[Waypoint] | None, shots: int | None) -> Self:
-        """Go on with a recording that was interrupted; poses whose images are gone are visited again.
+        """Go on with a recording that was interrupted; poses whose images are gone or cut off are visited again.
 
         Args:
             cell: Where it is taken.
@@ -218,7 +218,7 @@ class RecordingWriter:
         return {**({urdf: drawn.read_bytes()} if drawn.is_file() else {}), DATASET: text.encode()}
 
     def _take_up(self, table: Path) -> None:
-        """Read the rows whose images are there; the others' poses are visited again."""
+        """Read the rows whose images are whole; the others' poses are visited again."""
         self._rows = recorded_rows(table, self._columns())
         self.time_s = max([0.0, *(float(row["time_s"]) for row in self._rows)])
         again = {name for waypoint in self.remaining for name in waypoint.approach_names}

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
 from robolaser.cell.quantization_noise import KEY, SECTION
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import read_table
@@ -11,6 +12,7 @@ from robolaser.errors import DataError, PlanError
 
 POSES = "poses.csv"
 MERE_WORDS = ("name", "source", "licence")
+PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
 
 def check_same_cell(file: Path, cell: Cell) -> None:
@@ -32,7 +34,7 @@ def check_same_cell(file: Path, cell: Cell) -> None:
 
 
 def recorded_rows(table: Path, columns: Sequence[str]) -> list[dict[str, str]]:
-    """Rows of a recording's poses.csv whose images are there.
+    """Rows of a recording's poses.csv whose images are whole.
 
     Args:
         table: The file.
@@ -51,7 +53,7 @@ def recorded_rows(table: Path, columns: Sequence[str]) -> list[dict[str, str]]:
     rows = [
         dict(zip(columns, cells, strict=True)) for cells in zip(*(read.cells(name) for name in columns), strict=True)
     ]
-    return [row for row in rows if all((table.parent / image).is_file() for image in _images(row))]
+    return [row for row in rows if all(_is_whole(table.parent / image) for image in _images(row))]
 
 
 def pictured(folder: Path) -> list[str]:
@@ -70,6 +72,15 @@ def another_plan(folder: Path, what: str) -> PlanError:
         f"{folder} was begun with another plan: {what}. Continue with --resume alone, which keeps to that plan,"
         " or choose another --output."
     )
+
+
+def _is_whole(image: Path) -> bool:
+    """Whether a PNG file is there from its first byte to its last."""
+    try:
+        data = read_bytes(image, IMAGE_BYTES)
+    except DataError:
+        return False
+    return data.startswith(PNG_BEGINS) and data.endswith(PNG_ENDS)
 
 
 def _images(row: dict[str, str]) -> list[str]:

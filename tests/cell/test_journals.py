@@ -144,17 +144,48 @@ def test_killed_at_any_moment_a_pose_is_in_the_recording_or_is_visited_again(cel
         assert not [name for name in contents(left) if STAGED in name]
 
 
-def test_a_pose_whose_image_is_gone_is_visited_again(cell: Cell, tmp_path: Path) -> None:
-    waypoints = both_ways(numbered(Q[:2]), 0.05)
-    writer = bench.begun(cell, tmp_path / "out", waypoints, shots=2)
-    for i, waypoint in enumerate(waypoints[:2]):
-        writer.add([Sample(waypoint.approach_names[0], i, waypoint.approach[0]), sample(waypoint, i + 0.5)])
-    (tmp_path / "out" / "images" / "p001_down.2.png").unlink()
-    writer = bench.resumed(cell, tmp_path / "out")
+@pytest.mark.parametrize("column", COLUMNS)
+@pytest.mark.parametrize("damage", ["gone", "empty", "cut", "zeros", "jpeg"])
+def test_a_pose_whose_image_is_broken_is_visited_again(cell: Cell, tmp_path: Path, column: str, damage: str) -> None:
+    folder, waypoints = tmp_path / "out", both_ways(numbered(Q[:2]), 0.05)
+    writer = bench.begun(cell, folder, waypoints, shots=2)
+    with results_in(folder, command="record", files=writer.files):
+        for i, waypoint in enumerate(waypoints[:2]):
+            writer.add([Sample(waypoint.approach_names[0], i, waypoint.approach[0]), sample(waypoint, i + 0.5)])
+    image = folder / "images" / f"p001_down{column.removeprefix('image').replace('_', '.')}.png"
+    data = image.read_bytes()
+    image.unlink()
+    if damage != "gone":
+        jpeg = cv2.imencode(".jpg", np.zeros((16, 24), np.uint8))[1].tobytes()
+        left = {"empty": b"", "cut": data[:-9], "zeros": data[:-9] + bytes(9), "jpeg": jpeg[:-9]}
+        image.write_bytes(left[damage])
+    writer = bench.resumed(cell, folder)
     assert [waypoint.name for waypoint in writer.remaining] == ["p001_down", "p002_up", "p002_down"]
     again = writer.remaining[0]
-    writer.add([Sample(again.approach_names[0], 9.0, again.approach[0]), sample(again, 9.5)])
-    assert robolaser.load(tmp_path / "out").poses.names == ("p001_up_from", "p001_up", "p001_down_from", "p001_down")
+    with results_in(folder, command="record", files=writer.files, force=True):
+        writer.add([Sample(again.approach_names[0], 9.0, again.approach[0]), sample(again, 9.5)])
+    assert robolaser.load(folder).poses.names == ("p001_up_from", "p001_up", "p001_down_from", "p001_down")
+    np.testing.assert_array_equal(cv2.imread(str(image), cv2.IMREAD_UNCHANGED), sample(again, 9.5).images[column])
+
+
+def test_an_image_without_a_row_is_replaced_if_the_recording_took_it(cell: Cell, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    with results_in(folder, command="record", files=bench.begun(cell, folder, numbered(Q), shots=2).files):
+        with_two_poses(cell, folder)
+        image = folder / "images" / "p003.png"
+        image.write_bytes(b"")
+    writer = bench.resumed(cell, folder)
+    with results_in(folder, command="record", files=writer.files, force=True):
+        writer.add([sample(writer.remaining[0], 3.0)])
+    assert cv2.imread(str(image), cv2.IMREAD_UNCHANGED) is not None
+    foreign = folder / "images" / "p004.png"
+    foreign.write_bytes(b"mine")
+    with (
+        pytest.raises(OutputError, match="not its own"),
+        results_in(folder, command="record", files=bench.resumed(cell, folder).files, force=True),
+    ):
+        pytest.fail("somebody else's image is not touched")
+    assert foreign.read_bytes() == b"mine"
 
 
 def test_going_on_with_another_plan_is_refused(cell: Cell, tmp_path: Path) -> None:
