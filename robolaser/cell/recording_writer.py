@@ -61,7 +61,7 @@ class RecordingWriter:
     Args:
         cell: Where it is taken.
         folder: Created if it does not exist.
-        waypoints: The poses.
+        waypoints: The poses; none where somebody else moves the arm.
         shots: At each pose, with the laser on.
     """
 
@@ -172,7 +172,8 @@ class RecordingWriter:
         files: dict[str, bytes] = {}
         cleared: list[str] = []
         if not self.begun:
-            files[PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
+            if self.waypoints:
+                files[PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
             cleared = [name for name in (*pictured(self.folder), *FILES) if (self.folder / name).is_file()]
         rows = list(self._rows)
         for sample in samples:

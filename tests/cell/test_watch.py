@@ -97,6 +97,7 @@ def test_the_command_moves_nothing_and_writes_a_data_set(
     with emulated(rig) as port:
         assert rig.record("--watch", "5", port=port) == 0
     assert "5 images of 5" in capsys.readouterr().out
+    assert not (rig.out / "plan.csv").exists()
     poses = robolaser.load(rig.out).poses
     assert poses.names == ("w001", "w002", "w003", "w004", "w005")
     assert poses.qd is not None
