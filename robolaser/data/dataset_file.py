@@ -84,7 +84,7 @@ class TargetTable:
 class SessionsTable:
     """`[sessions]`."""
 
-    own: Annotated[tuple[Text, ...], Meta(min_length=1)] = OWN
+    own: tuple[Text, ...] = OWN  # an empty one: all sessions share all
 
 
 @final

@@ -119,7 +119,7 @@ def point_columns(dataset: Dataset) -> Iterator[tuple[str, Sequence[str]]]:
 
 def _settings(dataset: Dataset) -> Iterator[str]:
     """The lines of dataset.toml."""
-    own = () if dataset.sessions is None or dataset.sessions.own == OWN else dataset.sessions.own
+    own = None if dataset.sessions is None or dataset.sessions.own == OWN else dataset.sessions.own
     yield from toml_lines(
         "", {"format": FORMAT, "name": dataset.name, "source": dataset.source, "licence": dataset.licence}
     )
@@ -136,7 +136,8 @@ def _settings(dataset: Dataset) -> Iterator[str]:
         for table, values in _tables(member.data).items():
             if table not in named:
                 yield from toml_lines(f"[sensors.{table}]", values)
-    yield from toml_lines("[sessions]", {"own": own})
+    if own is not None:
+        yield from ("", "[sessions]", f"own = {_value(own)}")
     if dataset.parameters:
         yield from ("", "[parameters]")
         for name, item in dataset.parameters.items():

@@ -215,6 +215,15 @@ def test_a_session_that_is_empty_or_has_too_few_poses_is_an_error(tmp_path, chan
     assert said in str(refused.value)
 
 
+def test_an_empty_list_of_what_sessions_own_is_read_and_written_and_shares_all(tmp_path):
+    made = cell().dataset
+    shared = replace(made, sessions=replace(made.sessions, own=()), parameters={})
+    save(shared, tmp_path / "cell")
+    again = load(tmp_path / "cell")
+    assert again.sessions == shared.sessions
+    assert not any("@" in name for name in Model(again).parameters.names)
+
+
 def test_a_table_of_sessions_without_the_column_is_an_error(tmp_path):
     save(session(cell().dataset, "session-1"), tmp_path / "cell")
     with (tmp_path / "cell" / "dataset.toml").open("a") as file:
