@@ -36,7 +36,10 @@ def seem_exchanged(model: Model, x: Array, errors_m: Array) -> Mapping[int, int]
         return {}
     errors = _errors_at_each_other(model, x, far)
     fits = FAR * errors.min(axis=1) < errors.diagonal()
-    belongs = dict(zip(far[fits].tolist(), far[errors.argmin(axis=1)[fits]].tolist(), strict=True))
+    if not fits.any():
+        return {}
+    among = errors[np.ix_(fits, fits)]  # rows fit as well at a copy of their pose, which has its own
+    belongs = dict(zip(far[fits].tolist(), far[fits][among.argmin(axis=1)].tolist(), strict=True))
     while set(belongs) != set(belongs.values()):
         belongs = {a: b for a, b in belongs.items() if a in belongs.values() and b in belongs}
     return belongs

@@ -77,8 +77,8 @@ def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: i
     floor = final.size_of(noise)
     has_turns = start.model.dataset.format.angles > 0
     turns = (held_out.turn(start), held_out.turn(final)) if has_turns else None
-    nominal, calibrated = _nominal_gap(start, held_out), held_out.gap(start)
-    return Gap(nominal, calibrated, held_out.gap(final), floor, interval(after, pose, seed), turns)
+    nominal, calibrated = _nominal_gap(start, held_out), held_out.calibrated(start)
+    return Gap(nominal, calibrated, rms(after), floor, interval(after, pose, seed), turns)
 
 
 def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
@@ -94,7 +94,7 @@ def _nominal_gap(start: Fit, held_out: HeldOut) -> float | None:
     if any(item.given for item in items):
         x = start.problem.parameters.nominal
         return rms(start.model.in_metres(x, start.problem.plain(x[None])[0]))
-    return None if start.model.dataset.robot is None else held_out.gap(start)
+    return None if start.model.dataset.robot is None else held_out.calibrated(start)
 
 
 def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Mapping[str, Estimate]:

@@ -81,9 +81,13 @@ class HeldOut:
         return rms(self._of(fit).rows[:, row_format.numbers - row_format.angles :])
 
     def gap(self, fit: Fit) -> float:
-        """Their root mean square [m]; without effects the calibration's, also where a search left out other rows."""
-        known = None if fit.effects or self._calibration is None else self._calibration.held_out_rms_m
-        return rms(self.errors(fit)) if known is None else known
+        """Their root mean square [m]."""
+        return rms(self.errors(fit))
+
+    def calibrated(self, start: Fit) -> float:
+        """The calibration's own [m], also where a search left out other rows; without one, that of the start."""
+        known = self._calibration.held_out_rms_m if self._calibration else None
+        return self.gap(start) if known is None else known
 
 
 def is_lower(before: Array, after: Array, pose: Ints) -> bool:

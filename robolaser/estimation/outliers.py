@@ -78,7 +78,9 @@ def outliers_within_poses(problem: Problem, x: Array) -> Bools:
         b = group_sums(weight[:, None] * (np.swapaxes(B, 1, 2) @ r[..., None])[..., 0], of_pose)
         move = np.linalg.solve(A, b[..., None])[..., 0]
         left = r - (B @ move[of_pose][..., None])[..., 0]
-    return _far(left, model.dataset)
+    far = _far(left, model.dataset)
+    is_elsewhere = _mostly(far, of_pose)[of_pose] & enough[of_pose]
+    return far | is_elsewhere  # the motion fits the pose's other rows, wherever they are
 
 
 def outliers_of(problem: Problem, x: Array) -> Bools:
@@ -105,11 +107,16 @@ def _far(rows: Array, dataset: Dataset) -> Bools:
 def _often_off(far: Bools, group: Ints, of_pose: Ints, least: int) -> Bools:
     """Rows of poses at which most of their group's are far off, if these are so many more than of the others, (m,)."""
     _, first, cell = np.unique(of_pose * (group.max() + 1) + group, return_index=True, return_inverse=True)
-    off = 2 * np.bincount(cell, far) >= np.bincount(cell)
+    off = _mostly(far, cell)
     often, taken = np.bincount(group[first], off), np.bincount(group[first])
     others = (often.sum() - often) / np.maximum(taken.sum() - taken, 1)
     many = (often >= least) & (often > (MOST_POSES_OFF + others) * taken)
     return np.asarray(off[cell] & many[group])
+
+
+def _mostly(far: Bools, group: Ints) -> Bools:
+    """Whether at least half of the rows (m,) of each group (m,) are far off, (groups,)."""
+    return np.asarray(2 * np.bincount(group, far) >= np.bincount(group))
 
 
 def _named_points(dataset: Dataset) -> Ints:

@@ -8,6 +8,7 @@ import pytest
 
 import robolaser
 from robolaser.data.dataset import Dataset
+from robolaser.data.joining import join_sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
 from robolaser.report.diagnosis.advice import to_do
@@ -55,6 +56,14 @@ def test_exchanged_poses_are_named_across_sessions_too(kind: str) -> None:
     why = robolaser.diagnose(moved(made, {5: 31, 31: 5}), effects=FEW, seed=0)
     assert [one.effect for one in why.effects] == ["mispaired"]
     assert why.verdict == "no_gap"
+
+
+def test_exchanged_poses_are_named_though_each_has_a_copy_that_is_right() -> None:
+    once = simulate(find_robot("ur5"), kind="camera", poses=28, points=15, noise=NOISE["camera"], seed=2).dataset
+    twice = join_sessions({"one": once, "two": once}, name="twice")
+    why = robolaser.diagnose(moved(twice, {5: 36, 36: 5}), effects=FEW, seed=0)
+    assert [one.effect for one in why.effects] == ["mispaired"]
+    assert (why.verdict, why.gross_errors) == ("no_gap", [])
 
 
 def test_a_cause_beside_exchanged_images_is_still_named() -> None:

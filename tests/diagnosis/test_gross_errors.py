@@ -6,13 +6,21 @@ import numpy as np
 import pytest
 from several import two_trackers
 
+from robolaser.calibration.calibrate import calibrate
 from robolaser.calibration.other_readings import with_rows_moved
+from robolaser.calibration.plan import Plan
+from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.data.stated_noise import Noise
 from robolaser.diagnosis import examine
+from robolaser.diagnosis.findings import gap_of
 from robolaser.diagnosis.gross_errors import gross_sentence, outlying_poses, probability
+from robolaser.diagnosis.held_out_gap import HeldOut
+from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.diagnosis.thresholds import CERTAIN
+from robolaser.estimation.noise_weighted_fit import fit_by_noise
+from robolaser.model.forward_model import Model
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.simulation import simulate
 
@@ -80,3 +88,25 @@ def test_beside_what_is_unexplained_no_gross_error_is_certain(sound: Dataset) ->
     first = np.zeros(1, dtype=np.int64)
     assert probability(sound, first, "explained") == 1.0
     assert 0.5 < probability(sound, first, "unexplained") < CERTAIN
+
+
+@pytest.mark.parametrize(("pose", "image"), [(5, 12), (1, 3), (10, 8)])
+def test_an_image_of_another_pose_is_left_out_whole(pose: int, image: int) -> None:
+    made = simulate("ur5", kind="camera", poses=28, points=15, noise=Noise(pixel_px=0.15), seed=2).dataset
+    elsewhere = made.points.pose == pose
+    pixel = made.points["pixel"].copy()
+    pixel[elsewhere] = made.points["pixel"][made.points.pose == image]
+    wrong = replace(made, points=replace(made.points, pixel=pixel))
+    fit = fit_by_noise(Model(wrong), calibrate(made, Plan(weights="noise", seed=0)).x, seed=0)
+    np.testing.assert_array_equal(fit.outliers, elsewhere)
+
+
+def test_the_gap_and_its_interval_are_of_the_rows_that_a_search_keeps(sound: Dataset) -> None:
+    preparation = Preparation.of(sound, 0)
+    last = np.arange(len(sound.points)) == len(sound.points) - 1
+    _, fewer = preparation.without(last, preparation.fit([]))
+    held_out = HeldOut(fewer, 0, preparation.calibration)
+    gap = gap_of(fewer, fewer, fewer.noise, held_out, 0)
+    assert gap.after_m == pytest.approx(rms(held_out.errors(fewer)))
+    assert gap.after_ci95_m[0] < gap.after_m < gap.after_ci95_m[1]
+    assert gap.calibrated_m == preparation.calibration.held_out_rms_m != gap.after_m
