@@ -37,7 +37,7 @@ OTHER_ARM_RMS_M = 2e-3
 """Error above which another arm of the same joints is tried. A judgement: effects leave less, as a rule; generations of
 an arm differ by centimetres."""
 STEPS = 12  # of each descent; an error that has not fallen by then is no sign
-COARSE = 1e-6
+COARSE, NANOMETRE = 1e-6, 1e-9
 
 
 @final
@@ -122,26 +122,39 @@ def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
 def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
     """The rows from some pose on at the pose after theirs, and before: a pose was lost there or counted twice.
 
-    The first third of the poses is fitted as it is read, and the last third where it then belongs: one of the two is
-    on one side of the slip. By either fit the slip is where it makes the errors of all poses smallest.
+    Each session is tried by itself, since it does not say where things stood in another.
 
     Args:
         dataset: With poses in the order in which they were measured.
     """
+    session = dataset.session_of_pose
+    for number in np.unique(session):
+        own = np.flatnonzero(session == number)
+        rows = np.flatnonzero(session[dataset.points.pose] == number)
+        for shift, at in _slips(dataset.of_poses(session == number)):
+            name = dataset.poses.names[own[at]]
+            fault = f"From pose {name} on, the points, or images, seem to belong to the pose {SHIFTS[shift]} theirs"
+            yield Hypothesis(with_rows_moved(dataset, shift, own[at], rows), fault, ROWS, shift)
+
+
+def _slips(dataset: Dataset) -> Iterator[tuple[int, int]]:
+    """By how many poses the rows of one session may have slipped, and the first pose of which they did.
+
+    The first third of the poses is fitted as it is read, and the last third where it then belongs: one of the two is
+    on one side of the slip. By either fit the slip is where it makes the errors of all poses smallest.
+    """
     poses = np.unique(dataset.points.pose)
-    if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses) or dataset.sessions is not None:
-        return  # a part of the poses may not say where things stood in another session
+    if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses):
+        return
     third = len(poses) // 3
     of_first = _short_fit(_of(dataset, poses[:third]))
-    for shift, which in SHIFTS.items():
+    for shift in SHIFTS:
         moved = with_rows_moved(dataset, shift)
         fits = of_first, _short_fit(_of(moved, poses[-third:] + shift))
         found = [_likeliest(dataset, moved, shift, *fit) for fit in fits if fit is not None]
         gain, first = max(found, default=(0.0, 0))
-        if gain > 0.0 and first > poses[0]:
-            name = dataset.poses.names[first]
-            fault = f"From pose {name} on, the points, or images, seem to belong to the pose {which} theirs"
-            yield Hypothesis(with_rows_moved(dataset, shift, first), fault, ROWS, shift)
+        if gain > 0.0 and (first > poses[0] or dataset.sessions is not None):  # other sessions may be right
+            yield shift, first
 
 
 def _of(dataset: Dataset, poses: Ints) -> Dataset:
@@ -165,4 +178,6 @@ def _likeliest(as_read: Dataset, moved: Dataset, shift: int, model: Model, x: Ar
 
 
 def _errors(model: Model, x: Array, count: int) -> Array:
-    return rms_of_poses(model.in_metres(x, model.residuals(x[None])[0]), model.dataset.points.pose, count)
+    """Root-mean-square error of each pose [m]; below a nanometre all are alike."""
+    of_poses = rms_of_poses(model.in_metres(x, model.residuals(x[None])[0]), model.dataset.points.pose, count)
+    return np.maximum(of_poses, NANOMETRE)

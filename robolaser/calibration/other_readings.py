@@ -109,7 +109,7 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
 
 
 def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | None = None) -> Dataset:
-    """Rows, from those of a first pose on, at the pose that is so many after theirs; without those that have none.
+    """Rows, from those of a first pose on, at the pose so many after theirs; without those that their session ends at.
 
     Args:
         dataset: Of which.
@@ -117,12 +117,13 @@ def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | Non
         first: The first pose whose rows move.
         of: Numbers of the rows that may move; None: all.
     """
-    points = dataset.points
+    points, session = dataset.points, dataset.session_of_pose
     moves = points.pose >= first
     if of is not None:
         moves &= np.isin(np.arange(len(points)), of)
     pose = points.pose + shift * moves
-    kept = np.flatnonzero((pose >= 0) & (pose < len(dataset.poses)))
+    there = np.clip(pose, 0, len(session) - 1)
+    kept = np.flatnonzero((pose == there) & (session[there] == session[points.pose]))
     return replace(dataset, points=replace(points.take(kept), pose=pose[kept]))
 
 

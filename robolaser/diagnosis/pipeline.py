@@ -108,7 +108,7 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     calibration = preparation.calibration
     misread = None if too_few else preparation.misread()
     hindrance = too_few or (misread.sentence if misread else "")
-    effects = [] if hindrance else library(kinds, dataset)
+    effects = [] if hindrance or preparation.is_far_off else library(kinds, dataset)
     data, refits, selected, outliers = _selected(preparation, effects, progress)
     start = refits.start
 

@@ -18,7 +18,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import ExcessScatter, pose_scatter
-from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, ROW_NOISE_CHANGE, SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MOST_RMS_M, ROW_NOISE_CHANGE, SCATTER_CHANGE
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
@@ -68,7 +68,16 @@ class Preparation:
 
     def misread(self) -> Misread | None:
         """What seems to be read wrongly: no effect is worth a search then."""
-        return misread(self._whole, rms(self.calibration.errors_m[~self.weighted.outliers]))
+        return misread(self._whole, self._rms_m)
+
+    @property
+    def is_far_off(self) -> bool:
+        """Whether rows are so far off that no effect of the library is worth a search."""
+        return self._rms_m > MOST_RMS_M
+
+    @property
+    def _rms_m(self) -> float:
+        return rms(self.calibration.errors_m[~self.weighted.outliers])
 
     def fit(self, effects: Sequence[CandidateEffect]) -> Fit:
         """The calibration beside the noise that effects do not explain.

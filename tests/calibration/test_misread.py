@@ -23,7 +23,7 @@ from robolaser.errors import DataError, EstimationError
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import Mounting
 from robolaser.robot.by_name import find_robot
-from robolaser.simulation import simulate
+from robolaser.simulation import CellOptions, simulate
 
 DEGREES = 180.0 / np.pi
 SLIPS: dict[str, tuple[Callable[[Array], Array], str]] = {
@@ -247,3 +247,19 @@ def test_flange_poses_in_another_form_are_named(slip: str) -> None:
     found = misread(Model(wrong), rms_m=0.5)
     assert found is not None
     assert slip in found.sentence
+
+
+@pytest.mark.parametrize(("first", "named"), [(24, "session-2/0"), (34, "session-2/10")])
+def test_rows_that_slipped_in_one_of_two_sessions_are_told_by_its_pose(first: int, named: str) -> None:
+    both = simulate("ur5", kind="camera", poses=24, options=CellOptions(sessions=2), noise=Noise(pixel_px=0.1)).dataset
+    second = np.flatnonzero(both.session_of_pose[both.points.pose] == 1)
+    found = misread(Model(with_rows_moved(both, 1, first, second)), rms_m=0.1)
+    assert found is not None
+    assert f"From pose {named} on, the points, or images, seem to belong to the pose before theirs" in found.sentence
+
+
+def test_rows_that_lie_at_other_poses_without_order_end_a_diagnosis_soon() -> None:
+    made = simulate("ur5", kind="stripe", poses=24, noise=Noise(pixel_px=0.2), seed=3).dataset
+    shuffled = np.random.default_rng(1).permutation(len(made.poses))
+    found = examine(replace(made, points=replace(made.points, pose=shuffled[made.points.pose])))
+    assert (found.verdict, found.findings) == ("unexplained", ())

@@ -14,6 +14,8 @@ from robolaser.model.noise.whitening import GroupStage, Whitener
 
 FLOOR = 1e-6
 """Standard deviation of every number of a row in its own unit, added to all: no covariance becomes singular."""
+REGULAR = 1e-13
+"""Share of a row's variances that each of its numbers has at least: rows that err by metres keep a Cholesky factor."""
 
 Origin = Literal["stated", "repeats", "estimated"]
 
@@ -70,6 +72,8 @@ class NoiseModel:
                 into[-1] = (np.concatenate([into[-1][0], effect], axis=-1), source.group)
             else:
                 into.append((effect, source.group))
+        least = REGULAR * np.einsum("mii->m", own) - FLOOR**2
+        own += np.maximum(least, 0.0)[:, None, None] * np.eye(self.numbers)
         return Whitener.of(own, [*levels, *of_poses])
 
     @cached_property

@@ -133,7 +133,7 @@ def estimate(
         log_sigma = np.clip(np.log(share * alone / np.sqrt(len(unit))), lowest, highest)
         for _ in range(CALM_STEPS):
             _, expected, there, _ = restricted(log_sigma, known, unit, e, Q, times)
-            log_sigma = log_sigma + 0.25 * np.log(np.maximum(there, tiny) / np.maximum(expected, tiny))
+            log_sigma = log_sigma + 0.25 * (np.log(np.maximum(there, tiny)) - np.log(np.maximum(expected, tiny)))
             log_sigma = np.clip(log_sigma, lowest, highest)
         if not any(np.abs(log_sigma - other).max() < TOGETHER for other in begun):
             begun.append(log_sigma)
