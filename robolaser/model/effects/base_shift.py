@@ -26,8 +26,8 @@ def enough_poses(dataset: Dataset) -> str:
 class BaseShift(Effect):
     """After a moment of the run the flange is elsewhere: turned about the middle of all flanges, then shifted.
 
-    A target that was moved looks the same, with the opposite sign. Turning about the middle, and not about the base,
-    keeps turn and shift separable.
+    Of several sessions the moment is in one. A target that was moved looks the same, with the opposite sign. Turning
+    about the middle, and not about the base, keeps turn and shift separable.
     """
 
     name = "base_shift"
@@ -55,13 +55,13 @@ class BaseShift(Effect):
         """The middle of each pause between poses with points, (g, 1), some poses left on either side."""
         run = Run(dataset)
         seen = np.unique(dataset.points.pose)
-        at = np.sort(run.progress[seen])
+        at = np.sort(run.progress_of_all[seen])
         moments = (at[FEWEST - 1 : -FEWEST] + at[FEWEST : len(at) - FEWEST + 1]) / 2
         return np.unique(moments if len(moments) else [0.5])[:, None]
 
     def apply(self, T_base_flange: Array, run: Run, /) -> Array:
         """Move the flange in the poses that came later."""
-        later = run.progress > self.moment[:, None]
+        later = run.progress_of_all > self.moment[:, None]
         turn = np.stack([self.turn_x, self.turn_y, self.turn_z], axis=-1)
         shift = np.stack([self.x, self.y, self.z], axis=-1)
         turned = later[..., None, None] * (exp_so3(turn) - np.eye(3))[:, None]

@@ -113,6 +113,12 @@ class Run:
         return progress
 
     @cached_property
+    def progress_of_all(self) -> Array:
+        """Share of all sessions, one after the other, that had passed at each pose, (n,), from 0 to 1."""
+        session = np.unique(self.dataset.session_of_pose, return_inverse=True)[1]
+        return np.asarray((session + self.progress) / (session.max(initial=0) + 1))
+
+    @cached_property
     def fitted_k2(self) -> Bools:
         """Whether the own parameters of each row's sensor have a second radial term, (m,); (1,) for all rows alike."""
         parts = parts_with_lens(self.dataset)
