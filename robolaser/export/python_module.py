@@ -16,11 +16,14 @@ from robolaser.calibration.result import Calibration
 from robolaser.export import runtime
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.model.blocks.cell_frames import base_frames, flange_frames
+from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run import Run
+from robolaser.model.forward_model import Model
 from robolaser.model.stages import Stage
 
 OF_THE_ARM = (Stage.JOINTS, Stage.LINKS, Stage.FLANGE)
 KNOWN = {*dir(runtime.Conditions), *(each.name for each in fields(runtime.Conditions))}
+IN_SESSIONS = "progress_of_all"  # what is read of several sessions: a pose of a new run is in none of them
 HEAD = '''"""{name}: the calibrated arm. Joint values in, poses of flange and sensor out.
 
     import corrected
@@ -123,14 +126,8 @@ def corrected_module(calibration: Calibration) -> str | None:
     sources.texts = {"Effect": EFFECT} | sources.texts
     made, leaves_out, absent = [], {}, []
     for one, effect in arm.effects:
-        if one.effect.stage not in OF_THE_ARM:
-            absent.append(arm.said(one))
-            continue
-        try:
-            read = sources.add_methods(one.effect, "apply")
-        except (OSError, TypeError, ValueError):  # an effect of one's own, typed into an interpreter
-            read = {"source"}
-        if not read <= KNOWN:
+        read = _read(sources, one, run)
+        if read is None:
             absent.append(arm.said(one))
             continue
         if "reference" in read:
@@ -153,6 +150,23 @@ def corrected_module(calibration: Calibration) -> str | None:
             f"\n\nEFFECTS = [\n{''.join(made)}]\n",
         ]
     )
+
+
+def contained(model: Model) -> tuple[CandidateEffect, ...]:
+    """The effects of a model that its `corrected.py` has."""
+    return tuple(one for one in model.effects if _read(_Sources(()), one, model.run) is not None)
+
+
+def _read(sources: _Sources, one: CandidateEffect, run: Run) -> set[str] | None:
+    """What an effect reads of its run, its source taken; None where it has none, or a single pose does not say it."""
+    if one.effect.stage not in OF_THE_ARM:
+        return None
+    try:
+        read = sources.add_methods(one.effect, "apply")
+    except (OSError, TypeError, ValueError):  # an effect of one's own, typed into an interpreter
+        return None
+    is_known = read <= KNOWN and not (IN_SESSIONS in read and run.dataset.sessions is not None)
+    return read if is_known else None
 
 
 def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
@@ -187,7 +201,7 @@ def _numbers(arm: CorrectedArm, run: Run) -> dict[str, Any]:
 def _needs(read: set[str], run: Run) -> tuple[str, ...]:
     """What a pose must be given with, where an effect reads these of its run."""
     warms = "temperature_c" if "rise" in read and run.rise is not None else "time_s"
-    by_name = {"before": {"paths", "approach"}, warms: {"rise", "progress"}, "velocity": {"qd"}}
+    by_name = {"before": {"paths", "approach"}, warms: {"rise", "progress", IN_SESSIONS}, "velocity": {"qd"}}
     return tuple(name for name, parts in by_name.items() if read & parts)
 
 

@@ -126,6 +126,11 @@ class Conditions:
         return np.broadcast_to(np.asarray(self.time_s, dtype=float) / DURATION, len(self.q))
 
     @property
+    def progress_of_all(self) -> Array:
+        """The same, (n,): there was one run."""
+        return self.progress
+
+    @property
     def rise(self) -> Array | None:
         """Temperature above the lowest of the calibrated run over its largest rise, (n,)."""
         if COLDEST_C is None:

@@ -20,7 +20,7 @@ from robolaser.estimation.plain_fit import fit
 from robolaser.export.controller_table import flange_by_table
 from robolaser.export.corrected_arm import CorrectedArm
 from robolaser.export.files import EXPORTED, is_withheld
-from robolaser.export.python_module import OF_THE_ARM
+from robolaser.export.python_module import OF_THE_ARM, contained
 from robolaser.export.ur_calibration import flange_by_ur_calibration
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.mechanism import Play
@@ -86,7 +86,7 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
     in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
     files: dict[str, tuple[Reader | None, tuple[CandidateEffect, ...]]] = {
-        "corrected.py": (_by_module, own),
+        "corrected.py": (_by_module, contained(calibration.model)),
         "robot_corrected.urdf": (_by_arm(_flange_by_urdf), in_urdf),
         "robot_corrected.xml": (_by_mujoco if find_spec("mujoco") else None, in_mjcf),
         "robot_corrected.sdf": (None, in_urdf),
@@ -97,18 +97,18 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     fewer = {chosen for _, chosen in files.values() if chosen not in (own, ())}
     alone = {chosen: _Replay(_without_others(calibration, chosen)) for chosen in fewer}
     found, best_with = [], dict[tuple[CandidateEffect, ...], _Replay]()
-    for name, (read, contained) in files.items():
+    for name, (read, inside) in files.items():
         write = EXPORTED[name]
         if write(calibration) is None:
             continue
-        tried = [whole, *([alone[contained]] if contained in alone else [])]
+        tried = [whole, *([alone[inside]] if inside in alone else [])]
         errors = [None if read is None else one.error(write, read) for one in tried]
         known = [error for error in errors if error is not None]
-        best = tried[errors.index(min(known))] if known else best_with.get(contained, whole)
-        best_with[contained] = best
-        lacks = tuple(one for one in own if one not in contained)
+        best = tried[errors.index(min(known))] if known else best_with.get(inside, whole)
+        best_with[inside] = best
+        lacks = tuple(one for one in own if one not in inside)
         text = write(best.calibration) or ""
-        found.append(Delivered(name, text, min(known, default=None), contained, lacks))
+        found.append(Delivered(name, text, min(known, default=None), inside, lacks))
     return found
 
 

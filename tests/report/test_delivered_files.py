@@ -47,6 +47,16 @@ def test_a_file_that_cannot_hold_a_spring_says_so_and_delivers_less(why: Diagnos
     assert float(str(urdf["held_out_mm"])) > 3.0 * why.gap_mm.after
 
 
+def test_corrected_py_does_not_hold_what_happened_in_one_of_several_sessions() -> None:
+    noise, sessions = Noise(point_m=3e-5), CellOptions(sessions=2)
+    sound = simulate("ur5", kind="point", poses=20, noise=noise, options=sessions, seed=2).dataset
+    late = (sound.session_of_pose == 1) & (np.arange(40) >= 30)
+    xyz = sound.points.xyz + 1e-3 * late[sound.points.pose, None]
+    moved = replace(sound, points=replace(sound.points, xyz=xyz))
+    found = by_name(robolaser.diagnose(moved, effects=["base_shift"], seed=0))
+    assert found["corrected.py"]["lacks"] == [["base_shift", "base"]]
+
+
 def test_mujoco_is_asked_where_it_is_installed(why: DiagnosisResult) -> None:
     pytest.importorskip("mujoco")
     assert by_name(why)["robot_corrected.xml"]["held_out_mm"] == pytest.approx(why.gap_mm.after, rel=0.2)
