@@ -7,7 +7,9 @@ import numpy as np
 from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import listed
-from robolaser.diagnosis.thresholds import LIKELY
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_SPREAD
+from robolaser.diagnosis.verdict import spread_of
 
 NAMED = 5
 """Poses that a sentence names; the rest are counted."""
@@ -43,6 +45,20 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
     if len(rows) > 1:
         what = f"{len(rows)} rows of points.csv are gross errors"
     return f" {what}, listed and excluded."
+
+
+def uneven_sentence(final: Fit, verdict: str) -> str:
+    """What is said of rows that hold most of the error and are too many to be left out; may be empty."""
+    numbers = final.model.blocks.row_numbers
+    white = final.at.white.reshape(len(numbers), -1)
+    if verdict != "unexplained" or spread_of(white, numbers) < MOST_SPREAD:
+        return ""
+    dataset, squares = final.model.dataset, np.square(white).sum(axis=1)
+    names, number = np.unique(dataset.points.names if dataset.format.named_points else (), return_inverse=True)
+    shares = np.bincount(number, squares) / squares.sum() if len(names) > 1 else np.zeros(1)
+    if shares.max() < CREDIBLE_MASS:
+        return " A part of the rows holds most of the error: has something moved?"
+    return f" Nearly all of the error is in the rows of point {names[shares.argmax()]}: has it moved?"
 
 
 def shortened(poses: Sequence[str]) -> str:

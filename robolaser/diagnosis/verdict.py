@@ -5,7 +5,7 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
+from robolaser.arrays import Array, Ints
 from robolaser.calibration.checks import SETUP_RMS_M
 from robolaser.diagnosis.thresholds import (
     ALIAS_LOCATIONS,
@@ -18,6 +18,9 @@ from robolaser.diagnosis.thresholds import (
     FORM_SHARE,
     FULLY_PENALIZED,
     GAP_OVER_FLOOR,
+    LEAST_TYPICAL,
+    MOST_OVER_STATED,
+    MOST_SPREAD,
     OPEN_OVER_FLOOR,
     OPEN_SHARE,
     SMALL_SHARE,
@@ -84,6 +87,22 @@ def is_form(explained: float, larger: float) -> bool:
     return explained < FORM_SHARE * larger
 
 
+def spread_of(white: Array, numbers: Ints) -> float:
+    """Root mean square of whitened rows over what their median lets expect: 1 for normal noise.
+
+    More where some rows hold most of the error: noise that was estimated from them is no noise of all rows.
+
+    Args:
+        white: (m, k), zero where a row has fewer numbers.
+        numbers: Of each row, (m,).
+    """
+    from scipy.special import chdtri  # noqa: PLC0415 - takes a third of a second to import
+
+    squares = np.square(white).sum(axis=1)
+    typical = np.sqrt(np.median(squares / chdtri(numbers, 0.5)))
+    return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
+
+
 @final
 @dataclass(frozen=True)
 class Evidence:
@@ -102,6 +121,8 @@ class Evidence:
         has_effects: Whether any effect was found.
         estimated_m: Size of noise that is estimated from residuals alone [m]; centimetres mean that the model is wrong.
         rotations: Held-out error of rotations over that of a row by noise; 0 where none are measured.
+        spread: Root mean square of whitened rows over what their median lets expect, see `spread_of`.
+        over_stated: Largest ratio of a size of rows' noise that residuals gave to the stated one; 0 where none is.
     """
 
     chi2_before: float
@@ -116,6 +137,14 @@ class Evidence:
     has_effects: bool
     estimated_m: float
     rotations: float = 0.0
+    spread: float = 1.0
+    over_stated: float = 0.0
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether what residuals gave as noise of rows can be it."""
+        is_small = self.estimated_m < SETUP_RMS_M and self.over_stated < MOST_OVER_STATED
+        return is_small and self.spread < MOST_SPREAD
 
     @property
     def is_near_floor(self) -> bool:
@@ -149,7 +178,7 @@ def judge(evidence: Evidence) -> str:
     excess = evidence.chi2_after - evidence.freedoms - CHI2_EXCESS_SIGMA * np.sqrt(2.0 * evidence.freedoms)
     left = max(evidence.localized, excess)
     closed = evidence.has_effects and evidence.is_closed
-    if evidence.estimated_m >= SETUP_RMS_M or not (evidence.is_at_floor or closed):
+    if not (evidence.is_noise and (evidence.is_at_floor or closed)):
         return "unexplained"
     if left <= 0:
         return "explained" if evidence.has_effects else "no_gap"

@@ -18,6 +18,7 @@ from robolaser.diagnosis.verdict import (
     judge,
     posterior_weights,
     probability_of_unmodelled,
+    spread_of,
 )
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 
@@ -40,6 +41,21 @@ EXPLAINED = replace(CLEAN, chi2_before=9000.0, has_effects=True)
 def test_noise_of_centimetres_that_nobody_stated_is_a_wrong_description_of_the_cell():
     assert judge(CLEAN) == judge(replace(CLEAN, estimated_m=0.009)) == "no_gap"
     assert judge(replace(CLEAN, estimated_m=0.011)) == judge(replace(EXPLAINED, estimated_m=0.011)) == "unexplained"
+
+
+@pytest.mark.parametrize("numbers", [2, 3])
+def test_rows_of_normal_noise_are_as_large_as_their_median_lets_expect_and_a_few_large_ones_are_no_noise(numbers):
+    rng = np.random.default_rng(0)
+    white = rng.standard_normal((20_000, numbers))
+    each = np.full(len(white), numbers)
+    assert spread_of(white, each) == pytest.approx(1.0, abs=0.02)
+    every_third = np.where(np.arange(len(white)) % 3 == 0, 20.0, 1.0)[:, None]
+    assert spread_of(white * every_third, each) > thresholds.MOST_SPREAD
+    assert spread_of(1e-7 * white**9, each) < thresholds.MOST_SPREAD  # rounding
+    assert judge(replace(CLEAN, over_stated=9.0)) == "no_gap"
+    assert judge(replace(CLEAN, over_stated=11.0)) == "unexplained"
+    assert judge(replace(CLEAN, spread=1.9)) == "no_gap"
+    assert judge(replace(CLEAN, spread=2.1)) == judge(replace(EXPLAINED, spread=2.1)) == "unexplained"
 
 
 def test_an_effect_of_one_parameter_must_explain_twenty_and_a_half():
