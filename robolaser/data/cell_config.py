@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, Text, check_format, describe
+from robolaser.data.dataset_file import QUATERNION_SLACK, Text, describe
 from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
@@ -147,14 +147,7 @@ def load_cell(folder: str | Path) -> Cell:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
-    if not (folder / FILE).is_file():
-        what = "is not there" if not folder.exists() else f"has no {FILE}"
-        raise DataError(
-            f"{folder} {what}. A cell is a folder with dataset.toml, cell.toml and the robot's URDF.",
-            file=folder / FILE,
-        )
-    contents = read_toml(folder / FILE)
-    check_format(contents, FORMAT, FILE)
+    contents = read_toml(folder / FILE, FORMAT, "A cell is a folder with dataset.toml, cell.toml and the robot's URDF.")
     read = typed(contents, CellFile, file=FILE)
     description = describe(folder)
     if description.robot is None:

@@ -126,13 +126,7 @@ def describe(folder: str | Path) -> Dataset:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
-    if not (folder / FILE).is_file():
-        what = "does not exist" if not folder.exists() else f"has no {FILE}"
-        raise DataError(
-            f"{folder} {what}. A data set is a folder with dataset.toml, poses.csv and points.csv.", file=folder / FILE
-        )
-    contents = read_toml(folder / FILE)
-    check_format(contents, FORMAT, FILE)
+    contents = read_toml(folder / FILE, FORMAT, "A data set is a folder with dataset.toml, poses.csv and points.csv.")
     _refuse_motion(contents.get("sensor"))
     if "sensors" not in contents:
         return _described(contents, folder)
@@ -196,18 +190,6 @@ def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, .
         for table in ("scanner", "image", "board")
         if table in contents and table not in declared.tables
     )
-
-
-def check_format(contents: Mapping[str, Any], expected: str, file: str) -> None:
-    """See that a file is of the format that this program reads.
-
-    Raises:
-        DataError: It is of another, or of a later version.
-    """
-    if "format" not in contents:
-        raise lacking(file, "format", f': expected "{expected}"')
-    if contents["format"] != expected:
-        raise refused(file, "format", f"{contents['format']!r}, but this program reads '{expected}'.")
 
 
 def inside(folder: Path, path: str, where: str) -> Path:

@@ -98,15 +98,14 @@ def _silent(dataset: Dataset) -> list[str]:
 def _copies(dataset: Dataset) -> list[str]:
     """A warning of poses that repeat another, readings and points alike, under names of their own."""
     poses, points = dataset.poses, dataset.points
-    shared = np.bincount(poses.configuration)[poses.configuration] > 1
-    rows = np.argsort(points.pose, kind="stable")
-    ends = np.cumsum(np.bincount(points.pose, minlength=len(poses)))
+    readings = dataset.flange() if poses.q is None else poses.q
+    _, number, counts = np.unique(readings.reshape(len(poses), -1), axis=0, return_inverse=True, return_counts=True)
     first: dict[object, int] = {}
     copies = []
-    for pose in np.flatnonzero(shared & (np.diff(ends, prepend=0) > 0)).tolist():
-        seen = points.take(rows[ends[pose - 1] if pose else 0 : ends[pose]])
-        key = poses.configuration[pose], seen.names, *(values.tobytes() for values in seen.arrays.values())
-        if first.setdefault(key, pose) != pose:
+    for pose in np.flatnonzero(counts[number] > 1).tolist():
+        seen = points.take(points.pose == pose)
+        key = number[pose], seen.names, *(values.tobytes() for values in seen.arrays.values())
+        if len(seen) and first.setdefault(key, pose) != pose:
             copies.append(f"{poses.names[pose]} (of {poses.names[first[key]]})")
     if not copies:
         return []
