@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.data import pose_table
+from robolaser.data.csv_tables import read_table
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.path_velocities import with_path_velocities
-from robolaser.data.point_table import read_points
+from robolaser.data.point_table import points_of
 from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
 from robolaser.data.several_sensors import with_points_of
@@ -43,7 +44,8 @@ def load(folder: str | Path) -> Dataset:
 
 def _points(folder: Path, dataset: Dataset, file: str) -> Points:
     """The points that one sensor saw."""
-    points = read_points(folder / file, dataset)
+    columns = [column for group in dataset.format.columns.values() for column in group]
+    points = points_of(read_table(folder / file, ["repeat", *columns]), dataset)
     names = sorted(set(points.names))
     _check_distances(dataset, names)
     _check_radii(dataset, names, file)

@@ -168,7 +168,11 @@ class Bag:
                 time = None if topic.endswith(STATIC) else self.time_of(one.header, received, topic)
                 T = self._motion(one.transform.translation, one.transform.rotation, topic)
                 found.setdefault(frame, {})[time] = T
-        return Transforms.of(self.file, parents, found)
+        motions = {}
+        for frame, by_time in found.items():
+            times = sorted(time for time in by_time if time is not None)
+            motions[frame] = np.array([by_time[time] for time in times] or [by_time[None]]), np.array(times)
+        return Transforms(self.file, parents, motions)
 
     def poses(self, topic: str) -> tuple[Array, Array]:
         """Times (n,) [s], sorted, and motions (n, 4, 4) of a topic of poses."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self, final
+from typing import final
 
 import numpy as np
 
@@ -21,15 +21,6 @@ class Transforms:
     parents: Mapping[str, str]  # of each frame
     # T_parent_frame of each frame, (n, 4, 4), and its times, sorted, (n,) [s]; one motion without a time: it is static
     motions: Mapping[str, tuple[Array, Array]]
-
-    @classmethod
-    def of(cls, file: str, parents: Mapping[str, str], found: Mapping[str, Mapping[float | None, Array]]) -> Self:
-        """The tree of each frame's parent and T_parent_frame by time; None: static."""
-        motions = {}
-        for frame, by_time in found.items():
-            times = sorted(time for time in by_time if time is not None)
-            motions[frame] = np.array([by_time[time] for time in times] or [by_time[None]]), np.array(times)
-        return cls(file, parents, motions)
 
     def lookup(self, target: str, source: str, at_s: Array, tolerance_s: float) -> tuple[Array, Bools, Array]:
         """T_target_source at times (m,): (m, 4, 4), whether all that moves was known then, (m,), and how far off, (m,).
