@@ -168,19 +168,16 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         poses=Poses(()),
         parameters=_parameters(read.parameters, declared),
         stripe_axis=getattr(options, "stripe_axis", "u"),
-        bracket_quat=read.scanner.bracket_quat,
-        angles=read.scanner.angles,
         image_px=None if image is None else (image.width_px, image.height_px),
         board=read.board,
-        placed=read.target.placed,
-        distances_m=read.target.distances_m,
-        radius_m=read.target.radius_m,
         noise=read.noise,
         time_is_order=read.robot is not None and read.robot.time == "order",
         path_known=read.robot is None or read.robot.path == "consecutive",
         sessions=None if read.sessions is None else Sessions((), read.sessions.own),
         folder=folder,
         warnings=_unused(contents, declared),
+        **vars(read.scanner),
+        **vars(read.target),
     )
 
 
