@@ -62,15 +62,16 @@ def difference(first: str | Path, second: str | Path) -> Difference:
         DataError: One cannot be read, or is no calibration and no diagnosis.
         UsageError: One is a calibration, the other a diagnosis.
     """
-    before, after = ({**_of_run(Path(each)), **read_result(Path(each))[0]} for each in (first, second))
-    one, other = (robot_in(each if each.is_dir() else each.parent) for each in (Path(first), Path(second)))
+    (before, one), (after, other) = map(_read, (first, second))
     return between(before, after, (one, other), (str(first), str(second)))
 
 
-def _of_run(path: Path) -> dict[str, Any]:
-    """What calibration.json says of the data that a diagnosis beside it is of."""
-    beside = path / "calibration.json"
-    return {"run": read_json(beside).get("run")} if beside.is_file() else {}
+def _read(path: str | Path) -> tuple[dict[str, Any], Robot | None]:
+    """A saved result, with what calibration.json says of the data that a diagnosis beside it is of; and its arm."""
+    contents, folder = read_result(Path(path))
+    beside = folder / "calibration.json"
+    run = {"run": read_json(beside).get("run")} if beside.is_file() else {}
+    return run | contents, robot_in(folder)
 
 
 def between(
