@@ -102,10 +102,12 @@ def _copies(dataset: Dataset) -> list[str]:
     poses, points = dataset.poses, dataset.points
     readings = dataset.flange() if poses.q is None else poses.q
     _, number, counts = np.unique(readings.reshape(len(poses), -1), axis=0, return_inverse=True, return_counts=True)
+    ends = np.cumsum(np.bincount(points.pose, minlength=len(poses)))
+    rows = np.split(np.argsort(points.pose, kind="stable"), ends[:-1])
     first: dict[object, int] = {}
     copies = []
     for pose in np.flatnonzero(counts[number] > 1).tolist():
-        seen = points.take(points.pose == pose)
+        seen = points.take(rows[pose])
         key = number[pose], seen.names, *(values.tobytes() for values in seen.arrays.values())
         if len(seen) and first.setdefault(key, pose) != pose:
             copies.append(f"{poses.names[pose]} (of {poses.names[first[key]]})")
