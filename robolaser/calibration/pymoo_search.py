@@ -16,7 +16,6 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.bounded_reading import ARRAY_BYTES, opened
-from robolaser.data.array_damage import DAMAGE
 from robolaser.data.atomic_write import write_bytes
 from robolaser.errors import AlgorithmError, DataError
 
@@ -159,7 +158,9 @@ def load_state(algorithm: Any, path: Path, fingerprint: str) -> dict[str, Array]
         algorithm.random_state.bit_generator.state = header["random_state"]
         algorithm.n_iter, algorithm.evaluator.n_eval = header["generation"], header["evaluations"]
         algorithm.arrays = arrays["X"], arrays["F"][:, 0]
-    except DAMAGE as error:
+    except AlgorithmError:
+        raise
+    except Exception as error:  # whatever foreign contents make NumPy or the algorithm do
         raise _unreadable(path, f"it is not a checkpoint ({error})") from None
     algorithm.is_initialized = True
     algorithm._set_optimum()
@@ -194,7 +195,9 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Any]:
             return {name: file[name] for name in names}
     except DataError as error:
         raise _unreadable(path, str(error).rstrip(".")) from None
-    except DAMAGE as error:
+    except AlgorithmError:
+        raise
+    except Exception as error:  # whatever a damaged file makes NumPy do
         raise _unreadable(path, f"it is truncated or damaged ({error})") from None
 
 

@@ -60,7 +60,7 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
     No parameter is given a value: camera, mount and board are found from the images.
 
     Raises:
-        UsageError: There is no driver for the arm, or the board does not fit on the sheet.
+        UsageError: There is no driver for the arm.
         PlanError: Too few poses see the board.
     """
     if not new.entry.controller:

@@ -8,9 +8,8 @@ import numpy as np
 from msgspec import Meta
 
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, Text, check_format, describe
-from robolaser.data.toml_schema import NotNegative, Positive, read_toml, typed, wrong
-from robolaser.errors import DataError
+from robolaser.data.dataset_file import QUATERNION_SLACK, Text, describe
+from robolaser.data.toml_schema import NotNegative, Positive, lacking, read_toml, typed, wrong
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.urdf.checking import unknown_frame
 
@@ -147,23 +146,11 @@ def load_cell(folder: str | Path) -> Cell:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
-    if not (folder / FILE).is_file():
-        what = "is not there" if not folder.exists() else f"has no {FILE}"
-        raise DataError(
-            f"{folder} {what}. A cell is a folder with dataset.toml, cell.toml and the robot's URDF.",
-            file=folder / FILE,
-        )
-    contents = read_toml(folder / FILE)
-    check_format(contents, FORMAT, FILE)
+    contents = read_toml(folder / FILE, FORMAT, "A cell is a folder with dataset.toml, cell.toml and the robot's URDF.")
     read = typed(contents, CellFile, file=FILE)
     description = describe(folder)
     if description.robot is None:
-        raise DataError(
-            f"{folder}: dataset.toml has no [robot], so there is no arm to move."
-            " Name its urdf, flange and joints there.",
-            file="dataset.toml",
-            column="robot",
-        )
+        raise lacking("dataset.toml", "[robot]", ": there is no arm to move. Name its urdf, flange and joints")
     _check_arm(read.arm, len(description.robot.joints))
     _check_boxes(read.box, description.robot)
     return Cell(
@@ -199,12 +186,9 @@ def _check_arm(arm: ArmLine, joints: int) -> None:
     if not set(arm.direction) <= {-1.0, 1.0}:
         raise wrong(FILE, ("arm", "direction"), list(arm.direction), "+1 or -1 for each joint")
     if arm.kind == "acl" and arm.axes is None:
-        raise DataError(
-            f'{FILE}, [arm] axes is missing: a SCORBOT\'s counts mean other angles on other arms. State axes = "er7"'
-            ' if each encoder counts its joint, as on the ER VII, or axes = "er5plus" for the ER V plus.',
-            file=FILE,
-            column="axes",
-        )
+        why = "a SCORBOT's counts mean other angles on other arms"
+        how = '"er7" if each encoder counts its joint, as on the ER VII, or axes = "er5plus" for the ER V plus'
+        raise lacking(FILE, "[arm] axes", f": {why}. State axes = {how}")
     if len(set(arm.ids)) < len(arm.ids):
         raise wrong(FILE, ("arm", "ids"), list(arm.ids), "different whole numbers from 0 to 253")
 

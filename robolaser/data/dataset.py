@@ -61,15 +61,6 @@ class Poses:
         return len(self.names)
 
     @cached_property
-    def configuration(self) -> Ints:
-        """Number of each pose's configuration, (n,): poses whose readings are equal to the last bit share one."""
-        readings = self.q if self.q is not None else self.T_base_flange
-        if readings is None:
-            return np.arange(len(self))
-        _, number = np.unique(readings.reshape(len(self), -1), axis=0, return_inverse=True)
-        return number.reshape(-1)
-
-    @cached_property
     def coordinates(self) -> Mapping[str, Array]:
         """Columns in which a gap may lie, (n,) each: payload, temperature, `following`, numbers of `extra`."""
         further = {name: numbers(cells) for name, cells in self.extra.items() if not name.startswith(COMMAND)}

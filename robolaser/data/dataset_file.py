@@ -126,13 +126,7 @@ def describe(folder: str | Path) -> Dataset:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
-    if not (folder / FILE).is_file():
-        what = "does not exist" if not folder.exists() else f"has no {FILE}"
-        raise DataError(
-            f"{folder} {what}. A data set is a folder with dataset.toml, poses.csv and points.csv.", file=folder / FILE
-        )
-    contents = read_toml(folder / FILE)
-    check_format(contents, FORMAT, FILE)
+    contents = read_toml(folder / FILE, FORMAT, "A data set is a folder with dataset.toml, poses.csv and points.csv.")
     _refuse_motion(contents.get("sensor"))
     if "sensors" not in contents:
         return _described(contents, folder)
@@ -174,19 +168,16 @@ def _described(contents: Mapping[str, Any], folder: Path) -> Dataset:
         poses=Poses(()),
         parameters=_parameters(read.parameters, declared),
         stripe_axis=getattr(options, "stripe_axis", "u"),
-        bracket_quat=read.scanner.bracket_quat,
-        angles=read.scanner.angles,
         image_px=None if image is None else (image.width_px, image.height_px),
         board=read.board,
-        placed=read.target.placed,
-        distances_m=read.target.distances_m,
-        radius_m=read.target.radius_m,
         noise=read.noise,
         time_is_order=read.robot is not None and read.robot.time == "order",
         path_known=read.robot is None or read.robot.path == "consecutive",
         sessions=None if read.sessions is None else Sessions((), read.sessions.own),
         folder=folder,
         warnings=_unused(contents, declared),
+        **vars(read.scanner),
+        **vars(read.target),
     )
 
 
@@ -196,18 +187,6 @@ def _unused(contents: Mapping[str, Any], declared: SensorFormat) -> tuple[str, .
         for table in ("scanner", "image", "board")
         if table in contents and table not in declared.tables
     )
-
-
-def check_format(contents: Mapping[str, Any], expected: str, file: str) -> None:
-    """See that a file is of the format that this program reads.
-
-    Raises:
-        DataError: It is of another, or of a later version.
-    """
-    if "format" not in contents:
-        raise lacking(file, "format", f': expected "{expected}"')
-    if contents["format"] != expected:
-        raise refused(file, "format", f"{contents['format']!r}, but this program reads '{expected}'.")
 
 
 def inside(folder: Path, path: str, where: str) -> Path:

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.data import pose_table
+from robolaser.data.csv_tables import read_table
 from robolaser.data.dataset import Dataset, Points, Poses
 from robolaser.data.dataset_file import FILE, describe, inside
 from robolaser.data.path_velocities import with_path_velocities
-from robolaser.data.point_table import read_points
+from robolaser.data.point_table import points_of
 from robolaser.data.pose_table import read_poses, some
 from robolaser.data.sessions import FEWEST_POSES, Sessions
 from robolaser.data.several_sensors import with_points_of
@@ -43,7 +44,8 @@ def load(folder: str | Path) -> Dataset:
 
 def _points(folder: Path, dataset: Dataset, file: str) -> Points:
     """The points that one sensor saw."""
-    points = read_points(folder / file, dataset)
+    columns = [column for group in dataset.format.columns.values() for column in group]
+    points = points_of(read_table(folder / file, ["repeat", *columns]), dataset)
     names = sorted(set(points.names))
     _check_distances(dataset, names)
     _check_radii(dataset, names, file)
@@ -98,15 +100,16 @@ def _silent(dataset: Dataset) -> list[str]:
 def _copies(dataset: Dataset) -> list[str]:
     """A warning of poses that repeat another, readings and points alike, under names of their own."""
     poses, points = dataset.poses, dataset.points
-    shared = np.bincount(poses.configuration)[poses.configuration] > 1
-    rows = np.argsort(points.pose, kind="stable")
+    readings = dataset.flange() if poses.q is None else poses.q
+    _, number, counts = np.unique(readings.reshape(len(poses), -1), axis=0, return_inverse=True, return_counts=True)
     ends = np.cumsum(np.bincount(points.pose, minlength=len(poses)))
+    rows = np.split(np.argsort(points.pose, kind="stable"), ends[:-1])
     first: dict[object, int] = {}
     copies = []
-    for pose in np.flatnonzero(shared & (np.diff(ends, prepend=0) > 0)).tolist():
-        seen = points.take(rows[ends[pose - 1] if pose else 0 : ends[pose]])
-        key = poses.configuration[pose], seen.names, *(values.tobytes() for values in seen.arrays.values())
-        if first.setdefault(key, pose) != pose:
+    for pose in np.flatnonzero(counts[number] > 1).tolist():
+        seen = points.take(rows[pose])
+        key = number[pose], seen.names, *(values.tobytes() for values in seen.arrays.values())
+        if len(seen) and first.setdefault(key, pose) != pose:
             copies.append(f"{poses.names[pose]} (of {poses.names[first[key]]})")
     if not copies:
         return []

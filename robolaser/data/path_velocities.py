@@ -34,12 +34,8 @@ def with_path_velocities(dataset: Dataset) -> Dataset:
         return dataset
     if poses.q is None and poses.T_base_flange is None:
         return dataset
-    qd, told, rough, way = (
-        np.full((len(poses), _ways(poses, np.arange(len(poses))[:2])[0].shape[1]), np.nan),
-        0,
-        0.0,
-        0.0,
-    )
+    numbers = 6 if poses.q is None else poses.q.shape[1]
+    qd, told, rough, way = np.full((len(poses), numbers), np.nan), 0, 0.0, 0.0
     for run in _runs(dataset, poses.time_s):
         ahead, back = _ways(poses, run)
         step = np.diff(poses.time_s[run])[:, None]

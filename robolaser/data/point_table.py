@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.data.csv_tables import CsvTable, bad_cell, bad_row, read_table
+from robolaser.data.csv_tables import CsvTable, bad_cell, bad_row
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.pose_table import check_quaternions, not_too_far
 from robolaser.data.toml_schema import wrong
@@ -16,22 +15,16 @@ from robolaser.errors import meant
 LARGEST_REPEAT = 1e9
 
 
-def read_points(path: Path, described: Dataset) -> Points:
-    """Read points.csv.
+def points_of(table: CsvTable, described: Dataset) -> Points:
+    """The points of a table with the columns of points.csv.
 
     Args:
-        path: The file.
+        table: Its numbers may be texts.
         described: What dataset.toml says, with the poses.
 
     Raises:
         DataError: With row and column of what is wrong.
     """
-    columns = [column for group in described.format.columns.values() for column in group]
-    return points_of(read_table(path, ["repeat", *columns]), described)
-
-
-def points_of(table: CsvTable, described: Dataset) -> Points:
-    """The points of a table with the columns of points.csv; see `read_points`."""
     declared = described.format
     in_pose = table.texts("pose")
     points = Points(_numbers_of(table, in_pose, described.poses.names), table.texts("point"))

@@ -9,11 +9,10 @@ import numpy as np
 from robolaser.arrays import Bools
 from robolaser.data.board import Board
 from robolaser.data.toml_schema import refused, wrong
-from robolaser.errors import DataError, UsageError
+from robolaser.errors import DataError
 
 EXACT = 1e-6
 A4_M = (0.297, 0.210)
-MARGIN_M = 0.01  # that printers leave white
 PIXEL_M = 1e-3 / 12  # about, so that cells are whole numbers of pixels
 INCH_M = 0.0254
 LETTERS_M = 0.004
@@ -81,23 +80,12 @@ def _not_printed(what: str) -> DataError:
 
 
 def board_pdf(board: Board) -> bytes:
-    """A page (A4, landscape) with a board in its middle, and its sizes below.
-
-    Raises:
-        UsageError: The board does not fit.
-        DataError: It cannot be drawn, see `board_print`.
-    """
+    """A page (A4, landscape) with a board of squares that fits on it in its middle, and its sizes below."""
     from PIL import Image, ImageDraw, ImageFont  # noqa: PLC0415 - slow to import
 
     printed = board_print(board)
-    height, width = printed.dark.shape
     pixels = round(printed.cell_m / PIXEL_M)
     pixel_m = printed.cell_m / pixels
-    if any(count * printed.cell_m > side - 2 * MARGIN_M for count, side in zip((width, height), A4_M, strict=True)):
-        raise UsageError(
-            f"A board of {board.columns + 1} x {board.rows + 1} squares of {1e3 * board.square_m:g} mm does not fit on"
-            " A4. Take fewer columns or rows, or smaller squares."
-        )
     page_px = [round(side / pixel_m) for side in A4_M]
     page = Image.new("1", (page_px[0], page_px[1]), 1)
     board_px = np.kron(~printed.dark, np.ones((pixels, pixels), dtype=np.bool_))

@@ -35,7 +35,7 @@ class SensorFormat:
         angles: How many of them, the last ones, are angles instead [rad].
         tables: Tables of dataset.toml that it reads, beyond those that every data set may have: some of "scanner",
             "image", "board". Others are reported as unused.
-        required: Tables, or keys such as "sensor.axis", that must be there.
+        required: Those of them that must be there.
         options: Frozen dataclass of its keys in `[sensor]` besides `kind`, annotated as msgspec reads them; its
             instance is `Dataset.options`.
         units: Units of its parameters, by name or by the last part of a dotted name; the six of a rigid motion are

@@ -14,7 +14,6 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from robolaser.bounded_reading import CLOUD_BYTES, opened
-from robolaser.data.array_damage import DAMAGE
 from robolaser.data.atomic_write import write_streamed
 from robolaser.errors import DataError, unreadable
 
@@ -35,7 +34,9 @@ def open_stripes(path: Path) -> Stripes:
     try:
         with opened(path, CLOUD_BYTES), warnings.catch_warnings(action="ignore"):  # of headers that an old Python wrote
             found = np.load(path, mmap_mode="r", allow_pickle=False)
-    except DAMAGE as error:
+    except DataError:
+        raise
+    except Exception as error:  # whatever a damaged header makes NumPy do
         raise unreadable(path, f"it is no whole file of NumPy's ({error})") from None
     if not isinstance(found, np.ndarray) or found.dtype != STRIPE or found.ndim != 1:
         raise DataError(

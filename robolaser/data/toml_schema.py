@@ -23,17 +23,31 @@ LARGEST = 2**63 - 1
 MOST_SHOWN = 80
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path, expected: str = "", folder: str = "") -> dict[str, Any]:
     """Parse a TOML file.
 
+    Args:
+        path: The file.
+        expected: The format that it must state; "": any.
+        folder: What a folder with such a file is, for who names another one.
+
     Raises:
-        DataError: It is not there, not text or not TOML, or is nested more deeply than any such file.
+        DataError: It is not there, not text or not TOML, is nested more deeply than any such file, or is of another
+            format, or of a later version.
     """
+    if folder and not path.is_file():
+        what = f"has no {path.name}" if path.parent.exists() else "does not exist"
+        raise DataError(f"{path.parent} {what}. {folder}", file=path)
     text = read_text(path, SETTINGS_BYTES)
     try:
-        return parse_toml(text)
+        contents = parse_toml(text)
     except ValueError as error:
         raise DataError(f"{path} is not valid TOML: {error}.", file=path) from None
+    if expected and "format" not in contents:
+        raise lacking(path.name, "format", f': expected "{expected}"')
+    if expected and contents["format"] != expected:
+        raise refused(path.name, "format", f"{contents['format']!r}, but this program reads '{expected}'.")
+    return contents
 
 
 def typed(values: object, type_: type[T], *, file: str, at: Key = ()) -> T:

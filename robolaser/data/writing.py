@@ -14,6 +14,7 @@ from robolaser.data.result_folder import make_folder, write_results
 from robolaser.data.sessions import OWN
 from robolaser.errors import UsageError, output_exists
 from robolaser.geometry.rigid_motion import to_quaternion
+from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import DOWN, Robot
 
 FOLDER = ("dataset.toml", "poses.csv", "points.csv", "robot.urdf")  # all that a data set is written as
@@ -138,20 +139,23 @@ def _settings(dataset: Dataset) -> Iterator[str]:
                 yield from toml_lines(f"[sensors.{table}]", values)
     if own is not None:
         yield from ("", "[sessions]", f"own = {_value(own)}")
-    if dataset.parameters:
-        yield from ("", "[parameters]")
-        for name, item in dataset.parameters.items():
-            bounds = "fixed = true" if item.fixed else f"lower = {_value(item.lower)}, upper = {_value(item.upper)}"
-            yield f"{_key(name)} = {{ nominal = {_value(item.nominal)}, {bounds} }}"
+    yield from toml_lines("[parameters]", {name: _parameter(item) for name, item in dataset.parameters.items()})
 
 
 def toml_lines(header: str, values: Mapping[str, object]) -> Iterator[str]:
     """A table; nothing where it says nothing."""
     lines = [
-        f"{key} = {_value(value)}" for key, value in values.items() if value is not None and value not in ("", (), {})
+        f"{_key(key)} = {_value(value)}"
+        for key, value in values.items()
+        if value is not None and value not in ("", (), {})
     ]
     if lines:
         yield from ("", header, *lines) if header else lines
+
+
+def _parameter(item: Parameter) -> dict[str, object]:
+    bounds = {"fixed": True} if item.fixed else {"lower": item.lower, "upper": item.upper}
+    return {"nominal": item.nominal, **bounds}
 
 
 def _sensor(dataset: Dataset) -> Mapping[str, object]:

@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import SETTINGS_BYTES, parse_toml, read_text
 from robolaser.data.csv_tables import CsvTable, bad_cell, finite, read_table, table_text
-from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, check_format, read_robot
+from robolaser.data.dataset_file import FILE, FORMAT, RobotTable, read_robot
 from robolaser.data.toml_schema import Positive, read_toml, typed
 from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import DataError, near
@@ -83,9 +83,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
         RobotError: The URDF, its flange or its joints are not usable.
     """
     folder = Path(folder)
-    contents = read_toml(folder / FILE)
-    check_format(contents, FORMAT, FILE)
-    described = typed(contents, MotionFile, file=FILE)
+    described = typed(read_toml(folder / FILE, FORMAT), MotionFile, file=FILE)
     known = {key: value for key, value in described.motion.items() if key in MotionTable.__annotations__}
     table = typed(known, MotionTable, file=FILE, at=("motion",))
     robot = read_robot(described.robot, folder)

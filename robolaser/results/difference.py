@@ -1,6 +1,6 @@
 """Two results of one kind side by side."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, final
 
@@ -62,21 +62,22 @@ def difference(first: str | Path, second: str | Path) -> Difference:
         DataError: One cannot be read, or is no calibration and no diagnosis.
         UsageError: One is a calibration, the other a diagnosis.
     """
-    before, after = ({**_of_run(Path(each)), **read_result(Path(each))[0]} for each in (first, second))
-    arms = [robot_in(each if each.is_dir() else each.parent) for each in (Path(first), Path(second))]
-    return between(before, after, arms, (str(first), str(second)))
+    (before, one), (after, other) = map(_read, (first, second))
+    return between(before, after, (one, other), (str(first), str(second)))
 
 
-def _of_run(path: Path) -> dict[str, Any]:
-    """What calibration.json says of the data that a diagnosis beside it is of."""
-    beside = path / "calibration.json"
-    return {"run": read_json(beside).get("run")} if beside.is_file() else {}
+def _read(path: str | Path) -> tuple[dict[str, Any], Robot | None]:
+    """A saved result, with what calibration.json says of the data that a diagnosis beside it is of; and its arm."""
+    contents, folder = read_result(Path(path))
+    beside = folder / "calibration.json"
+    run = {"run": read_json(beside).get("run")} if beside.is_file() else {}
+    return run | contents, robot_in(folder)
 
 
 def between(
     before: Mapping[str, Any],
     after: Mapping[str, Any],
-    arms: Sequence[Robot | None] = (),
+    arms: tuple[Robot | None, Robot | None],
     names: tuple[str, str] = ("this", "the other"),
 ) -> Difference:
     """What two results say of the same things.
@@ -98,7 +99,7 @@ def between(
     kind, other = (each["format"] for each in (before, after))
     if kind != other:
         raise UsageError(f"{names[0]} is of the format {kind}, {names[1]} of {other}: compare results of one kind.")
-    rows = [*_compared(_errors(before), _errors(after)), *_at_flange(arms)]
+    rows = [*_compared(_errors(before), _errors(after)), *_at_flange(*arms)]
     rows += [*_compared(_numbers(before), _numbers(after)), *_compared(_probabilities(before), _probabilities(after))]
     sets = [before.get("dataset"), after.get("dataset")]
     same = all(before.get(key) == after.get(key) for key in OF_THE_DATA)
@@ -126,9 +127,8 @@ def _errors(result: Mapping[str, Any]) -> dict[str, Fact]:
     return {**verdict, **errors, **{f"gap_mm.{name}": (gap, "mm", None) for name, gap in gaps if name != "after_ci95"}}
 
 
-def _at_flange(arms: Sequence[Robot | None]) -> list[dict[str, Any]]:
+def _at_flange(one: Robot | None, other: Robot | None) -> list[dict[str, Any]]:
     """How far apart two corrected arms have the flange, root mean square over their joints' ranges."""
-    one, other = arms if len(arms) == len(("one", "other")) else (None, None)
     if one is None or other is None or one.joints != other.joints:
         return []
     low, high = one.range

@@ -94,9 +94,3 @@ def _near(exact: Dataset) -> Points:
         pixel=np.zeros((len(number), 2)),
         xyz=np.column_stack([place, np.full(len(place), level)]),
     )
-
-
-def along_camera(kind: str) -> tuple[str, bool]:
-    """The sensor's kind, and whether corners are seen beside it: `stripe+camera`."""
-    stem, plus, other = kind.partition("+")
-    return (stem, True) if stem == "stripe" and plus and other == "camera" else (kind, False)

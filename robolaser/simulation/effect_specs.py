@@ -78,18 +78,10 @@ def numbers_of(sizes: Mapping[str, float], dataset: Dataset) -> tuple[tuple[Cand
 
 
 def _check(effect: type[Effect], name: str, size: float) -> None:
-    for each in effect.amplitudes():
-        if each.name == name and not each.lower <= size <= each.bound:
-            hint = {"rad": " Are these degrees?", "m": " Are these millimetres?"}.get(each.unit, "")
-            bounds = f"0 and {each.bound:g}" if each.lower == 0 else f"±{each.bound:g}"
-            raise UsageError(
-                f"{effect.name}: {name} is {size:g} {each.unit}, but its bounds are {bounds} {each.unit}."
-                f"{hint if abs(size) > each.bound else ''}"
-            )
-    for inner in effect.nonlinear_parameters():
-        if inner.name == name and not inner.lower <= size <= inner.upper:
-            unit = f" {inner.unit}" if inner.unit else ""
-            raise UsageError(
-                f"{effect.name}: {name} is {size:g}{unit}, but its bounds are {inner.lower:g} and"
-                f" {inner.upper:g}{unit}."
-            )
+    bounds = {each.name: (each.lower, each.bound) for each in effect.amplitudes()}
+    bounds |= {inner.name: (inner.lower, inner.upper) for inner in effect.nonlinear_parameters()}
+    (lower, upper), unit = bounds[name], effect.units()[name]
+    if not lower <= size <= upper:
+        hint = {"rad": " Are these degrees?", "m": " Are these millimetres?"}.get(unit, "") if abs(size) > upper else ""
+        between, unit = f"±{upper:g}" if lower == -upper else f"{lower:g} and {upper:g}", f" {unit}".rstrip()
+        raise UsageError(f"{effect.name}: {name} is {size:g}{unit}, but its bounds are {between}{unit}.{hint}")

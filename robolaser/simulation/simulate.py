@@ -14,18 +14,21 @@ from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import EffectError
 from robolaser.model.effects.effect import CandidateEffect
+from robolaser.model.effects.outliers import NAME as OUTLIERS
+from robolaser.model.effects.outliers import WHERE as OF_OUTLIERS
 from robolaser.parameters import Values
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import limits
-from robolaser.simulation.corners import along_camera, seen_beside
+from robolaser.simulation.corners import seen_beside
 from robolaser.simulation.effect_specs import numbers_of
-from robolaser.simulation.outliers import gross_rows, impossible, share_of
 from robolaser.simulation.sensors import SimulatedSensor, simulated_sensor
+from robolaser.simulation.sensors.simulated_sensor import impossible
 from robolaser.simulation.setup import CellOptions, RandomStreams, SensorSetup
 
 TRAVEL = 0.3  # fastest joint's mean speed between poses [rad/s or m/s]
 PAUSE_S = 30.0  # time spent at each pose
 EXPOSURE_SPEED = 0.1  # joints' speed at the exposure, where an effect of the timing needs one [rad/s or m/s]
+MOST_GROSS = 0.5  # of the rows: beyond, the gross ones are the rule
 
 
 @final
@@ -91,7 +94,8 @@ def simulate(
     options, noise = options or CellOptions(), noise or Noise()
     repeats, sessions, speed = options.repeats, options.sessions, options.speed
     robot = find_robot(robot) if isinstance(robot, str) else robot
-    kind, with_corners = along_camera(kind)
+    with_corners = kind == "stripe+camera"
+    kind = "stripe" if with_corners else kind
     sensor_type = simulated_sensor(kind)
     points = sensor_type.default_points if points is None else points
     sensor_type.check_counts(poses=poses, points=points, repeats=repeats)
@@ -116,14 +120,14 @@ def simulate(
         blank = sensor_type.describe(blank, setup)
         sensor = sensor_type.build(blank, replace(setup, known=shared), random)
         sizes = dict(effects or {})
-        share = share_of(sizes)
+        share = _share_of_outliers(sizes)
         candidate_effects, numbers = numbers_of(sizes, blank)
         if not speed and not (speed is None and any(effect.where == "timing" for effect in candidate_effects)):
             blank = replace(blank, poses=replace(blank.poses, qd=None))
         truth = {**sensor.truth, **shared, **numbers}
         exact = _measure(blank, sensor, truth, candidate_effects, random.order)
         noisy = _add_noise(exact, sensor, noise, repeats, random)
-        rows, sign = gross_rows(len(noisy.points), share, random.gross)
+        rows, sign = _gross_rows(len(noisy.points), share, random.gross)
         spoilt = sensor.add_gross_errors(noisy, rows, sign, random.gross) if len(rows) else noisy
         if with_corners:
             spoilt = seen_beside(exact, truth, candidate_effects, spoilt, noise, random.point_noise)
@@ -216,6 +220,22 @@ def _measure(
 def _times(q: Array) -> Array:
     travel = np.abs(np.diff(q, axis=0)).max(axis=1) / TRAVEL
     return np.concatenate([[0.0], np.cumsum(PAUSE_S + travel)]).round(3)
+
+
+def _share_of_outliers(sizes: dict[str, float]) -> float:
+    """Take the share of gross errors out of the effects asked for; 0 where there is none."""
+    share = sizes.pop(f"{OUTLIERS}:{OF_OUTLIERS}", 0.0) or sizes.pop(OUTLIERS, 0.0)
+    if not 0 <= share <= MOST_GROSS:
+        raise impossible(f"share of {OUTLIERS}", share, f"a number from 0 to {MOST_GROSS:g}")
+    return share
+
+
+def _gross_rows(count: int, share: float, rng: np.random.Generator) -> tuple[Ints, Array]:
+    """A share of so many rows, one at least, and to which side each errs (±1), (g,) and (g,)."""
+    if not share:
+        return np.empty(0, dtype=np.int64), np.empty(0)
+    rows = np.sort(rng.choice(count, size=max(1, round(share * count)), replace=False))
+    return rows, rng.choice([-1.0, 1.0], size=len(rows))
 
 
 def _add_noise(exact: Dataset, sensor: SimulatedSensor, noise: Noise, repeats: int, random: RandomStreams) -> Dataset:

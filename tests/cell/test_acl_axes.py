@@ -85,7 +85,7 @@ def test_the_type_of_a_scorbot_must_be_stated(tmp_path: Path) -> None:
     folder = cell_folder(tmp_path)
     text = (folder / "cell.toml").read_text()
     (folder / "cell.toml").write_text(text.replace('axes = "er7"\n', ""))
-    with pytest.raises(DataError, match=r"\[arm\] axes is missing"):
+    with pytest.raises(DataError, match=r"lacks \[arm\] axes"):
         load_cell(folder)
 
 

@@ -22,7 +22,6 @@ from robolaser.data.cell_config import load_cell
 from robolaser.data.printed_board import board_pdf
 from robolaser.emulator.emulated_cell import CONTROLLERS
 from robolaser.emulator.world.world_file import load_world
-from robolaser.errors import UsageError
 from robolaser.robot.by_name import known_robots
 from robolaser.vision.target_corners import target_in
 
@@ -96,11 +95,6 @@ def test_the_board_is_found_on_its_page_and_has_true_size(board: Board) -> None:
     for axis in (0, 1):
         sides = np.linalg.norm(np.diff(grid, axis=axis), axis=-1) * pixel_m
         assert sides == pytest.approx(board.square_m, abs=2e-5)
-
-
-def test_a_board_that_does_not_fit_is_refused() -> None:
-    with pytest.raises(UsageError, match="does not fit on A4"):
-        board_pdf(Board(20, 7, 0.02, "charuco", 0.015, "DICT_4X4_100"))
 
 
 def test_nothing_of_the_users_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -70,42 +70,32 @@ class ColumnReader:
     quantities: Quantities
     options: ImportOptions
 
-    def table(self, *, number_poses: bool) -> CsvTable:
-        """The columns by their names in the data set, numbers in SI units."""
+    def read(self, *, number_poses: bool) -> tuple[CsvTable, dict[str, str]]:
+        """The columns by their names in the data set, in SI units; and what each is read from, with its unit."""
         units = Units.of(self.options.units_in(self.file.file))
         columns: dict[str, Cells] = {}
+        read_from: dict[str, str] = {}
         for column, source in self.chosen.items():
             quantity = self.quantities.get(column, TEXT)
+            unit = units.unit(quantity or NONE, source)
+            read_from[column] = f"{source} [{unit}{'/s' * column.startswith('qd_')}]" if unit else source
             if quantity is TEXT:
                 columns[column] = self._texts(column, source)
-            elif column.startswith(COMMAND):  # kept as a further column, though it has a unit
-                columns[column] = tuple(map(repr, (units.factor(quantity, source) * self._numbers(source)).tolist()))
-            else:
-                columns[column] = units.factor(quantity, source) * self._numbers(source)
-        if number_poses and "pose" not in self.chosen:
-            columns["pose"] = tuple(map(str, self.file.lines))
-        if self.name == POINTS and "point" not in self.chosen:
-            columns["point"] = (self.options.point or "",) * len(self.file)
-        return CsvTable(self.file.file, columns, self.file.lines)
-
-    def read_from(self, *, number_poses: bool) -> dict[str, str]:
-        """What each column is read from, with its unit."""
-        units = Units.of(self.options.units_in(self.file.file))
-        found = {}
-        if number_poses and "pose" not in self.chosen:
-            found["pose"] = "(number of the row)"
-        for column, source in self.chosen.items():
-            unit = units.unit(self.quantities.get(column) or NONE, source)
-            unit = f"{unit}/s" if column.startswith("qd_") else unit
-            found[column] = f"{source} [{unit}]" if unit else source
-        for columns, words in ((EULER, f"Euler angles {self.options.euler}"), (ROTATION_VECTOR, "rotation vector")):
-            if columns[0] in self.chosen:
-                sources = [self.chosen[column] for column in columns]
+                continue
+            numbers = units.factor(quantity, source) * self._numbers(source)
+            is_further = column.startswith(COMMAND)  # and kept as texts, though it has a unit
+            columns[column] = tuple(map(repr, numbers.tolist())) if is_further else numbers
+        for names, words in ((EULER, f"Euler angles {self.options.euler}"), (ROTATION_VECTOR, "rotation vector")):
+            if names[0] in self.chosen:
+                sources = [self.chosen[name] for name in names]
                 turned = f"{words} of {', '.join(sources)} [{units.unit(ANGLE, sources[0])}]"
-                found |= dict.fromkeys(QUATERNION, turned)
+                read_from |= dict.fromkeys(QUATERNION, turned)
+        if number_poses and "pose" not in self.chosen:
+            columns["pose"], read_from["pose"] = tuple(map(str, self.file.lines)), "(number of the row)"
         if self.name == POINTS and "point" not in self.chosen:
-            found["point"] = f"({self.options.point})"
-        return found
+            point = self.options.point or ""
+            columns["point"], read_from["point"] = (point,) * len(self.file), f"({point})"
+        return CsvTable(self.file.file, columns, self.file.lines), read_from
 
     def _texts(self, column: str, source: str) -> tuple[str, ...]:
         cells = self.file.cells(source)

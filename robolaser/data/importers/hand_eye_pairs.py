@@ -9,6 +9,7 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points, Poses, SensorData
 from robolaser.data.importers.importer import Imported, ImportOptions
+from robolaser.data.sensor_format import POSE_UNITS
 from robolaser.data.several_sensors import with_points_of
 from robolaser.errors import DataError, UsageError
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, pose, to_angles, to_quaternion
@@ -19,8 +20,7 @@ MOUNTS: tuple[Mount, ...] = ("flange", "base")
 MOUNT: Final = "mount"  # option that says what carries the camera
 BODIES: dict[Mount, str] = {"flange": "camera", "base": "target"}
 """What the flange carries: the body whose poses are measured."""
-SIX = ("x", "y", "z", "w", "phi", "psi")
-SPAN = (1.0, np.pi)  # how far a start value may be off, m and rad
+SPAN = {"m": 1.0, "rad": np.pi}  # how far a start value may be off
 
 
 @final
@@ -118,8 +118,7 @@ def seen_by_tags(dataset: Dataset) -> Dataset:
 def placed_camera(T: Array, prefix: str) -> dict[str, Parameter]:
     """Nominal values of the six parameters of a motion (4, 4) that another tool found, within wide bounds."""
     values = [*T[:3, 3].tolist(), *map(float, to_angles(T[:3, :3]))]
-    found = {}
-    for part, value in zip(SIX, values, strict=True):
-        unit, span = ("m", SPAN[0]) if part in "xyz" else ("rad", SPAN[1])
-        found[f"{prefix}.{part}"] = Parameter(f"{prefix}.{part}", unit, value, value - span, value + span)
-    return found
+    return {
+        f"{prefix}.{part}": Parameter(f"{prefix}.{part}", unit, value, value - SPAN[unit], value + SPAN[unit])
+        for (part, unit), value in zip(POSE_UNITS.items(), values, strict=True)
+    }

@@ -48,18 +48,17 @@ class ImageFolder(Importer):
         named = of_poses.pop(IMAGE, None)
         if named is None:
             raise UsageError(f"{file.name}: which image belongs to each row? Name the column with --column image=NAME.")
-        reader = replace(columns[POSES], chosen=of_poses)
-        read, warnings = poses_of(
-            with_quaternions(reader.table(number_poses=True), options.euler), Path(), options.robot
-        )
+        poses_table, read_from = replace(columns[POSES], chosen=of_poses).read(number_poses=True)
+        read, warnings = poses_of(with_quaternions(poses_table, options.euler), Path(), options.robot)
         files = _files(table, named, folder)
         images, contents, size_px = image_files(files)
         poses = replace(read, image=images)
         dataset = camera_recording(poses, size_px, board, mount, options, source=file.name)
-        read_from = {"poses.csv": {**reader.read_from(number_poses=True), IMAGE: named}}
         spare = sorted({image.name for image in _images(folder)} - {one.name for one in files if one is not None})
         left_out = (*left_out, *(f"{name}: no row names it" for name in spare))
-        return Imported(replace(dataset, warnings=tuple(warnings)), read_from, left_out, contents)
+        return Imported(
+            replace(dataset, warnings=tuple(warnings)), {"poses.csv": {**read_from, IMAGE: named}}, left_out, contents
+        )
 
 
 def _files(table: CsvTable, column: str, folder: Path) -> list[Path | None]:

@@ -95,7 +95,7 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
     measured, lost = without_lost(points_file, [points.chosen[name] for name in XYZ if name in points.chosen])
     points = replace(points, file=measured)
     one_file = poses_file is points_file
-    pose_table = poses.table(number_poses=one_file or timed)
+    pose_table, of_poses = poses.read(number_poses=one_file or timed)
     if one_file:
         pose_table = _each_once(pose_table, poses.chosen)
     read, warnings = poses_of(with_quaternions(pose_table, options.euler), Path(), options.robot)
@@ -114,8 +114,7 @@ def import_tables(poses_file: CsvTable, points_file: CsvTable, options: ImportOp
         source=", ".join(dict.fromkeys((poses_file.file, points_file.file))),
         warnings=tuple(warnings),
     )
-    of_poses, of_points = poses.read_from(number_poses=one_file), points.read_from(number_poses=one_file)
-    point_table = points.table(number_poses=one_file)
+    point_table, of_points = points.read(number_poses=one_file)
     if timed:
         dataset, clock, without = joined_by_time(dataset, point_table, options.further, poses_file.file)
         lost = (*without, *lost)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset
-from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, no_rotation
+from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
 from robolaser.data.printed_board import board_print
 from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
@@ -89,9 +89,7 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
         RobolaserError: With file and key of what is wrong.
     """
     path = Path(path)
-    contents = read_toml(path)
-    check_format(contents, FORMAT, path.name)
-    read = typed(contents, WorldFile, file=path.name)
+    read = typed(read_toml(path, FORMAT), WorldFile, file=path.name)
     robot, size = description.robot, description.image_px
     fixed = description.kind == "camera" and description.options.mount == "base"
     if robot is None or size is None or description.kind not in TRUTHS or fixed:

@@ -3,12 +3,11 @@
 To simulate a sensor of one's own, subclass `SimulatedSensor` with the `kind` of its format.
 """
 
-from robolaser.simulation.outliers import impossible
 from robolaser.simulation.sensors.camera import SimulatedCamera
 from robolaser.simulation.sensors.point import SimulatedTracker
 from robolaser.simulation.sensors.pose import SimulatedPoseTracker
 from robolaser.simulation.sensors.profile import SimulatedProfile
-from robolaser.simulation.sensors.simulated_sensor import REGISTERED, SimulatedSensor
+from robolaser.simulation.sensors.simulated_sensor import REGISTERED, SimulatedSensor, impossible
 from robolaser.simulation.sensors.socket import SimulatedSockets
 from robolaser.simulation.sensors.stripe import SimulatedStripe
 

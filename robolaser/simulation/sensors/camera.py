@@ -22,8 +22,7 @@ from robolaser.robot.inverse_kinematics import touching
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import farthest_first, foot_of, most_crowded, random_configurations
 from robolaser.simulation.nominal import facing_outward
-from robolaser.simulation.outliers import impossible, moved_within
-from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 IMAGE_PX = (1280, 1024)

@@ -10,10 +10,10 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.stated_noise import Noise
+from robolaser.errors import UsageError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
-from robolaser.simulation.outliers import impossible
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 EXACT_M = 1e-12
@@ -109,6 +109,17 @@ def with_errors(points: Points, array: str, sigma: float | None, rng: np.random.
     if array in points.columns:
         return replace(points, columns={**points.columns, array: shaken})
     return replace(points, pixel=shaken) if array == "pixel" else replace(points, xyz=shaken)
+
+
+def impossible(what: str, value: object, expected: str) -> UsageError:
+    """The error of a simulated cell that cannot have this."""
+    return UsageError(f"A cell cannot be simulated with {what} {value!r}: expected {expected}.")
+
+
+def moved_within(value: Array, by: Array, lower: Array | float, upper: Array | float) -> Array:
+    """Values moved by some way, or the other way where this one leads out of the bounds."""
+    there = value + by
+    return np.where((there < lower) | (there > upper), value - by, there)
 
 
 def nominal_points(there: Array, perturb: Perturbation) -> Array:

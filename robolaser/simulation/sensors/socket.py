@@ -14,8 +14,7 @@ from robolaser.model.forward_model import Model
 from robolaser.model.sensors.placements import vector
 from robolaser.parameters import Values
 from robolaser.robot.inverse_kinematics import reaching, touching, within_reach
-from robolaser.simulation.outliers import impossible, moved_within
-from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor
+from robolaser.simulation.sensors.simulated_sensor import SimulatedSensor, impossible, moved_within
 from robolaser.simulation.setup import RandomStreams, SensorSetup
 
 BALL_M = (0.03, -0.02, 0.12)  # of the ball in the flange frame

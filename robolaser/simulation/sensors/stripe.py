@@ -18,11 +18,11 @@ from robolaser.model.stages import Perturbation
 from robolaser.parameters import Values
 from robolaser.robot.visibility import View, configurations_looking_down
 from robolaser.simulation.nominal import IMAGE_PX, built, facing_outward, scanner
-from robolaser.simulation.outliers import moved_within
 from robolaser.simulation.sensors.simulated_sensor import (
     EXACT_M,
     ROUNDS,
     SimulatedSensor,
+    moved_within,
     nominal_points,
     with_errors,
 )
