@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from robolaser.calibration.result import Calibration
-from robolaser.report.calibration.charts import convergence, distribution, image
+from robolaser.report.calibration.charts import image
 from robolaser.report.calibration.rows import effect_rows, parameter_rows
 from robolaser.report.chart import Chart
 from robolaser.report.digits import SIGNIFICANT, millimetres, plain, times
@@ -109,7 +109,7 @@ def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     return [
         Section("Which errors stand out", group_blocks(*analysis.compared)),
         Section("The cell", [cell]),
-        Section("Charts", charts([convergence(analysis), image(analysis), poses(analysis), distribution(analysis)])),
+        Section("Charts", charts([image(analysis), poses(analysis)])),
         Section("Noise", [noise_table(noise)]),
     ]
 
