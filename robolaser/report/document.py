@@ -72,28 +72,6 @@ class Figures:
 
 @final
 @dataclass(frozen=True)
-class Bounds:
-    """Where a value lies within its bounds, in per cent of the way from lower to upper.
-
-    Attributes:
-        value: The value.
-        nominal: The nominal value.
-        start: Lower end of the value's band of two standard deviations.
-        length: Of that band.
-        lower: Lower bound for people.
-        upper: Upper bound for people.
-    """
-
-    value: float
-    nominal: float
-    start: float
-    length: float
-    lower: str
-    upper: str
-
-
-@final
-@dataclass(frozen=True)
 class Cell:
     """A cell of a table.
 
@@ -103,7 +81,6 @@ class Cell:
         note: A caveat.
         order: By which a column is sorted; None: by the text.
         share: Length of a bar [%]; None for none.
-        bounds: The value's place within its bounds.
         line: Number of a line's colour, see `chart.LINES`; -1 is grey, None is no swatch.
         lean: From -100 to 100, for the colour of a matrix's cell.
         hint: Said under the pointer.
@@ -115,7 +92,6 @@ class Cell:
     note: str = ""
     order: float | None = None
     share: float | None = None
-    bounds: Bounds | None = None
     line: int | None = None
     lean: float | None = None
     hint: str = ""

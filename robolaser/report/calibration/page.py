@@ -127,14 +127,13 @@ def _undetermined(calibration: Calibration) -> list[Block]:
 def _parameters(calibration: Calibration) -> list[Block]:
     given, placed = parameter_rows(calibration)
     within = Column("Within its bounds", "wide", brief="")
-    reading = "Dot: value; band: two standard deviations to each side; tick: nominal value."
     closed_form = "Initialized from the data" if given else ""
     nominal = Column("Nominal", "text", 13, "nominal")
     why = "These need no nominal values" if given else "There is no nominal model: no nominal values are given"
     start = f"{why}; they start from a closed-form estimate."
     columns = [Column("Effect", "name", 34, "effect"), VALUE, Column("Standard deviations from zero"), REMARK]
     return [
-        Table([PARAMETER, VALUE, nominal, within], given, note=reading, printed=MOST_PRINTED),
+        Table([PARAMETER, VALUE, nominal, within], given, printed=MOST_PRINTED),
         Table([PARAMETER, VALUE, REMARK], placed, closed_form, start, MANY, 0 if given else MOST_PRINTED),
         Table(columns, effect_rows(calibration), "Effects in the model", printed=MOST_PRINTED),
     ]
