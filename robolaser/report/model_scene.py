@@ -91,7 +91,6 @@ def cell_scene(
         f"The cell in {len(frames)} poses, with {len(shown)} points and their errors.",
         shapes,
         taken,
-        start=int(np.argmin(np.abs(frames - _typical(model)))),
         magnification=factor,
         in_photos=magnification(longest, (dataset.image_px or (0, 0))[0]),
         photos=images,
@@ -162,15 +161,6 @@ def _frames(of_pose: Ints, errors: Array) -> Ints:
     if len(seen) <= MOST_FRAMES:
         return seen
     return seen[some_rows(np.array([rms(errors[of_pose == i]) for i in seen]), MOST_FRAMES)]
-
-
-def _typical(model: Model) -> int:
-    """The pose with points whose joints, or flange, are nearest to the median."""
-    dataset = model.dataset
-    seen = np.unique(dataset.points.pose)
-    positions = dataset.poses.q if dataset.poses.q is not None else dataset.flange()[:, :3, 3]
-    away = np.linalg.norm(positions[seen] - np.median(positions[seen], axis=0), axis=1)
-    return int(seen[np.argmin(away)])
 
 
 def _names(model: Model, rows: Ints, errors: Array) -> Sequence[str]:

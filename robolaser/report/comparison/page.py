@@ -57,8 +57,8 @@ def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief:
     sections += _conditions(comparison, shown)
     if not brief:
         scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in shown)]
-        sections.append(Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]))
-        sections.append(Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]))
+        terms = [Column("Condition", "name", 20), Column("Value", "wide")]
+        sections.append(Section("How it was measured", [Table(terms, [*words.measured(comparison), *scopes])]))
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
@@ -212,10 +212,6 @@ def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))
     return sections
-
-
-def _terms(items: Sequence[tuple[str, str]], *titles: str) -> Table:
-    return Table([Column(titles[0], "name", 20), Column(titles[1], "wide")], items)
 
 
 def _problem_table(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Table:
