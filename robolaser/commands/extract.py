@@ -60,9 +60,6 @@ def extract(
     images = [str(file.relative_to(recording)) for shot in shots for file in shot.files]
     place = _Place(recording, output, images)
     with results_in(place.folder, command="extract", files=[*sorted(files), *images], force=force):
-        if not has_stripe:
-            _corners(dataset, place, terminal)
-            return
         (_stripes if to_scan else _points)(dataset, place, terminal)
 
 
@@ -95,59 +92,36 @@ class _Place:
 
 
 def _points(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
-    from robolaser.vision.recordings import points_from_images
+    from robolaser.vision.extract import Extraction
+    from robolaser.vision.recordings import points_of_images
 
     with terminal.progress() as progress:
-        found, dataset = points_from_images(recording, progress=progress)
-    terminal.print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
-    for frame in found.frames:
-        if frame.skipped:
-            terminal.print(f"{frame.pose:<16}   skipped: {frame.skipped}")
-        else:
-            figures = f"{frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}"
-            terminal.print(f"{frame.pose:<16} {figures}")
-    if not found.lens.known:
-        terminal.warn("the views do not determine the lens distortion: planes were fitted to raw pixels.")
-    if found.channel != "grey":
-        terminal.print(f"The stripe was detected in the channel {found.channel}.")
-    terminal.warn(*found.doubts)
-    place.write(dataset)
-    file = place.folder / POINTS
-    skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
-    images, corners = len(found.frames) - len(skipped), len(dataset.points) - len(found)
-    terminal.show(
-        {
-            "points": len(found),
-            "corners": corners,
-            "images": images,
-            "skipped": skipped,
-            "pixel_noise_px": float(found.pixel_noise_px),
-            "file": str(file),
-        },
-        lambda: say(
+        found, dataset = points_of_images(recording, progress=progress)
+    frames = found.frames if isinstance(found, Extraction) else found
+    titles = {"board [px]": "corner_rms_px"} | ({"stripe [px]": "line_rms_px"} if isinstance(found, Extraction) else {})
+    terminal.print(f"{'image':<16} {'points':>6}  {'  '.join(titles)}")
+    for frame in frames:
+        figures = "  ".join(f"{getattr(frame, name):>{len(title)}.2f}" for title, name in titles.items())
+        said = f"  skipped: {frame.skipped}" if frame.skipped else f"{frame.points:>6}  {figures}"
+        terminal.print(f"{frame.pose:<16} {said}")
+    skipped = {frame.pose: frame.skipped for frame in frames if frame.skipped}
+    file, images, points = place.folder / POINTS, len(frames) - len(skipped), len(dataset.points)
+    result: dict[str, object] = {"points": points, "images": images, "skipped": skipped, "file": str(file)}
+    said = f"{points} points from {images} images, {len(skipped)} skipped. Wrote {file}"
+    if isinstance(found, Extraction):
+        if not found.lens.known:
+            terminal.warn("the views do not determine the lens distortion: planes were fitted to raw pixels.")
+        if found.channel != "grey":
+            terminal.print(f"The stripe was detected in the channel {found.channel}.")
+        terminal.warn(*found.doubts)
+        corners, noise_px = points - len(found), float(found.pixel_noise_px)
+        result |= {"points": len(found), "corners": corners, "pixel_noise_px": noise_px}
+        said = (
             f"{len(found)} points and {corners} corners from {images} images, {len(skipped)} skipped; stripe noise"
-            f" {found.pixel_noise_px:.2f} px. Wrote {file} and corners.csv"
-        ),
-    )
-
-
-def _corners(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
-    from robolaser.vision.target_corners import points_of_target
-
-    with terminal.progress() as progress:
-        seen, dataset = points_of_target(recording, progress)
-    terminal.print(f"{'image':<16} {'points':>6}  {'target [px]':>11}")
-    for one in seen:
-        rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
-        terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
+            f" {noise_px:.2f} px. Wrote {file} and corners.csv"
+        )
     place.write(dataset)
-    file = place.folder / POINTS
-    skipped = {one.pose: "no target" for one in seen if not one.points}
-    points, images = len(dataset.points), len(seen) - len(skipped)
-    terminal.show(
-        {"points": points, "images": images, "skipped": skipped, "file": str(file)},
-        lambda: say(f"{points} points from {images} images, {len(skipped)} without the target. Wrote {file}"),
-    )
+    terminal.show(result, lambda: say(said))
 
 
 def _stripes(recording: "Dataset", place: _Place, terminal: Terminal) -> None:

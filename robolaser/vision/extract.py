@@ -17,7 +17,7 @@ from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
 from robolaser.vision.runs import Axis, LineCentres
 from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
-from robolaser.vision.target_corners import target_in
+from robolaser.vision.target_corners import Frame, target_in
 
 POINTS_PER_IMAGE = 170
 """Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
@@ -26,23 +26,6 @@ BRIGHTER = 1.2
 LIGHT_PERCENT = 80.0  # of a board's pixels that are darker than most of its paper: marks and ink cover two thirds
 MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
 SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
-
-
-@final
-@dataclass(frozen=True)
-class Frame:
-    """What became of the images of one pose."""
-
-    pose: str  # its name
-    skipped: str = ""  # why they gave no points; empty if they did
-    points: int = 0  # points they gave
-    corner_rms_px: float = float("nan")  # corners of the board against its pattern [px]; NaN without a board
-    # stripe against a straight line, all its lines of pixels that were kept [px]; NaN without
-    line_rms_px: float = float("nan")
-    # whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane
-    beside: bool = False
-    # share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else
-    left_out: float = 0.0
 
 
 @final

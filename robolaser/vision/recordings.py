@@ -1,6 +1,6 @@
 """A recording is a data set whose points are still in its images."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
 from robolaser.vision.extract import Extraction, extract_points
 from robolaser.vision.stripe_trace import StripeSearch
-from robolaser.vision.target_corners import corner_points
+from robolaser.vision.target_corners import Frame, corner_points, points_of_target
 
 
 def points_from_images(
@@ -61,6 +61,14 @@ def points_from_images(
     else:
         both = scanner_with_corners(replace(recording, points=points), corners)
     return found, _with_noise_stated(both, found.pixel_noise_px)
+
+
+def points_of_images(
+    recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
+) -> tuple[Extraction | Sequence[Frame], Dataset]:
+    """What the images of a stripe scanner or a camera show: see `points_from_images` and `points_of_target`."""
+    look = points_from_images if sensor_class(recording.kind).has_laser_plane() else points_of_target
+    return look(recording, progress=progress, known=known)
 
 
 def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:
