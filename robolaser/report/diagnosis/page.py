@@ -21,7 +21,7 @@ from robolaser.report.document import (
 )
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.setting import Delivered, best_file, files_section, noise_table, origin
+from robolaser.report.setting import Delivered, files_section, noise_table, origin
 
 LEAST_SHARE = 0.1
 """Share of the gap from which on a place is suspected."""
@@ -44,7 +44,6 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
     found = [classes, effects] if classes.printed else [effects, classes]
     doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
-    steps = [*best_file(files), *to_do(diagnosis)]
     if not diagnosis.findings:
         found, doubts = [], [classes, *doubts]
     return Document(
@@ -57,7 +56,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()
         [
             Section("What was found", found),
             Section("Where", _printed_sites(diagnosis) if brief else []),
-            Section("What to do", [Notes(steps, "steps", MOST_ADVICE)]),
+            Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)]),
             files_section(files),
             Section("What is not certain", doubts),
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
