@@ -1,8 +1,6 @@
 """The cell in space by a model that was fitted: arm, sensor, light, points and image of each pose, and what errs."""
 
 import base64
-import io
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -10,12 +8,11 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.cause_words import place
-from robolaser.errors import DataError
+from robolaser.errors import ImageError
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
@@ -212,18 +209,16 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Arr
 
 def _small(path: Path, size_px: tuple[int, int]) -> str:
     """An image as a data URI; empty where it cannot be read, or has another size than was stated."""
-    from PIL import Image  # noqa: PLC0415 - slow to import
+    import cv2  # noqa: PLC0415 - slow to import
+
+    from robolaser.vision.images import depth_of, eight_bits, read_image  # noqa: PLC0415
 
     try:
-        coded = read_bytes(path, IMAGE_BYTES)
-        if pixels_of(coded) != size_px:
-            return ""
-        with warnings.catch_warnings(action="ignore"), Image.open(io.BytesIO(coded)) as opened:
-            opened.draft("L", (WIDTH_PX, WIDTH_PX))
-            small = opened.convert("L")
-        small.thumbnail((WIDTH_PX, WIDTH_PX), Image.Resampling.BILINEAR, reducing_gap=2.0)
-        out = io.BytesIO()
-        small.save(out, "JPEG", quality=QUALITY)
-    except (DataError, OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        image = read_image(path, size_px, cv2.IMREAD_GRAYSCALE)
+    except ImageError:
         return ""
-    return f"data:image/jpeg;base64,{base64.b64encode(out.getvalue()).decode()}"
+    scale = min(1.0, WIDTH_PX / max(size_px))
+    width, height = (max(1, round(scale * side)) for side in size_px)
+    small = cv2.resize(eight_bits(image, depth_of(image)), (width, height), interpolation=cv2.INTER_AREA)
+    jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg.tobytes()).decode()}"
