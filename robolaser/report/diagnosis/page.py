@@ -121,8 +121,9 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     model = diagnosis.model
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
-    cell = cell_scene(model, diagnosis.x, errors, title="The cell, and its errors on new poses",
-                      marked=suspected(diagnosis), remark=_highlighted(diagnosis))  # fmt: skip
+    marked, title = suspected(diagnosis), "The cell, and its errors on new poses"
+    remark = " Highlighted: what is suspected, with its share of the error." if marked else ""
+    cell = cell_scene(model, diagnosis.x, errors, title=title, marked=marked, remark=remark)
     lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
@@ -136,19 +137,6 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
         Section("What was not found", [rows.limit_table(diagnosis), rows.untestable_table(diagnosis)]),
         Section("Noise", [noise, *_remarks(diagnosis)]),
     ]
-
-
-def _highlighted(diagnosis: Diagnosis) -> str:
-    marked = suspected(diagnosis)
-    if marked:
-        named = ", ".join(f"{place(site)} ({share})" if share else place(site)
-                          for site, share in marked.items())  # fmt: skip
-        whose = "the remaining error" if diagnosis.verdict == "unexplained" else "the gap"
-        brackets = f" In brackets: its share of {whose}." if any(marked.values()) else ""
-        return f" Highlighted: {named}.{brackets}"
-    if diagnosis.verdict == "no_gap":
-        return " Nothing is highlighted: the remaining error is noise."
-    return " Nothing is highlighted: the gap is at no single location."
 
 
 def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
