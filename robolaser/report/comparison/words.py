@@ -5,15 +5,7 @@ import math
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.problem import (
-    CALIBRATION,
-    OUR_OWN,
-    OWN,
-    SEVERAL,
-    TEST_FUNCTION,
-    THEORY,
-    ProblemSummary,
-)
+from robolaser.benchmark.problem import CALIBRATION, OUR_OWN, OWN, SEVERAL, TEST_FUNCTION, THEORY, ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.report.digits import duration, plain, times
 from robolaser.report.page import version

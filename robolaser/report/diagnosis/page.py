@@ -9,16 +9,7 @@ from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import effect_charts, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
-from robolaser.report.document import (
-    Block,
-    Document,
-    Figure,
-    Figures,
-    Notes,
-    Section,
-    Text,
-    charts,
-)
+from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
 from robolaser.report.setting import Delivered, files_section, noise_table, origin
