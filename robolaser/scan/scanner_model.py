@@ -9,7 +9,6 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset, Points
 from robolaser.duals import Dual
-from robolaser.geometry.camera import laser_plane
 from robolaser.geometry.rigid_motion import apply
 from robolaser.model.effects.effect import Effect, Run, perturb_with
 from robolaser.model.effects.run import Course
@@ -67,12 +66,6 @@ class ScannerModel:
         """T_base_camera at each pose, (n, 4, 4)."""
         T: Array = self.flange @ mount(self.dataset, self.values, self.perturb(self.at_poses))[0]
         return T
-
-    @cached_property
-    def laser_plane(self) -> Array:
-        """The laser plane at each pose, n · P = d in the camera frame, (n, 4) as (n, d)."""
-        plane = self.perturb(self.at_poses)(Stage.LASER_PLANE, laser_plane(self.values))[0]
-        return np.ascontiguousarray(np.broadcast_to(plane, (len(self.dataset.poses), 4)))
 
     def in_camera(self, points: Points) -> Array:
         """Where the rays of some pixels meet the laser plane, in the camera frame, (m, 3) [m].
