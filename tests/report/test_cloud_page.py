@@ -52,7 +52,7 @@ def without_std(vertices):
 
 
 QUALITIES = {
-    "flat": lambda: measure(flat(), wanted=("plane",)),
+    "flat": lambda: measure(flat(), plane=True),
     "unmeasured": lambda: measure(flat()),
     "unknown scatter": lambda: measure(without_std(flat())),
     "one point": lambda: measure(flat(1)),
