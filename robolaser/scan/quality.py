@@ -78,7 +78,12 @@ class Quality:
 
 
 def measure(
-    vertices: Vertices, *, plane: bool = False, step_m: float | None = None, sphere_m: float | None = None, seed: int = 1
+    vertices: Vertices,
+    *,
+    plane: bool = False,
+    step_m: float | None = None,
+    sphere_m: float | None = None,
+    seed: int = 1,
 ) -> Quality:
     """Look for primitives of known size.
 
