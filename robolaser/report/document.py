@@ -51,7 +51,6 @@ class Figure:
         value: With its unit.
         remark: How to read it.
         share: Of the largest one, in per cent; None where there is no bar.
-        more: What only a page says besides.
     """
 
     kind: str
@@ -59,7 +58,6 @@ class Figure:
     value: str
     remark: str
     share: float | None = None
-    more: str = ""
 
 
 @final

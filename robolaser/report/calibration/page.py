@@ -52,10 +52,9 @@ def figures(analysis: ErrorAnalysis) -> list[Figure]:
     ]
     largest = max(error for _, _, error, _ in shown if error is not None) or 1.0
     lengths = [
-        Figure(kind, label, millimetres(error), remark, None if error is None else 100 * error / largest,
-               ", ".join(dict.fromkeys(analysis.known_noise.values())) if kind == "noise" else "")
+        Figure(kind, label, millimetres(error), remark, None if error is None else 100 * error / largest)
         for kind, label, error, remark in shown
-    ]  # fmt: skip
+    ]
     return lengths + turns
 
 
@@ -104,15 +103,16 @@ def document(
 
 def _evidence(analysis: ErrorAnalysis) -> list[Section]:
     calibration = analysis.calibration
-    errors = {"errors of the fit": calibration.errors_m}
+    errors, (of_fit, compared) = {"errors of the fit": calibration.errors_m}, analysis.compared
+    reading = "Dots: a pose when it was fitted; rings: when it was held out." if len(compared) > 1 else ""
     cell = cell_scene(calibration.model, calibration.x, errors, title="Each pose, and its errors")
     units, known = {source.name: source.unit for source in analysis.sources}, analysis.known_noise
     sizes = calibration.noise.items()
     noise = [(name, sigma, units.get(name, ""), known.get(name, ESTIMATED)) for name, sigma in sizes]
     return [
-        Section("Which errors stand out", group_blocks(*analysis.compared)),
+        Section("Which errors stand out", group_blocks(of_fit, compared)),
         Section("The cell", [cell]),
-        Section("Charts", charts([image(analysis), poses(analysis)])),
+        Section("Charts", charts([image(analysis), pose_errors(of_fit, compared, reading=reading)])),
         Section("Noise", [noise_table(noise)]),
     ]
 
@@ -140,13 +140,6 @@ def _parameters(calibration: Calibration) -> list[Block]:
         Table([PARAMETER, VALUE, REMARK], placed, closed_form, start, MANY, 0 if given else MOST_PRINTED),
         Table(columns, effect_rows(calibration), "Effects in the model", printed=MOST_PRINTED),
     ]
-
-
-def poses(analysis: ErrorAnalysis) -> Chart:
-    """Root-mean-square error of each pose, fitted and held out."""
-    of_fit, errors = analysis.compared
-    reading = "Dots: a pose when it was fitted; rings: when it was held out." if len(errors) > 1 else ""
-    return pose_errors(of_fit, errors, reading=reading)
 
 
 MOST_DOTS = 600  # points that a chart carries

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from robolaser.diagnosis.cause_words import place, spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
-from robolaser.report.chart import Chart
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import effect_charts, waterfall
@@ -78,11 +77,9 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         ("held-out", left, gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "the error of a perfect model"),
     ]
-    origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
     return [
         Figure(kind, label, "none" if size is None else millimetres(size), remark,
-               None if size is None or i == 0 else 100 * size / largest,
-               f"noise {origins}" if kind == "noise" and origins else "")
+               None if size is None or i == 0 else 100 * size / largest)
         for i, (kind, label, size, remark) in enumerate(lines)
         if has_effects or fewer_rows or i != 1
     ]  # fmt: skip
@@ -116,13 +113,15 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     remark = " Highlighted: what is suspected, with its share of the error." if marked else ""
     cell = cell_scene(model, diagnosis.x, errors, title=title, marked=marked, remark=remark)
     lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
+    reading, floor_m = "Each pose is predicted by a fit without it.", diagnosis.gap.noise_floor_m
+    each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
         Section(lies, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors stand out", group_blocks(diagnosis.observed, errors)),
-        Section("Errors", charts([poses(diagnosis)])),
+        Section("Errors", charts([each_pose])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)]),
         Section("Poses to measure next", [rows.pose_table(diagnosis)]),
         Section("What was not found", [rows.limit_table(diagnosis), rows.untestable_table(diagnosis)]),
@@ -142,14 +141,6 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
 
 def _remarks(diagnosis: Diagnosis) -> list[Block]:
     return [Text(remark, "quiet", printed=True) for remark in diagnosis.noise_remarks]
-
-
-def poses(diagnosis: Diagnosis) -> Chart:
-    """Root-mean-square error of each pose on held-out data, before and after, in the order of the run."""
-    both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
-    errors = both if diagnosis.model.effects else {"each pose": diagnosis.after_m}
-    reading = "Each pose is predicted by a fit without it."
-    return pose_errors(diagnosis.observed, errors, reading=reading, noise_m=diagnosis.gap.noise_floor_m)
 
 
 def _untested(diagnosis: Diagnosis) -> list[Block]:
