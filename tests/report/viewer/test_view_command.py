@@ -14,7 +14,7 @@ from robolaser.cli import main
 from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.scan import read_calibration
-from robolaser.scan.carry_over import carried_over
+from robolaser.scan.scanner_model import carried_over
 
 
 @pytest.fixture(scope="module")
