@@ -176,7 +176,7 @@ class Document:
         sense: What it means.
         head: Blocks that belong to the answer.
         sections: The doubt and the evidence.
-        tag: The verdict in a word, and its kind for the style sheet.
+        verdict: Of a diagnosis, as its JSON has it.
         footer: Origin and licence of the data.
         prints_lead: Does the terminal begin with the answer, rather than with figures that say it?
     """
@@ -188,7 +188,7 @@ class Document:
     sense: str
     head: Sequence[Block]
     sections: Sequence[Section]
-    tag: tuple[str, str] = ("", "")
+    verdict: str = ""
     footer: str = ""
     prints_lead: bool = False
 

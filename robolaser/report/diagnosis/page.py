@@ -51,7 +51,7 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()
             Section("What is not certain", doubts),
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
-        tag=(diagnosis.verdict.replace("_", " "), diagnosis.verdict),
+        verdict=diagnosis.verdict,
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
     )
