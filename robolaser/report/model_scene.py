@@ -36,13 +36,7 @@ SENSOR: Final = 0.12
 
 
 def cell_scene(
-    model: Model,
-    x: Array,
-    errors_m: Mapping[str, Array],
-    *,
-    title: str,
-    marked: Mapping[str, str] | None = None,
-    remark: str = "",
+    model: Model, x: Array, errors_m: Mapping[str, Array], *, title: str, marked: Mapping[str, str] | None = None
 ) -> Scene:
     """The cell, to be turned and stepped through.
 
@@ -52,7 +46,6 @@ def cell_scene(
         errors_m: Errors of all rows by the name of their series, the last as the model leaves them [m].
         title: A few words.
         marked: Sites that are suspected, each with what its label says besides.
-        remark: What else the caption says.
     """
     dataset, last = model.dataset, list(errors_m.values())[-1]
     of_pose = dataset.points.pose
@@ -81,6 +74,7 @@ def cell_scene(
     said = "Lines lead from known to predicted points, magnified by the slider." if shifts else ""
     beside = " Beside it the image of the pose: rings are points extracted from it" if images else ""
     beside += ", lines lead to the predicted ones." if images and misses is not None else "." * bool(images)
+    remark = " Highlighted: what is suspected, with its share of the error." if marked else ""
     longest = 0.0 if misses is None else float(np.nanpercentile(np.linalg.norm(misses, axis=1), 95))
     return Scene(
         title,

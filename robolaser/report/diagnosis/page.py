@@ -109,9 +109,8 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     model = diagnosis.model
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
-    marked, title = suspected(diagnosis), "The cell, and its errors on new poses"
-    remark = " Highlighted: what is suspected, with its share of the error." if marked else ""
-    cell = cell_scene(model, diagnosis.x, errors, title=title, marked=marked, remark=remark)
+    title = "The cell, and its errors on new poses"
+    cell = cell_scene(model, diagnosis.x, errors, title=title, marked=suspected(diagnosis))
     lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
     reading, floor_m = "Each pose is predicted by a fit without it.", diagnosis.gap.noise_floor_m
     each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
