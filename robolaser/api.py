@@ -18,7 +18,6 @@ from robolaser.diagnosis.pose_plan import PosePlan, examine_plan
 from robolaser.errors import UsageError
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
-from robolaser.model.sensors import sensor_class
 from robolaser.motion.calibration import calibrate_motion
 from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import MotionLog
@@ -227,13 +226,9 @@ def extract(recording: Data, *, progress: Progress | None = None) -> Dataset:
         ...     print(type(error).__name__)
         ImageError
     """
-    from robolaser.vision.recordings import points_from_images  # noqa: PLC0415 - OpenCV takes long to load
-    from robolaser.vision.target_corners import points_of_target  # noqa: PLC0415
+    from robolaser.vision.recordings import points_of_images  # noqa: PLC0415 - OpenCV takes long to load
 
-    found = _data_set(recording)
-    if sensor_class(found.kind).has_laser_plane():
-        return points_from_images(found, progress=progress)[1]
-    return points_of_target(found, progress)[1]
+    return points_of_images(_data_set(recording), progress=progress)[1]
 
 
 def import_files(*sources: str | Path, options: ImportOptions | None = None, kind: str | None = None) -> Dataset:

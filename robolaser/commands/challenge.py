@@ -185,14 +185,7 @@ def summary(scored: Mapping[str, Any]) -> list[str]:
         (kind, str(part["worlds"]), *(_percent(part[name]) for name in COLUMNS))
         for kind, part in scored["kinds"].items()
     ]
-    lines += [*aligned([("kind", "data sets", *COLUMNS.values()), *kinds], str.rjust), ""]
-    stated = [
-        (f"{names['from']:4.2f} to {names['to']:4.2f}", *_stated(names), *_stated(classes))
-        for names, classes in zip(scored["reliability"], scored["reliability_of_classes"], strict=True)
-        if names["of"] or classes["of"]
-    ]
-    titles = ("stated probability", "names: stated", "right", "", "classes: stated", "right", "")
-    return lines + (aligned([titles, *stated], str.rjust) if stated else [])
+    return lines + aligned([("kind", "data sets", *COLUMNS.values()), *kinds], str.rjust)
 
 
 def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:
@@ -204,9 +197,3 @@ def _share(title: str, part: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _percent(part: Mapping[str, Any]) -> str:
     return f"{part['share']:.0%}" if part["of"] else "-"
-
-
-def _stated(part: Mapping[str, Any]) -> tuple[str, ...]:
-    if not part["of"]:
-        return "-", "", ""
-    return f"{part['stated']:.3f}", f"{part['share']:.3f}", f"({part['right']}/{part['of']})"

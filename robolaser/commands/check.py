@@ -3,14 +3,12 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 from robolaser.commands.terminal import TERMINAL, Terminal, say
 
-if TYPE_CHECKING:
-    from robolaser.diagnosis.data_check import DataCheck
-
 WIDTH = 110
+Checked = tuple[Mapping[str, object], Sequence[str], Sequence[str]]
+"""What was found as JSON, warnings, and lines for people."""
 
 
 def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
@@ -25,17 +23,13 @@ def check(dataset: Path, /, *, terminal: Terminal = TERMINAL) -> None:
     """
     from robolaser.motion.reading import is_motion
 
-    if is_motion(dataset):
-        _check_motion(dataset, terminal)
-        return
-    from robolaser.data.loading import load
-    from robolaser.diagnosis.data_check import check_data
-
-    found = check_data(load(dataset))
-    _show(found.to_dict(), found.dataset.warnings, _text(found), terminal)
+    found, warnings, lines = _of_motion(dataset) if is_motion(dataset) else _of_poses(dataset)
+    if not terminal.json:
+        terminal.warn(*warnings)
+    terminal.show(found, lambda: say("\n".join(lines)))
 
 
-def _check_motion(folder: Path, terminal: Terminal) -> None:
+def _of_motion(folder: Path) -> Checked:
     from robolaser.motion.checking import check_motion
     from robolaser.motion.reading import load_motion
 
@@ -49,10 +43,14 @@ def _check_motion(folder: Path, terminal: Terminal) -> None:
         f"Rows: {', '.join(found.kinds) or 'none'}",
         *_effects(len(found.tested), places, found.not_tested),
     ]
-    _show(found.to_dict(), log.warnings, lines, terminal)
+    return found.to_dict(), log.warnings, lines
 
 
-def _text(found: "DataCheck") -> list[str]:
+def _of_poses(folder: Path) -> Checked:
+    from robolaser.data.loading import load
+    from robolaser.diagnosis.data_check import check_data
+
+    found = check_data(load(folder))
     check_json = found.to_dict()
     lines = [
         f"{check_json['dataset']}: {found.dataset.format.title}, {check_json['points']} points in"
@@ -70,7 +68,7 @@ def _text(found: "DataCheck") -> list[str]:
     if found.missing:
         lines += ["", "More could be tested with"]
         lines += [_item(f"{remedy}: {', '.join(names)}") for remedy, names in found.missing.items()]
-    return lines
+    return check_json, found.dataset.warnings, lines
 
 
 def _effects(tested: int, listed: Mapping[str, Sequence[str]], untested: Mapping[str, str]) -> list[str]:
@@ -85,12 +83,6 @@ def _effects(tested: int, listed: Mapping[str, Sequence[str]], untested: Mapping
         *(["", "Not testable"] if reasons else []),
         *(_item(f"{', '.join(names)}: {reason}") for reason, names in reasons.items()),
     ]
-
-
-def _show(found: Mapping[str, object], warnings: Sequence[str], lines: Sequence[str], terminal: Terminal) -> None:
-    if not terminal.json:
-        terminal.warn(*warnings)
-    terminal.show(found, lambda: say("\n".join(lines)))
 
 
 def _item(text: str) -> str:

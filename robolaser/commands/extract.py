@@ -1,10 +1,9 @@
 """robolaser extract: from images to points, or to the stripe's centres where there is no board."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
     from robolaser.data.dataset import Dataset
     from robolaser.data.stripe_file import Stripes
 
-POINTS, STRIPES, SETTINGS = "points.csv", "stripes.npy", "dataset.toml"
+POINTS, STRIPES = "points.csv", "stripes.npy"
 
 
 def extract(
@@ -42,11 +41,13 @@ def extract(
         output: Folder for a new data set with images and noise. Default: only add points to RECORDING.
         force: Overwrite earlier points.
     """
+    from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
+    from robolaser.data.atomic_write import STAGED, written_later
     from robolaser.data.image_list import images_of_poses
     from robolaser.data.loading import load
-    from robolaser.data.result_folder import results_in
+    from robolaser.data.result_folder import results_in, write_results
     from robolaser.data.several_sensors import CORNERS
-    from robolaser.data.writing import FOLDER
+    from robolaser.data.writing import FOLDER, point_texts, texts_of
     from robolaser.model.sensors import sensor_class
 
     dataset = load(recording)
@@ -55,107 +56,64 @@ def extract(
     if output is not None and output.resolve() == recording.resolve():
         output = None
     both = has_stripe and not to_scan
-    files = {STRIPES if to_scan else POINTS, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
+    folder, main = output or recording, STRIPES if to_scan else POINTS
+    names = {main, *((CORNERS,) if both else ()), *(() if output is None else FOLDER)}
     shots = [] if output is None else images_of_poses(dataset)
     images = [str(file.relative_to(recording)) for shot in shots for file in shot.files]
-    place = _Place(recording, output, images)
-    with results_in(place.folder, command="extract", files=[*sorted(files), *images], force=force):
-        if not has_stripe:
-            _corners(dataset, place, terminal)
-            return
-        (_stripes if to_scan else _points)(dataset, place, terminal)
-
-
-@dataclass(frozen=True)
-class _Place:
-    """Where the points go: into the recording, or with it into a new data set."""
-
-    recording: Path
-    output: Path | None  # folder of the new data set; None: there is none
-    images: Sequence[str]  # names of the images that the new data set has, too
-
-    @property
-    def folder(self) -> Path:
-        return self.output or self.recording
-
-    def write(self, dataset: "Dataset", stripes: Path | None = None) -> None:
-        """Write a data set's points, or stripes, and all of it with its images where it is a new one."""
-        from robolaser.bounded_reading import IMAGE_BYTES, read_bytes
-        from robolaser.data.atomic_write import Contents, written_later
-        from robolaser.data.result_folder import write_results
-        from robolaser.data.writing import point_texts, texts_of
-
-        copies = {name: written_later(partial(read_bytes, self.recording / name, IMAGE_BYTES)) for name in self.images}
-        files: dict[str, str | Contents | None] = {**copies}
-        if self.output is not None:
+    with results_in(folder, command="extract", files=[*sorted(names), *images], force=force):
+        files: dict[str, Any] = {
+            name: written_later(partial(read_bytes, recording / name, IMAGE_BYTES)) for name in images
+        }
+        if to_scan:
+            staged = folder / f"{STAGED}{STRIPES}"
+            result, said = _stripes(dataset, staged, terminal)
+            files[STRIPES] = staged
+        else:
+            dataset, result, said = _points(dataset, terminal)
+        if output is not None:
             files |= texts_of(dataset)
-        elif stripes is None:
+        elif not to_scan:
             files |= point_texts(dataset)
-        write_results(self.folder, files if stripes is None else {**files, STRIPES: stripes})
+        write_results(folder, files)
+        wrote = f"Wrote {folder / main}{' and corners.csv' if both else ''}"
+        terminal.show(result | {"file": str(folder / main)}, lambda: say(f"{said}. {wrote}"))
 
 
-def _points(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
-    from robolaser.vision.recordings import points_from_images
+def _points(recording: "Dataset", terminal: Terminal) -> tuple["Dataset", dict[str, Any], str]:
+    """The data set with the points that its images show, and the result as JSON and in words."""
+    from robolaser.vision.extract import Extraction
+    from robolaser.vision.recordings import points_of_images
 
     with terminal.progress() as progress:
-        found, dataset = points_from_images(recording, progress=progress)
-    terminal.print(f"{'image':<16} {'points':>6}  {'board [px]':>10}  {'stripe [px]':>11}")
-    for frame in found.frames:
-        if frame.skipped:
-            terminal.print(f"{frame.pose:<16}   skipped: {frame.skipped}")
-        else:
-            figures = f"{frame.points:>6}  {frame.corner_rms_px:>10.2f}  {frame.line_rms_px:>11.2f}"
-            terminal.print(f"{frame.pose:<16} {figures}")
+        found, dataset = points_of_images(recording, progress=progress)
+    frames = found.frames if isinstance(found, Extraction) else found
+    titles = {"board [px]": "corner_rms_px"} | ({"stripe [px]": "line_rms_px"} if isinstance(found, Extraction) else {})
+    terminal.print(f"{'image':<16} {'points':>6}  {'  '.join(titles)}")
+    for frame in frames:
+        figures = "  ".join(f"{getattr(frame, name):>{len(title)}.2f}" for title, name in titles.items())
+        row = f"  skipped: {frame.skipped}" if frame.skipped else f"{frame.points:>6}  {figures}"
+        terminal.print(f"{frame.pose:<16} {row}")
+    skipped = {frame.pose: frame.skipped for frame in frames if frame.skipped}
+    images, points = len(frames) - len(skipped), len(dataset.points)
+    result = {"points": points, "images": images, "skipped": skipped}
+    if not isinstance(found, Extraction):
+        return dataset, result, f"{points} points from {images} images, {len(skipped)} skipped"
     if not found.lens.known:
         terminal.warn("the views do not determine the lens distortion: planes were fitted to raw pixels.")
     if found.channel != "grey":
         terminal.print(f"The stripe was detected in the channel {found.channel}.")
     terminal.warn(*found.doubts)
-    place.write(dataset)
-    file = place.folder / POINTS
-    skipped = {frame.pose: frame.skipped for frame in found.frames if frame.skipped}
-    images, corners = len(found.frames) - len(skipped), len(dataset.points) - len(found)
-    terminal.show(
-        {
-            "points": len(found),
-            "corners": corners,
-            "images": images,
-            "skipped": skipped,
-            "pixel_noise_px": float(found.pixel_noise_px),
-            "file": str(file),
-        },
-        lambda: say(
-            f"{len(found)} points and {corners} corners from {images} images, {len(skipped)} skipped; stripe noise"
-            f" {found.pixel_noise_px:.2f} px. Wrote {file} and corners.csv"
-        ),
-    )
+    corners, noise_px = points - len(found), float(found.pixel_noise_px)
+    result |= {"points": len(found), "corners": corners, "pixel_noise_px": noise_px}
+    of_both = f"{len(found)} points and {corners} corners from {images} images, {len(skipped)} skipped"
+    return dataset, result, f"{of_both}; stripe noise {noise_px:.2f} px"
 
 
-def _corners(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
-    from robolaser.vision.target_corners import points_of_target
-
-    with terminal.progress() as progress:
-        seen, dataset = points_of_target(recording, progress)
-    terminal.print(f"{'image':<16} {'points':>6}  {'target [px]':>11}")
-    for one in seen:
-        rms = f"{one.rms_px:>11.2f}" if one.rms_px == one.rms_px else ""
-        terminal.print(f"{one.pose:<16} {one.points:>6}  {rms}" if one.points else f"{one.pose:<16}   no target")
-    place.write(dataset)
-    file = place.folder / POINTS
-    skipped = {one.pose: "no target" for one in seen if not one.points}
-    points, images = len(dataset.points), len(seen) - len(skipped)
-    terminal.show(
-        {"points": points, "images": images, "skipped": skipped, "file": str(file)},
-        lambda: say(f"{points} points from {images} images, {len(skipped)} without the target. Wrote {file}"),
-    )
-
-
-def _stripes(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
-    from robolaser.data.atomic_write import STAGED
+def _stripes(recording: "Dataset", file: Path, terminal: Terminal) -> tuple[dict[str, Any], str]:
+    """Write the line centres of all images; the result as JSON and in words."""
     from robolaser.data.stripe_file import write_stripes
     from robolaser.vision.recordings import stripes_from_images
 
-    file = place.folder / STRIPES
     images = blank = 0
 
     def counted(blocks: "Iterator[Stripes]") -> "Iterator[Stripes]":
@@ -165,12 +123,7 @@ def _stripes(recording: "Dataset", place: _Place, terminal: Terminal) -> None:
             blank += not len(block)
             yield block
 
-    staged = file.with_name(f"{STAGED}{STRIPES}")
     with terminal.progress() as progress:
-        blocks = stripes_from_images(recording, progress=progress)
-        centres = write_stripes(staged, counted(blocks))
-    place.write(recording, staged)
-    terminal.show(
-        {"centres": centres, "images": images - blank, "without_stripe": blank, "file": str(file)},
-        lambda: say(f"{centres} centres from {images - blank} images, {blank} without a stripe. Wrote {file}"),
-    )
+        centres = write_stripes(file, counted(stripes_from_images(recording, progress=progress)))
+    result = {"centres": centres, "images": images - blank, "without_stripe": blank}
+    return result, f"{centres} centres from {images - blank} images, {blank} without a stripe"

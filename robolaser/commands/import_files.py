@@ -195,7 +195,7 @@ def _with_points(imported: "Imported", terminal: Terminal) -> "Imported":
         folder = Path(scratch) / "recording"
         folder.mkdir()
         imported.write(folder)
-        seen, dataset = points_of_target(load(folder), progress)
+        seen, dataset = points_of_target(load(folder), progress=progress)
     without = [one.pose for one in seen if not one.points]
     if without:
         terminal.warn(f"{len(without)} of {len(seen)} images do not show the board: {', '.join(without[:5])}.")

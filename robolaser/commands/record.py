@@ -110,12 +110,10 @@ def record(
     waypoints: tuple[Waypoint, ...] | None = None
     if plan is not None:
         waypoints = _planned(described, plan, separate, approach_rad, seed=1 if seed is None else seed)
-    elif named:
-        waypoints = (
-            from_table(poses, described.robot)
-            if poses is not None
-            else from_diagnosis(next_poses or Path(), described.robot)
-        )
+    elif poses is not None:
+        waypoints = from_table(poses, described.robot)
+    elif next_poses is not None:
+        waypoints = from_diagnosis(next_poses, described.robot)
     if waypoints is not None and both_ways:
         waypoints = visited_twice(waypoints, approach_rad)
     if resume:

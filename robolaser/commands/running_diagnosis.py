@@ -83,15 +83,11 @@ def answer(folder: Path) -> str:
     """
     from robolaser.api import diagnose
     from robolaser.data.loading import load
-    from robolaser.model.sensors import sensor_class
-    from robolaser.vision.recordings import points_from_images
-    from robolaser.vision.target_corners import points_of_target
+    from robolaser.vision.recordings import points_of_images
 
     try:
         recording = load(folder)
-        has_stripe = sensor_class(recording.kind).has_laser_plane()
-        of_images = points_from_images if has_stripe else points_of_target
-        _, dataset = of_images(recording, known=_SHOWN[folder])
+        _, dataset = points_of_images(recording, known=_SHOWN[folder])
         found = _FOUND[folder].with_poses(dataset) if folder in _FOUND else diagnose(dataset, seed=1)
     except RobolaserError as error:
         return f"no diagnosis yet: {error}"

@@ -126,9 +126,8 @@ def scan(
             count = write_cloud(cloud, map(with_colours, pieces) if colour else pieces, made.comments())
         if box is not None or voxel is not None:
             terminal.print(f"{count} of {made.cloud.counts.points} points are kept.")
-        wanted = [what for what, size in (("plane", plane), ("step", step), ("sphere", sphere)) if size]
         try:
-            quality = measure(subsample.vertices, wanted=wanted, step_m=step or 0.0, sphere_m=sphere or 0.0)
+            quality = measure(subsample.vertices, plane=plane, step_m=step, sphere_m=sphere)
             shown = {files[1].name: render(document(made, quality), typed)} if report else {}
             write_results(output.parent, {output.name: cloud, **shown})
         except KeyboardInterrupt:

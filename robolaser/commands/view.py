@@ -80,10 +80,12 @@ def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[s
     from robolaser.model.effects import found_effect
     from robolaser.report.cell_poses import fitted_cell
     from robolaser.results.calibration import load_calibration
+    from robolaser.results.contents import numbers_of
     from robolaser.scan.calibrated import SavedCell
 
     try:
-        found = msgspec.convert(load_calibration(calibration).to_dict(), SavedCell)
+        contents = load_calibration(calibration).to_dict()
+        found = msgspec.convert(contents, SavedCell)
     except msgspec.ValidationError as error:
         raise DataError(f"Cannot use {calibration}: {error}.", file=calibration) from None
     image = found.model.image
@@ -95,7 +97,8 @@ def _fitted(data: "Dataset", calibration: Path) -> tuple["CellPoses", Sequence[s
             file=calibration,
         )
     effects = [found_effect(one.effect, one.where, data.robot) for one in found.effects]
-    return fitted_cell(data, effects, found.numbers, found.run)
+    numbers = {name: number["value"] for name, number in numbers_of(contents).items()}
+    return fitted_cell(data, effects, numbers, found.run)
 
 
 def _planned(cell: "Cell", poses: Path) -> "Dataset":

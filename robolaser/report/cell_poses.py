@@ -11,7 +11,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.blocks.block import Block
 from robolaser.model.blocks.cell_frames import camera_of, mount_of
 from robolaser.model.effects.effect import CandidateEffect, CarryOver, Run
 from robolaser.model.effects.run_summary import RunSummary, continued
@@ -143,34 +142,21 @@ class CellPoses:
             poses: Numbers of the poses, (p,).
         """
         scanners = [block for block in self.model.blocks if block.sensor.has_laser_plane()]
-        if not scanners:
+        if not scanners or self.camera is None or self._known is None:
             return np.empty((len(poses), 0, 3))
+        of_first = [block for block in scanners if block.name == scanners[0].name]
+        rows = np.concatenate([block.rows for block in of_first])
+        seen, of_pose = self._predicted[rows], self.dataset.points.pose[rows]
         light = np.full((len(poses), 1 + LIGHT_POINTS, 3), np.nan)
-        for block in scanners:
-            if block.name == scanners[0].name:
-                self._add_light(light, block, poses)
-        return light
-
-    def _add_light(self, light: Array, block: Block, poses: Ints) -> None:
-        """Where the light of one session falls."""
-        flange = self.model.flange(self.values, self._perturb)
-        at = values, _, effects = block.at(self.values, flange, self._perturb)
-        known, mount = block.sensor.known(*at), block.sensor.in_cell(values, effects).mount
-        if known is None or mount is None:
-            return
-        seen = known - block.sensor.residuals(*at)
-        cameras = (self.flange @ mount[0])[poses]
-        baseline = np.array([[float(values["b"][0]), 0.0, 0.0]])
-        of_pose = block.sensor.dataset.points.pose
+        light[:, 0] = apply(self.camera[poses], np.array([[of_first[0].values(self.values)["b"][0], 0.0, 0.0]]))
         for i, pose in enumerate(poses):
-            stripe = seen[0, of_pose == pose]
+            stripe = seen[of_pose == pose]
             stripe = stripe[np.isfinite(stripe).all(axis=1)]
-            if len(stripe) or np.isnan(light[i, 0]).any():
-                light[i, 0] = apply(cameras[i], baseline)[0]
             if len(stripe):
                 along = np.linalg.svd(stripe - stripe.mean(axis=0), full_matrices=False)[2][0]
                 order = np.argsort(stripe @ along)
                 light[i, 1:] = stripe[order[np.linspace(0, len(order) - 1, LIGHT_POINTS).round().astype(int)]]
+        return light
 
     @cached_property
     def _known(self) -> Array | None:
@@ -234,10 +220,12 @@ class CellPoses:
     @cached_property
     def points(self) -> Array:
         """Where the model has them, (m, 3)."""
-        if not len(self.target):
-            return self.target
+        return self._predicted if len(self.target) else self.target
+
+    @cached_property
+    def _predicted(self) -> Array:
         shifts = self.shifts(self.model.in_metres(self.x, self.model.residuals(self.x[None])[0]))
-        return self.target if shifts is None else self.target + shifts
+        return self.known if shifts is None else self.known + shifts
 
     def at_pose(self, number: int) -> CellFrames:
         """The cell at a pose of the data set."""

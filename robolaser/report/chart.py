@@ -1,6 +1,7 @@
 """Charts of a page: Vega-Lite specifications with one look, drawn by the reader's browser."""
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, final
@@ -24,10 +25,9 @@ LINES = tuple(f"var(--line-{i})" for i in range(7))
 
 FAINT = 0.06
 """Opacity of a series that the legend has switched off."""
-SWITCH: Final[Spec] = {"name": "shown", "select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
+SWITCH: Final[Spec] = {"select": {"type": "point", "fields": ["series"]}, "bind": "legend"}
 """Clicking a legend entry shows that series alone; Shift adds others."""
 ZOOM: Final[Spec] = {
-    "name": "zoom",
     "select": {"type": "interval", "zoom": "wheel![event.ctrlKey || event.metaKey]"},
     "bind": "scales",
 }
@@ -93,9 +93,10 @@ def chart(
         height: Of the plot [px]; its width is the page's.
         zoomable: Can the view be moved and zoomed? Both axes must be continuous.
     """
-    switched = any(_by_series(one) for one in layers)
-    params = [*([SWITCH] if switched else []), *([ZOOM] if zoomable else [])]
-    first, *others = (_switchable(one) for one in layers)
+    name = re.sub(r"\W+", "_", title)  # several charts may stand in one specification
+    params = [SWITCH | {"name": f"shown_{name}"}] if any(_by_series(one) for one in layers) else []
+    params += [ZOOM | {"name": f"zoom_{name}"}] if zoomable else []
+    first, *others = (_switchable(one, f"shown_{name}") for one in layers)
     return Chart(
         title,
         caption,
@@ -190,10 +191,10 @@ def equal_axes(points: Array, titles: Sequence[str], *, margin: float = 0.06) ->
     """
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     sides = high - low + 2 * margin * max(float((high - low).max()), 1e-9)
-    height = float(np.clip(520 * sides[1] / sides[0], LEAST_HEIGHT_PX, MOST_HEIGHT_PX))
-    per_px = f"max({sides[0]:.6g} / max(width, 1), {sides[1]:.6g} / height)"
+    height = round(np.clip(520 * sides[1] / sides[0], LEAST_HEIGHT_PX, MOST_HEIGHT_PX))
+    per_px = f"max({sides[0]:.6g} / max(width, 1), {sides[1] / height:.6g})"
     channels = []
-    for field, title, middle, side in zip("xy", titles, (low + high) / 2, ("width", "height"), strict=True):
+    for field, title, middle, side in zip("xy", titles, (low + high) / 2, ("width", f"{height}"), strict=True):
         channel = quantity(field, title)
         channel["scale"] = {"zero": False, "nice": False} | {
             end: {"expr": f"{middle:.8g} {sign} {side} / 2 * {per_px}"}
@@ -207,13 +208,13 @@ def _by_series(one: Spec) -> bool:
     return bool(one["encoding"].get("color", {}).get("field") == "series")
 
 
-def _switchable(one: Spec) -> Spec:
+def _switchable(one: Spec, param: str) -> Spec:
     if not _by_series(one):
         return one
     mark = one["mark"] if isinstance(one["mark"], dict) else {"type": one["mark"]}
     shown = mark.get("opacity", 1.0)
     channel = "strokeOpacity" if mark["type"] == "line" else "opacity"  # the points of a line stay unseen
-    opacity = {"condition": {"param": "shown", "value": shown}, "value": FAINT * shown}
+    opacity = {"condition": {"param": param, "value": shown}, "value": FAINT * shown}
     return one | {"encoding": {**one["encoding"], channel: opacity}}
 
 

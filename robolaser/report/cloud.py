@@ -1,10 +1,7 @@
 """A scan for people: a page with its cloud from above and in space, and a few lines on the terminal."""
 
-from collections.abc import Callable
-
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, equal_axes, hover, layer, quantity, records
 from robolaser.report.digits import measured, millimetres, plain
 from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
@@ -22,8 +19,7 @@ READING = (
 BODIES = {"plane": "plane, scatter", "step": "step, height", "sphere": "sphere, radius"}
 MOST_DOTS = 15_000  # points: a page of half a megabyte, and a canvas that follows the hand
 FEWEST = 10  # points that make a chart or a scene
-CELLS = 110, 90, 60, 45  # along the longer side of a map; the finest that leaves no gaps between stripes
-FILLED = 0.95  # of the area that the coarsest cells cover
+CELLS = 60  # along the longer side of a map
 BINS = 60
 
 
@@ -52,7 +48,7 @@ def document(scan: Scan, quality: Quality, *, brief: bool = False) -> Document:
 
 
 def _evidence(quality: Quality, points: int) -> list[Block]:
-    scene, shown = cloud_scene(quality), charts([make(quality) for make in CHARTS])
+    scene, shown = cloud_scene(quality), charts([heights(quality), off_plane(quality)])
     used = f"{len(quality.vertices)} of {points} points, evenly taken, were used for these figures."
     left_out = [Text(used, "quiet")] if len(quality.vertices) < points else []
     return [*([scene] if scene else []), *shown, *left_out]
@@ -129,26 +125,45 @@ def heights(quality: Quality) -> Chart | None:
     """The cloud seen along the direction in which it is thinnest, coloured by how far it stands out."""
     if len(quality.vertices) < FEWEST:
         return None
-    across, along, out, what = _view(quality)
-    caption = (
+    places = 1e3 * quality.positions
+    low, high = np.percentile(places, CLEAR, axis=0)
+    thin = int(np.argmin(high - low))
+    out, what = places[:, thin], f"by its {'xyz'[thin]} in the base frame"
+    if quality.plane is not None:
+        out, what = 1e3 * quality.plane.distance, "above the largest plane"
+    seen = [axis for axis in range(3) if axis != thin]
+    longest = float((high - low)[seen].max())
+    margin = 0.03 * longest or 1.0
+    ends = np.stack([low[seen] - margin, high[seen] + margin])
+    size = (longest + 2 * margin) / CELLS
+    edges = [np.arange(start, end + size, size) for start, end in ends.T]
+    across, along = places[:, seen].T
+    count, total = (np.histogram2d(across, along, bins=edges, weights=each)[0] for each in (None, out))
+    i, j = np.nonzero(count)
+    mean = total[i, j] / count[i, j]
+    rows = zip(edges[0][i], edges[1][j], mean, strict=True)
+    data = "x,y,value\n" + "".join(f"{a:.5g},{b:.5g},{c:.4g}\n" for a, b, c in rows)
+    titles = [f"{'xyz'[axis]} [mm]" for axis in seen]
+    x, y, height = equal_axes(ends, titles, margin=0.0)
+    colour = {
+        "field": "value",
+        "type": "quantitative",
+        "title": "height [mm]",
+        "scale": {"scheme": "viridis", "domain": np.percentile(mean, CLEAR).tolist(), "clamp": True},
+        "legend": {"gradientLength": 180, "format": ".3~g"},
+    }
+    said = hover(x=titles[0], y=titles[1], value="height [mm]")
+    beyond = {"x2": {"field": "x2"}, "y2": {"field": "y2"}}
+    cells = layer({"type": "rect", "clip": True}, data, tooltip=said, x=x, y=y, color=colour, **beyond)
+    cells["transform"] = [{"calculate": f"toNumber(datum.{one}) + {size:.6g}", "as": f"{one}2"} for one in "xy"]
+    return chart(
+        "Heights",
         f"Each cell is the mean of the points in it, {what}. Steps between neighbouring stripes, or copies of one edge,"
-        " mean that the calibration does not fit this recording."
+        " mean that the calibration does not fit this recording.",
+        f"Map of the cloud, {ends[1, 0] - ends[0, 0]:.3g} by {ends[1, 1] - ends[0, 1]:.3g} mm, coloured by height.",
+        [cells],
+        height=height,
     )
-    return _map("Heights", caption, across, along, 1e3 * out, "height [mm]")
-
-
-def scatter(quality: Quality) -> Chart | None:
-    """The same view, coloured by the scatter of its points."""
-    std = quality.vertices["std"].astype(np.float64)
-    if len(std) < FEWEST or not np.isfinite(std).all():
-        return None
-    across, along, _, _ = _view(quality)
-    caption = (
-        "Standard deviation of a point: the noise of its line centre, propagated through ray and laser plane, and that"
-        " of the joints, through the arm. It grows where rays meet the laser plane at a shallow angle. Errors that the"
-        " calibrated model does not explain count as noise of the joints; errors common to all points are not included."
-    )
-    return _map("Scatter of the points", caption, across, along, 1e3 * std, "std [mm]")
 
 
 def off_plane(quality: Quality) -> Chart | None:
@@ -184,64 +199,3 @@ def off_plane(quality: Quality) -> Chart | None:
         f"Histogram of {int(plane.on.sum())} distances from a plane, root mean square {1e3 * rms_m(plane):.3g} mm.",
         layers,
     )
-
-
-CHARTS: tuple[Callable[[Quality], Chart | None], ...] = (heights, scatter, off_plane)
-
-
-def _view(quality: Quality) -> tuple[tuple[str, Array], tuple[str, Array], Array, str]:
-    """Names and values of what is drawn to the right and up, what stands out, and how to say it."""
-    positions = quality.positions
-    low, high = np.percentile(positions, CLEAR, axis=0)
-    thin = int(np.argmin(high - low))
-    right, up = (axis for axis in range(3) if axis != thin)
-    names = tuple("xyz"[axis] for axis in (right, up))
-    across, along = (names[0], positions[:, right]), (names[1], positions[:, up])
-    if quality.plane is not None:
-        return across, along, quality.plane.distance, "above the largest plane"
-    return across, along, positions[:, thin], f"by its {'xyz'[thin]} in the base frame"
-
-
-def _map(
-    title: str, caption: str, across: tuple[str, Array], along: tuple[str, Array], value: Array, unit: str
-) -> Chart:
-    sides = [1e3 * np.percentile(one, CLEAR) for _, one in (across, along)]
-    margin = 0.03 * max(float(np.ptp(side)) for side in sides) or 1.0
-    (left, right), (low, high) = ((side[0] - margin, side[1] + margin) for side in sides)
-    positions = 1e3 * across[1], 1e3 * along[1]
-    edges = _edges(positions, (left, right), (low, high))
-    count = np.histogram2d(*positions, bins=edges)[0]
-    total = np.histogram2d(*positions, bins=edges, weights=value)[0]
-    i, j = np.nonzero(count)
-    mean = total[i, j] / count[i, j]
-    size = float(edges[0][1] - edges[0][0])
-    rows = zip(edges[0][i], edges[1][j], mean, strict=True)
-    data = "x,y,value\n" + "".join(f"{a:.5g},{b:.5g},{c:.4g}\n" for a, b, c in rows)
-    least, most = np.percentile(mean, CLEAR) if len(mean) else (0.0, 1.0)
-    titles = f"{across[0]} [mm]", f"{along[0]} [mm]"
-    x, y, height = equal_axes(np.array([[left, low], [right, high]]), titles, margin=0.0)
-    colour = {
-        "field": "value",
-        "type": "quantitative",
-        "title": unit,
-        "scale": {"scheme": "viridis", "domain": [float(least), float(most)], "clamp": True},
-        "legend": {"gradientLength": 180, "format": ".3~g"},
-    }
-    ends = {"x2": {"field": "x2"}, "y2": {"field": "y2"}}
-    said = hover(x=titles[0], y=titles[1], value=unit)
-    cells = layer({"type": "rect", "clip": True}, data, tooltip=said, x=x, y=y, color=colour, **ends)
-    cells["transform"] = [{"calculate": f"toNumber(datum.{one}) + {size:.6g}", "as": f"{one}2"} for one in "xy"]
-    alt = f"Map of the cloud, {right - left:.3g} by {high - low:.3g} mm, coloured by {unit}."
-    return chart(title, caption, alt, [cells], height=height)
-
-
-def _edges(positions: tuple[Array, Array], *sides: tuple[float, float]) -> list[Array]:
-    """Edges of the cells along both sides."""
-    longest = max(end - start for start, end in sides)
-    tried = []
-    for cells in CELLS:
-        size = longest / cells
-        edges = [np.arange(start, end + size, size) for start, end in sides]
-        tried.append((edges, size**2 * np.count_nonzero(np.histogram2d(*positions, bins=edges)[0])))
-    covered = tried[-1][1]
-    return next(edges for edges, area in tried if area >= FILLED * covered or edges is tried[-1][0])

@@ -6,10 +6,6 @@ from collections.abc import Mapping
 SIGNIFICANT = 3
 """Digits of an error by itself: an RMS of a few hundred numbers is known to a few per cent."""
 
-NEVER = "never"
-"""Of a running time to a target that no run reached."""
-TEN = 9.95
-"""What is written as 10 if there is to be one digit after the point."""
 MINUTE, HOUR = 60.0, 3600.0
 """From one and a half of each on, durations are written in it [s]."""
 SURE = 1e-3
@@ -88,20 +84,8 @@ def times(ratio: float) -> str:
     return f"{ratio:.0f}" if ratio >= 9.5 else f"{ratio:.1f}"
 
 
-def count(evaluations: float) -> str:
-    """Evaluations as a whole number of no more than three digits that matter."""
-    if not math.isfinite(evaluations):
-        return "" if math.isnan(evaluations) else NEVER
-    if evaluations < 1000:
-        return f"{evaluations:.0f}"
-    last = math.floor(math.log10(evaluations)) - 2
-    return f"{round(evaluations, -last):,.0f}"
-
-
 def duration(seconds: float) -> str:
     """Wall time, in the unit a person would use."""
-    if not math.isfinite(seconds):
-        return "" if math.isnan(seconds) else NEVER
     if seconds >= 1.5 * HOUR:
         return f"{seconds / HOUR:.3g} h"
     if seconds >= 1.5 * MINUTE:
@@ -111,15 +95,9 @@ def duration(seconds: float) -> str:
     return f"{seconds:.3g} s" if seconds >= 1.0 else f"{seconds * 1e3:.3g} ms"
 
 
-def many(ratio: float) -> str:
-    """How many times the first's, with two digits that matter."""
-    said = f"{ratio:.1f}" if ratio < TEN else f"{round(ratio, 1 - math.floor(math.log10(ratio))):,.0f}"
-    return f"{said} ×"
-
-
 def rate(share: float) -> str:
     """A share of runs in whole per cent."""
-    return "" if math.isnan(share) else f"{100 * share:.0f} %"
+    return f"{100 * share:.0f} %"
 
 
 def _rounded(value: float, last: int) -> str:

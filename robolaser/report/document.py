@@ -51,7 +51,6 @@ class Figure:
         value: With its unit.
         remark: How to read it.
         share: Of the largest one, in per cent; None where there is no bar.
-        more: What only a page says besides.
     """
 
     kind: str
@@ -59,7 +58,6 @@ class Figure:
     value: str
     remark: str
     share: float | None = None
-    more: str = ""
 
 
 @final
@@ -68,28 +66,6 @@ class Figures:
     """The numbers that matter most, which the terminal shows too."""
 
     rows: Sequence[Figure]
-
-
-@final
-@dataclass(frozen=True)
-class Bounds:
-    """Where a value lies within its bounds, in per cent of the way from lower to upper.
-
-    Attributes:
-        value: The value.
-        nominal: The nominal value.
-        start: Lower end of the value's band of two standard deviations.
-        length: Of that band.
-        lower: Lower bound for people.
-        upper: Upper bound for people.
-    """
-
-    value: float
-    nominal: float
-    start: float
-    length: float
-    lower: str
-    upper: str
 
 
 @final
@@ -103,7 +79,6 @@ class Cell:
         note: A caveat.
         order: By which a column is sorted; None: by the text.
         share: Length of a bar [%]; None for none.
-        bounds: The value's place within its bounds.
         line: Number of a line's colour, see `chart.LINES`; -1 is grey, None is no swatch.
         lean: From -100 to 100, for the colour of a matrix's cell.
         hint: Said under the pointer.
@@ -115,7 +90,6 @@ class Cell:
     note: str = ""
     order: float | None = None
     share: float | None = None
-    bounds: Bounds | None = None
     line: int | None = None
     lean: float | None = None
     hint: str = ""
@@ -202,7 +176,7 @@ class Document:
         sense: What it means.
         head: Blocks that belong to the answer.
         sections: The doubt and the evidence.
-        tag: The verdict in a word, and its kind for the style sheet.
+        verdict: Of a diagnosis, as its JSON has it.
         footer: Origin and licence of the data.
         prints_lead: Does the terminal begin with the answer, rather than with figures that say it?
     """
@@ -214,7 +188,7 @@ class Document:
     sense: str
     head: Sequence[Block]
     sections: Sequence[Section]
-    tag: tuple[str, str] = ("", "")
+    verdict: str = ""
     footer: str = ""
     prints_lead: bool = False
 

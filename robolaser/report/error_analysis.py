@@ -71,16 +71,9 @@ class ErrorAnalysis:
     @cached_property
     def noise_m(self) -> float | None:
         """Root-mean-square error that this noise alone would give at the points' places [m]."""
-        return None if self.noise is None else self.noise.size_m(self._in_metres)
-
-    def drawn_noise_mm(self, times: int, rng: np.random.Generator) -> Array | None:
-        """Lengths of errors as the known noise would make them, (times m,) [mm]."""
         if self.noise is None:
             return None
-        return np.concatenate([lengths_mm(self._in_metres(errors)) for errors in self.noise.draw(times, rng)])
-
-    def _in_metres(self, residuals: Array) -> Array:
-        return self._some.in_metres(self.calibration.x, residuals)
+        return self.noise.size_m(lambda residuals: self._some.in_metres(self.calibration.x, residuals))
 
 
 def lengths_mm(errors: Array) -> Array:

@@ -9,19 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Ints
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
-from robolaser.report.chart import (
-    FITTED,
-    HELD_OUT,
-    NOISE,
-    Chart,
-    chart,
-    colours,
-    hover,
-    layer,
-    quantity,
-    records,
-    rule,
-)
+from robolaser.report.chart import FITTED, HELD_OUT, NOISE, Chart, chart, colours, hover, layer, quantity, records, rule
 from robolaser.report.digits import millimetres, times
 from robolaser.report.document import Block, Cell, Column, Table, Text
 

@@ -1,8 +1,6 @@
 """The cell in space by a model that was fitted: arm, sensor, light, points and image of each pose, and what errs."""
 
 import base64
-import io
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -10,12 +8,11 @@ from typing import Final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.bounded_reading import IMAGE_BYTES, pixels_of, read_bytes
 from robolaser.calibration.result import rms
 from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.cause_words import place
-from robolaser.errors import DataError
+from robolaser.errors import ImageError
 from robolaser.model.effects.joints import moving_joints
 from robolaser.model.effects.sensor_sites import kind_of_site
 from robolaser.model.forward_model import Model
@@ -39,13 +36,7 @@ SENSOR: Final = 0.12
 
 
 def cell_scene(
-    model: Model,
-    x: Array,
-    errors_m: Mapping[str, Array],
-    *,
-    title: str,
-    marked: Mapping[str, str] | None = None,
-    remark: str = "",
+    model: Model, x: Array, errors_m: Mapping[str, Array], *, title: str, marked: Mapping[str, str] | None = None
 ) -> Scene:
     """The cell, to be turned and stepped through.
 
@@ -55,7 +46,6 @@ def cell_scene(
         errors_m: Errors of all rows by the name of their series, the last as the model leaves them [m].
         title: A few words.
         marked: Sites that are suspected, each with what its label says besides.
-        remark: What else the caption says.
     """
     dataset, last = model.dataset, list(errors_m.values())[-1]
     of_pose = dataset.points.pose
@@ -84,6 +74,7 @@ def cell_scene(
     said = "Lines lead from known to predicted points, magnified by the slider." if shifts else ""
     beside = " Beside it the image of the pose: rings are points extracted from it" if images else ""
     beside += ", lines lead to the predicted ones." if images and misses is not None else "." * bool(images)
+    remark = " Highlighted: what is suspected, with its share of the error." if marked else ""
     longest = 0.0 if misses is None else float(np.nanpercentile(np.linalg.norm(misses, axis=1), 95))
     return Scene(
         title,
@@ -91,7 +82,6 @@ def cell_scene(
         f"The cell in {len(frames)} poses, with {len(shown)} points and their errors.",
         shapes,
         taken,
-        start=int(np.argmin(np.abs(frames - _typical(model)))),
         magnification=factor,
         in_photos=magnification(longest, (dataset.image_px or (0, 0))[0]),
         photos=images,
@@ -164,15 +154,6 @@ def _frames(of_pose: Ints, errors: Array) -> Ints:
     return seen[some_rows(np.array([rms(errors[of_pose == i]) for i in seen]), MOST_FRAMES)]
 
 
-def _typical(model: Model) -> int:
-    """The pose with points whose joints, or flange, are nearest to the median."""
-    dataset = model.dataset
-    seen = np.unique(dataset.points.pose)
-    positions = dataset.poses.q if dataset.poses.q is not None else dataset.flange()[:, :3, 3]
-    away = np.linalg.norm(positions[seen] - np.median(positions[seen], axis=0), axis=1)
-    return int(seen[np.argmin(away)])
-
-
 def _names(model: Model, rows: Ints, errors: Array) -> Sequence[str]:
     lengths = lengths_mm(errors)
     return [
@@ -222,18 +203,16 @@ def photos(dataset: Dataset, frames: Sequence[int], errors_m: Array, misses: Arr
 
 def _small(path: Path, size_px: tuple[int, int]) -> str:
     """An image as a data URI; empty where it cannot be read, or has another size than was stated."""
-    from PIL import Image  # noqa: PLC0415 - slow to import
+    import cv2  # noqa: PLC0415 - slow to import
+
+    from robolaser.vision.images import depth_of, eight_bits, read_image  # noqa: PLC0415
 
     try:
-        coded = read_bytes(path, IMAGE_BYTES)
-        if pixels_of(coded) != size_px:
-            return ""
-        with warnings.catch_warnings(action="ignore"), Image.open(io.BytesIO(coded)) as opened:
-            opened.draft("L", (WIDTH_PX, WIDTH_PX))
-            small = opened.convert("L")
-        small.thumbnail((WIDTH_PX, WIDTH_PX), Image.Resampling.BILINEAR, reducing_gap=2.0)
-        out = io.BytesIO()
-        small.save(out, "JPEG", quality=QUALITY)
-    except (DataError, OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        image = read_image(path, size_px, cv2.IMREAD_GRAYSCALE)
+    except ImageError:
         return ""
-    return f"data:image/jpeg;base64,{base64.b64encode(out.getvalue()).decode()}"
+    scale = min(1.0, WIDTH_PX / max(size_px))
+    width, height = (max(1, round(scale * side)) for side in size_px)
+    small = cv2.resize(eight_bits(image, depth_of(image)), (width, height), interpolation=cv2.INTER_AREA)
+    jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg.tobytes()).decode()}"

@@ -73,7 +73,7 @@ def document(fit: MotionFit, found: MotionDiagnosis | None = None) -> Document:
             Section("What was not tested", doubts),
             Section("Noise", remarks),
         ],
-        tag=(found.verdict.replace("_", " "), found.verdict) if found else ("", ""),
+        verdict=found.verdict if found else "",
         footer=f"The {'diagnosis' if found else 'calibration'} took {fit.seconds:.1f} s."
         f" {log.source} {log.licence}".strip(),
         prints_lead=True,

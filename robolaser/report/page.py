@@ -31,9 +31,8 @@ def render(document: Document, command: str = "") -> str:
     """The document as HTML, with what to type to repeat it; whatever comes from data is escaped."""
     names = (*FOR_CHARTS, *OURS) if any(isinstance(one, Charts) for one in document.blocks) else OURS
     scripts = [_script(name) for name in names]
-    text: str = (
-        _environment().get_template("document.html").render(document=document, command=command, version=version())
-    )
+    page = _environment().get_template("document.html")
+    text: str = page.render(document=document, command=command, version=version())
     look = json.dumps(CONFIG, separators=(",", ":"))
     tail = [f'<script type="application/json" id="chart-look">{look}</script>']
     tail += [f"<script>{script}</script>" for script in scripts]

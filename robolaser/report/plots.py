@@ -10,7 +10,7 @@ from textwrap import wrap
 from typing import Any, Final, final
 
 from robolaser.errors import DependencyMissing
-from robolaser.report.chart import CONFIG, PAPER, SWITCH, ZOOM, Chart, Spec
+from robolaser.report.chart import CONFIG, PAPER, Chart, Spec
 
 STYLE: Final = "report/templates/style.css"
 SCHEMA: Final = "https://vega.github.io/schema/vega-lite/v5.json"
@@ -64,13 +64,14 @@ def plots(charts: Sequence[Chart]) -> Plots:
         {
             "title": {"text": chart.title, "anchor": "start", "subtitle": wrap(chart.caption, LETTERS)},
             "width": WIDTH_PX,
-            **{key: _own(chart.spec[key], number, chart.spec["height"]) for key in ("description", "height", "layer")},
+            **{key: chart.spec[key] for key in ("description", "height", "layer")},
         }
-        for number, chart in enumerate(charts)
+        for chart in charts
     ]
     apart = {"scale": {"color": "independent"}, "legend": {"color": "independent"}}
     look = CONFIG | {"background": PAPER}
-    whole = {"$schema": SCHEMA, "vconcat": drawn, "resolve": apart, "config": look}
+    width = [{"name": "width", "value": WIDTH_PX}]  # which scales of equal axes ask for
+    whole = {"$schema": SCHEMA, "params": width, "vconcat": drawn, "resolve": apart, "config": look}
     return Plots(tuple(chart.title for chart in charts), json.loads(_by_day(json.dumps(whole))))
 
 
@@ -79,17 +80,3 @@ def _by_day(text: str) -> str:
     sheet = (resources.files("robolaser") / STYLE).read_text(encoding="utf-8").partition("}")[0]
     colours = dict(re.findall(r"(--[\w-]+): (#\w+);", sheet))
     return re.sub(r"var\((--[\w-]+)\)", lambda named: colours[named[1]], text)
-
-
-def _own(part: Any, number: int, height: float) -> Any:
-    """A part of a chart's specification with its selections named apart, and its size in place of its signals."""
-    if isinstance(part, list):
-        return [_own(one, number, height) for one in part]
-    if not isinstance(part, dict):
-        return part
-    made = {key: value if key == "values" else _own(value, number, height) for key, value in part.items()}
-    for key in made.keys() & {"name", "param"}:
-        made[key] = f"{made[key]}_{number}" if made[key] in (SWITCH["name"], ZOOM["name"]) else made[key]
-    if "expr" in made:
-        made["expr"] = re.sub(r"\bheight\b", f"{height}", re.sub(r"\bwidth\b", f"{WIDTH_PX}", made["expr"]))
-    return made

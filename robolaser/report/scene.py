@@ -26,7 +26,6 @@ class Scene:
         alt: Its content in a sentence.
         shapes: From the functions below.
         frames: Names of the poses through which the moving shapes go.
-        start: Number of the first one shown.
         magnification: Of errors, at first; 0 without errors.
         in_photos: Of misses in the photos, at first.
         photos: By the name of a pose.
@@ -37,7 +36,6 @@ class Scene:
     alt: str
     shapes: Sequence[Shape]
     frames: Sequence[str] = ()
-    start: int = 0
     magnification: float = 0.0
     in_photos: float = 1.0
     photos: Mapping[str, Shape] = field(default_factory=dict)
@@ -46,7 +44,7 @@ class Scene:
     def json(self) -> str:
         """All of it as text that may stand in a script element."""
         return embedded(
-            {"alt": self.alt, "shapes": self.shapes, "frames": self.frames, "start": self.start,
+            {"alt": self.alt, "shapes": self.shapes, "frames": self.frames,
              "magnification": self.magnification, "inPhotos": self.in_photos, "photos": self.photos}
         )  # fmt: skip
 

@@ -58,17 +58,6 @@ def origin(dataset: Dataset) -> str:
 Delivered = Sequence[Mapping[str, Any]]
 """As `files` of calibration.json and diagnosis.json."""
 
-UNLIKE = 1.1
-"""Ratio of errors, from which on files are told apart. A judgement."""
-
-
-def best_file(files: Delivered) -> list[str]:
-    """Which file to take, where their errors differ."""
-    known = sorted((one["held_out_mm"], one["file"]) for one in files if one["held_out_mm"] is not None)
-    if len(known) < 2 or known[-1][0] < UNLIKE * known[0][0]:
-        return []
-    return [f"Prefer `{known[0][1]}`: its error on new poses is the smallest, {millimetres(known[0][0] / 1e3)}."]
-
 
 def files_section(files: Delivered) -> Section:
     """The error of each file on new poses, read by the program that it is for."""

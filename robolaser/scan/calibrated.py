@@ -96,16 +96,6 @@ class SavedCell:
     parameters: dict[str, SavedParameter] = field(default_factory=dict)
     run: RunSummary | None = None
 
-    @property
-    def numbers(self) -> Mapping[str, float]:
-        """All numbers, those of effects as `EFFECT.WHERE.PARAMETER`."""
-        of_effects = {
-            f"{one.effect}.{one.where}.{name}": number.value
-            for one in self.effects
-            for name, number in one.parameters.items()
-        }
-        return {name: number.value for name, number in self.parameters.items()} | of_effects
-
 
 @final
 @dataclass(frozen=True)

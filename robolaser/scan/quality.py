@@ -1,6 +1,5 @@
 """How good a cloud is: its own scatter, and primitives of known size measured in it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -79,49 +78,53 @@ class Quality:
 
 
 def measure(
-    vertices: Vertices, *, wanted: Sequence[str] = (), step_m: float = 0.0, sphere_m: float = 0.0, seed: int = 1
+    vertices: Vertices,
+    *,
+    plane: bool = False,
+    step_m: float | None = None,
+    sphere_m: float | None = None,
+    seed: int = 1,
 ) -> Quality:
     """Look for primitives of known size.
 
     Args:
         vertices: Points of a cloud, evenly taken.
-        wanted: Some of "plane", "step" and "sphere". A step counts from the largest plane; points of neither step nor
-            plane may be the sphere's.
-        step_m: Height of the step.
-        sphere_m: Radius of the sphere.
+        plane: Look for the largest plane.
+        step_m: Look for a step of this height; it counts from the largest plane.
+        sphere_m: Look for a sphere of this radius, among the points of neither step nor plane.
         seed: Of the samples drawn.
     """
     rng = np.random.default_rng(seed)
     xyz, std = positions_of(vertices), vertices["std"].astype(np.float64)
     known = std[np.isfinite(std)]
     scatter, most = (float(np.quantile(known, share)) if len(known) else float("nan") for share in (0.5, LEVEL))
-    if not wanted:
+    if not (plane or step_m or sphere_m):
         return Quality(vertices, scatter, most)
-    plane = find_plane(xyz, std, rng)
-    left = np.ones(len(xyz), dtype=bool) if plane is None else ~plane.on
+    largest = find_plane(xyz, std, rng)
+    left = np.ones(len(xyz), dtype=bool) if largest is None else ~largest.on
     primitives: list[Measured] = []
     missing: list[ScanError] = []
-    if plane is not None and ("plane" in wanted or "step" in wanted):
-        primitives.append(_measured("plane", plane, std, None, None, None))
-    elif "plane" in wanted:
+    if largest is not None and (plane or step_m):
+        primitives.append(_measured("plane", largest, std, None, None, None))
+    elif plane:
         missing.append(_not_found("plane", "too few points lie on one"))
-    if "step" in wanted:
-        other = None if plane is None else _step(xyz, std, plane, step_m, rng)
-        if plane is None or other is None:
+    if step_m:
+        other = None if largest is None else _step(xyz, std, largest, step_m, rng)
+        if largest is None or other is None:
             reason = f"too few points lie on a plane about {1e3 * step_m:.3g} mm off the largest one"
             missing.append(_not_found("step", reason))
         else:
             left &= ~other.on
-            height, doubt = abs(other.offset - plane.offset), float(np.hypot(other.offset_std, plane.offset_std))
+            height, doubt = abs(other.offset - largest.offset), float(np.hypot(other.offset_std, largest.offset_std))
             primitives.append(_measured("step", other, std, height, doubt, step_m))
-    if "sphere" in wanted:
+    if sphere_m:
         sphere = find_sphere(xyz[left], std[left], sphere_m, rng)
         if sphere is None or not stands_out(sphere.distance, sphere.on):
             beside = f"of {int(left.sum())} points beside the planes too few lie on one of radius"
             missing.append(_not_found("sphere", f"{beside} {1e3 * sphere_m:.3g} mm"))
         else:
             primitives.append(_measured("sphere", sphere, std[left], sphere.radius, sphere.radius_std, sphere_m))
-    return Quality(vertices, scatter, most, tuple(primitives), tuple(missing), plane)
+    return Quality(vertices, scatter, most, tuple(primitives), tuple(missing), largest)
 
 
 def _not_found(what: str, reason: str) -> ScanError:

@@ -23,21 +23,21 @@ Orientations = Sequence[Array]
 """Every way to lay the frame on the board of one image, each a grid of corners (rows, columns, 2) [px]."""
 
 
-def oriented(orientations: Sequence[Orientations], R_base_flange: Array | None, lens: Lens) -> tuple[list[Array], bool]:
+def oriented(orientations: Sequence[Orientations], R_base_flange: Array, lens: Lens) -> tuple[list[Array], bool]:
     """Choose for each image the way that lays the same frame on the board as in the others, (rows, columns, 2) [px].
 
-    By the robot's turns where lens and turns are known, else by sight.
+    By the robot's turns where the lens is known, else by sight.
 
     Args:
         orientations: The ways for each of n images, in the order taken.
-        R_base_flange: Turn of the flange in each, (n, 3, 3); None where it is not known.
+        R_base_flange: Turn of the flange in each, (n, 3, 3).
         lens: Of the camera.
 
     Returns:
         One grid for each image, and whether nothing speaks for another way.
     """
     few = max(map(len, orientations), default=0) <= MOST_BY_SIGHT
-    if R_base_flange is None or not lens.known or all(len(ways) == 1 for ways in orientations):
+    if not lens.known or all(len(ways) == 1 for ways in orientations):
         return orient_by_continuity(orientations), few
     grids, is_certain = orient_by_robot(orientations, R_base_flange, lens)
     return grids, is_certain or few

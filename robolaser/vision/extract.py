@@ -1,8 +1,8 @@
 """From images to points: which pixels of the stripe show which places on the board."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -11,38 +11,18 @@ from robolaser.data.board import Board
 from robolaser.data.dataset import Points
 from robolaser.data.image_list import PoseImages
 from robolaser.vision.board import BoardCorners, Image, find_board
-from robolaser.vision.board_orientation import oriented
-from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, jumps, on_plane
-from robolaser.vision.lens import BoardPlane, Lens, find_lens, view_board
-from robolaser.vision.runs import Axis, LineCentres
+from robolaser.vision.board_placement import FEWEST_LINES, crosses_squares, on_plane
+from robolaser.vision.lens import BoardPlane, Lens
+from robolaser.vision.runs import LineCentres
 from robolaser.vision.stripe_detection import find_line_centres
 from robolaser.vision.stripe_trace import StripeSearch
-from robolaser.vision.target_corners import target_in
+from robolaser.vision.target_corners import Frame, target_in
 
-POINTS_PER_IMAGE = 170
-"""Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 BRIGHTER = 1.2
 """Grey of a stripe against the board's light squares, at least: it adds light, light squares between dark do not."""
 LIGHT_PERCENT = 80.0  # of a board's pixels that are darker than most of its paper: marks and ink cover two thirds
 MUCH = 0.05  # share of a stripe that was left out from which on it is said: the image's rim and a shadow cost as much
 SQUARES_BEYOND = 0.9  # squares beyond the inner corners that surely are the board: it has a whole one there
-
-
-@final
-@dataclass(frozen=True)
-class Frame:
-    """What became of the images of one pose."""
-
-    pose: str  # its name
-    skipped: str = ""  # why they gave no points; empty if they did
-    points: int = 0  # points they gave
-    corner_rms_px: float = float("nan")  # corners of the board against its pattern [px]; NaN without a board
-    # stripe against a straight line, all its lines of pixels that were kept [px]; NaN without
-    line_rms_px: float = float("nan")
-    # whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane
-    beside: bool = False
-    # share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else
-    left_out: float = 0.0
 
 
 @final
@@ -55,8 +35,7 @@ class Extraction:
     points: Points
     frames: tuple[Frame, ...]  # what became of each pose, in the order given
     lens: Lens  # the lens that was taken off before planes were laid
-    pixel_noise_px: float  # scatter of the stripe's centre about its smooth course [px]; NaN without points
-    corners: Mapping[int, Array]  # the board's by row of poses.csv, (rows, columns, 2) [px]; NaN where one is hidden
+    pixel_noise_px: float  # scatter of the stripe's centre about its smooth course [px]
     channel: str = "grey"  # name of the channel in which the light was looked for
 
     def __len__(self) -> int:
@@ -84,82 +63,19 @@ class Extraction:
 
 @final
 @dataclass(frozen=True)
-class _Seen:
+class Look:
+    """What the images of a pose show."""
+
     board: BoardCorners | None
     centres: tuple[LineCentres, ...]
 
 
-def extract_points(
-    images: Sequence[PoseImages],
-    search: StripeSearch,
-    board: Board,
-    *,
-    R_base_flange: Array | None = None,
-    known: dict[object, Any] | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> Extraction:
-    """Find at each pose the board and the stripe on its plane, and give the stripe's pixels their places.
-
-    Where a pose has an image without the laser, the board is looked for there, and the stripe in what the laser adds.
-
-    Args:
-        images: Files of each pose, in the order taken.
-        search: How the stripe is looked for.
-        board: What is on it.
-        R_base_flange: Turn of the flange at each pose, (n, 3, 3). Only used for boards whose colours allow several
-            frames; without, the frame is followed by sight from image to image.
-        known: What images showed earlier; what these show is added, and nothing is looked for twice.
-        progress: Called with poses done and poses in all.
-
-    Returns:
-        The points, and a word on each pose; those without board or stripe give none.
+def look(shots: PoseImages, search: StripeSearch, board: Board) -> Look:
+    """Look for the board, without the laser where there is such an image, and for what may be the stripe.
 
     Raises:
         ImageError: A file is missing, no image, or of another size.
     """
-    seen: list[_Seen] = []
-    known = {} if known is None else known
-    for done, shots in enumerate(images, start=1):
-        key = shots.files, search
-        if key not in known:
-            known[key] = _look(shots, search, board)
-        seen.append(known[key])
-        if progress is not None:
-            progress(done, len(images))
-    boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
-    lens = find_lens([ways[0] for ways in boards.values()], board.square_m, *search.camera.size_px)
-    turns = None if R_base_flange is None else R_base_flange[list(boards)]
-    grids = dict(zip(boards, oriented(list(boards.values()), turns, lens)[0], strict=True))
-    views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
-    length = search.camera.size_px[1 if search.axis == "v" else 0]
-    apart = max(1, round(length / POINTS_PER_IMAGE))
-    found = [
-        [] if i not in views else _on_board(one.centres, views[i], lens, board, search.axis, apart)
-        for i, one in enumerate(seen)
-    ]
-    stripes = [one for ones in found for one in ones]
-    rows = [shots.row for shots, ones in zip(images, found, strict=True) for one in ones for _ in one.line]
-    scatter = np.concatenate([np.zeros(0), *(jumps(one.off) for one in stripes)])
-    return Extraction(
-        points=Points(
-            np.array(rows, dtype=np.int64),
-            tuple(f"{search.axis}{line:04d}" for one in stripes for line in one.line),
-            repeat=np.array([one.repeat for one in stripes for _ in one.line], dtype=np.int64),
-            pixel=np.concatenate([np.zeros((0, 2)), *(one.pixel for one in stripes)]),
-            xyz=np.concatenate([np.zeros((0, 3)), *(one.place for one in stripes)]),
-        ),
-        frames=tuple(
-            _frame(shots.pose, one.centres, views.get(i), found[i])
-            for i, (shots, one) in enumerate(zip(images, seen, strict=True))
-        ),
-        lens=lens,
-        pixel_noise_px=float(np.sqrt(np.mean(scatter**2))) if len(scatter) else float("nan"),
-        corners={images[i].row: grid for i, grid in grids.items()},
-        channel=search.channel,
-    )
-
-
-def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
     without = None if shots.unlit is None else search.camera.grey(shots.unlit)
     seen = None if without is None else _board_in(without, board)
     found: list[LineCentres] = []
@@ -170,7 +86,7 @@ def _look(shots: PoseImages, search: StripeSearch, board: Board) -> _Seen:
         if seen is not None and without is None and search.channel == "grey":
             centres = centres.at(centres.peak > BRIGHTER * seen.white_level)
         found.append(centres)
-    return _Seen(seen, tuple(found))
+    return Look(seen, tuple(found))
 
 
 def _board_in(image: Image, board: Board) -> BoardCorners | None:
@@ -185,7 +101,7 @@ def _board_in(image: Image, board: Board) -> BoardCorners | None:
 
 @final
 @dataclass(frozen=True)
-class _OnBoard:
+class OnBoard:
     """The stripe in one image, as far as it is on the board's plane."""
 
     repeat: int  # number of the image at its pose, from 1
@@ -197,16 +113,14 @@ class _OnBoard:
     left_out: float  # share of its lines of pixels beyond a step beside the squares
 
 
-def _on_board(
-    shots: tuple[LineCentres, ...], view: BoardPlane, lens: Lens, board: Board, stripe_axis: Axis, step: int
-) -> list[_OnBoard]:
+def on_board(shots: tuple[LineCentres, ...], view: BoardPlane, lens: Lens, board: Board, step: int) -> list[OnBoard]:
     """The stripe in each image of a pose that shows enough of it on the board."""
     found = []
     size, surely_m = board.square_m * np.array([board.columns - 1, board.rows - 1]), SQUARES_BEYOND * board.square_m
     for number, centres in enumerate(shots, start=1):
         straight = lens.undistort(centres.pixel)
         place = view.intersect(straight)
-        along, across = straight[:, ::-1].T if stripe_axis == "v" else straight.T
+        along, across = straight[:, ::-1].T if centres.axis == "v" else straight.T
         on_squares = np.all(np.abs(place - size / 2) <= size / 2 + surely_m, axis=-1)
         kept, off = on_plane(centres, along, across, _nearness(place, size), on_squares)
         if kept.sum() < FEWEST_LINES:
@@ -215,7 +129,7 @@ def _on_board(
         taken = lines[_every(centres.line[lines], step)]
         crosses = crosses_squares(centres, on_squares)
         found.append(
-            _OnBoard(
+            OnBoard(
                 number,
                 centres.line[taken],
                 centres.pixel[taken],
@@ -234,7 +148,8 @@ def _every(line: Ints, step: int) -> Ints:
     return chosen if len(chosen) else np.arange(len(line))[len(line) // 2 :][:1]
 
 
-def _frame(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[_OnBoard]) -> Frame:
+def frame_of(pose: str, shots: tuple[LineCentres, ...], view: BoardPlane | None, found: Sequence[OnBoard]) -> Frame:
+    """A word on the images of a pose."""
     if view is None:
         return Frame(pose, skipped="no board")
     if not found:

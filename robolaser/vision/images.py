@@ -54,14 +54,6 @@ class CameraImages:
         """
         return eight_bits(read_image(file, self.size_px, cv2.IMREAD_GRAYSCALE), self.depth)
 
-    def colours(self, file: Path) -> Image:
-        """An image as eight bits of blue, green and red, (height, width, 3).
-
-        Raises:
-            ImageError: It is missing, no image, or of another size.
-        """
-        return eight_bits(read_image(file, self.size_px, cv2.IMREAD_COLOR), self.depth)
-
 
 def read_image(path: Path, size_px: tuple[int, int], colours: int) -> Raw:
     """An image as its file has it: 8 or 16 bits, grey (height, width) or blue, green and red, (height, width, 3)."""

@@ -1,19 +1,27 @@
 """A recording is a data set whose points are still in its images."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from robolaser.arrays import Progress
-from robolaser.data.dataset import Dataset
+from robolaser.data.dataset import Dataset, Points
 from robolaser.data.image_list import PoseImages, images_of_poses, repeat_columns
 from robolaser.data.several_sensors import scanner_with_corners, with_points_of
 from robolaser.data.stripe_file import Stripes
 from robolaser.errors import ImageError
 from robolaser.model.sensors import sensor_class
-from robolaser.vision.extract import Extraction, extract_points
+from robolaser.vision.board_orientation import oriented
+from robolaser.vision.board_placement import jumps
+from robolaser.vision.extract import Extraction, Look, frame_of, look, on_board
+from robolaser.vision.lens import find_lens, view_board
 from robolaser.vision.stripe_trace import StripeSearch
-from robolaser.vision.target_corners import corner_points
+from robolaser.vision.target_corners import Frame, corner_points, points_of_target
+
+POINTS_PER_IMAGE = 170
+"""Points aimed at along a whole image: the scatter of neighbouring lines is alike, more say no more."""
 
 
 def points_from_images(
@@ -36,31 +44,55 @@ def points_from_images(
         ImageError: The recording has no board or images; an image is missing, broken or of another size; no image gave
             a point.
     """
-    shots, search = _images(recording)
-    if recording.board is None:
+    (shots, search), board = _images(recording), recording.board
+    if board is None:
         raise _no_points("dataset.toml has no [board] with columns, rows and square_m")
-    found = extract_points(
-        shots,
-        search,
-        recording.board,
-        R_base_flange=recording.flange()[[one.row for one in shots], :3, :3],
-        known=known,
-        progress=None if progress is None else lambda done, of: progress("looking at images", done / of),
-    )
-    if not len(found):
-        reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in found.frames[:3])
+    known = {} if known is None else known
+    for done, one in enumerate(shots, start=1):
+        if (one.files, search) not in known:
+            known[one.files, search] = look(one, search, board)
+        if progress is not None:
+            progress("looking at images", done / len(shots))
+    seen: list[Look] = [known[one.files, search] for one in shots]
+    boards = {i: one.board.orientations for i, one in enumerate(seen) if one.board is not None}
+    lens = find_lens([ways[0] for ways in boards.values()], board.square_m, *search.camera.size_px)
+    turns = recording.flange()[[shots[i].row for i in boards], :3, :3]
+    grids = dict(zip(boards, oriented(list(boards.values()), turns, lens)[0], strict=True))
+    views = {i: view_board(grid, board.square_m, lens) for i, grid in grids.items()}
+    apart = max(1, round(search.camera.size_px[1 if search.axis == "v" else 0] / POINTS_PER_IMAGE))
+    found = [on_board(one.centres, views[i], lens, board, apart) if i in views else [] for i, one in enumerate(seen)]
+    stripes = [one for ones in found for one in ones]
+    frames = tuple(frame_of(shots[i].pose, one.centres, views.get(i), found[i]) for i, one in enumerate(seen))
+    if not stripes:
+        reasons = ", ".join(f"{frame.pose}: {frame.skipped}" for frame in frames[:3])
         raise ImageError(
-            f"None of {len(found.frames)} images gave a point ({reasons}). Check [board] columns and rows (inner"
+            f"None of {len(frames)} images gave a point ({reasons}). Check [board] columns and rows (inner"
             " corners, not squares), stripe_axis, and that board and stripe are both in view."
         )
-    points = found.points if repeat_columns(recording.poses) else replace(found.points, repeat=None)
-    corners = corner_points(recording.board, list(found.corners), list(found.corners.values()))
+    noise_px = float(np.sqrt(np.mean(np.concatenate([jumps(one.off) for one in stripes]) ** 2)))
+    points = Points(
+        np.array([shots[i].row for i, ones in enumerate(found) for one in ones for _ in one.line], dtype=np.int64),
+        tuple(f"{search.axis}{line:04d}" for one in stripes for line in one.line),
+        repeat=np.array([one.repeat for one in stripes for _ in one.line]) if repeat_columns(recording.poses) else None,
+        pixel=np.concatenate([one.pixel for one in stripes]),
+        xyz=np.concatenate([one.place for one in stripes]),
+    )
+    corners = corner_points(board, [shots[i].row for i in grids], list(grids.values()))
     if len(recording.sensors) > 1:
         kinds = [sensor.data.kind for sensor in recording.sensors]
         both = with_points_of(recording, [points if kind == recording.kind else corners for kind in kinds])
     else:
         both = scanner_with_corners(replace(recording, points=points), corners)
-    return found, _with_noise_stated(both, found.pixel_noise_px)
+    extraction = Extraction(points, frames, lens, noise_px, search.channel)
+    return extraction, _with_noise_stated(both, noise_px)
+
+
+def points_of_images(
+    recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
+) -> tuple[Extraction | Sequence[Frame], Dataset]:
+    """What the images of a stripe scanner or a camera show: see `points_from_images` and `points_of_target`."""
+    look = points_from_images if sensor_class(recording.kind).has_laser_plane() else points_of_target
+    return look(recording, progress=progress, known=known)
 
 
 def _with_noise_stated(dataset: Dataset, pixel_px: float) -> Dataset:

@@ -122,7 +122,8 @@ def find_channel(shots: Sequence[PoseImages], camera: CameraImages, axis: Axis) 
         ImageError: An image is missing, broken or of another size.
     """
     some = [shots[i] for i in np.unique(np.linspace(0, len(shots) - 1, LOOKED_AT).astype(np.int64))] if shots else []
-    if not any(_is_colourful(camera.colours(one.lit[0])) for one in some):
+    seen = (eight_bits(read_image(one.lit[0], camera.size_px, cv2.IMREAD_COLOR), camera.depth) for one in some)
+    if not any(map(_is_colourful, seen)):
         return "grey"
     found = {name: sum(_length(one, StripeSearch(camera, axis, name)) for one in some) for name in CHANNELS}
     best = max(found, key=lambda name: found[name])

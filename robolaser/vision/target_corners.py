@@ -24,12 +24,20 @@ ENOUGH = 8  # corners from which an image helps to find the lens, and is told ho
 
 @final
 @dataclass(frozen=True)
-class SeenTarget:
-    """What became of one image."""
+class Frame:
+    """What became of one image, or, of a stripe's, of the images of one pose."""
 
-    pose: str  # the pose it was taken at
-    points: int  # corners or circles that were found
-    rms_px: float  # of these against the target's pattern; NaN where that was not looked at
+    pose: str  # its name
+    skipped: str = ""  # why they gave no points; empty if they did
+    points: int = 0  # points they gave
+    # corners of the board, or circles, against its pattern [px]; NaN where that was not looked at
+    corner_rms_px: float = float("nan")
+    # stripe against a straight line, all its lines of pixels that were kept [px]; NaN without
+    line_rms_px: float = float("nan")
+    # whether the stripe crosses none of the board's squares: it is taken to lie on the board's plane
+    beside: bool = False
+    # share of the stripe's lines of pixels beyond a step beside the squares: it lies on something else
+    left_out: float = 0.0
 
 
 @final
@@ -41,8 +49,8 @@ class _Found:
 
 
 def points_of_target(
-    recording: Dataset, progress: Progress | None = None, *, known: dict[object, Any] | None = None
-) -> tuple[list[SeenTarget], Dataset]:
+    recording: Dataset, *, progress: Progress | None = None, known: dict[object, Any] | None = None
+) -> tuple[list[Frame], Dataset]:
     """Find the target in every image.
 
     Args:
@@ -125,7 +133,7 @@ def _never_seen(board: Board, turned: Sequence[_Found], images: int) -> ImageErr
     )
 
 
-def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tuple[list[SeenTarget], Dataset]:
+def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tuple[list[Frame], Dataset]:
     seen = [one for one in found if one.ways]
     assert recording.image_px is not None  # was asked for before any image
     whole = [one.ways[0] for one in seen if _there(one.ways[0]).sum() >= ENOUGH]
@@ -146,10 +154,9 @@ def _as_points(recording: Dataset, board: Board, found: Sequence[_Found]) -> tup
         view_board(grid, board.square_m, lens).corner_rms_px if count >= ENOUGH else float("nan")
         for grid, count in zip(grids, counts, strict=True)
     ]
-    each = iter(zip(counts, judged, strict=True))
-    names = recording.poses.names
-    per_image = [SeenTarget(names[one.row], *(next(each) if one.ways else (0, float("nan")))) for one in found]
-    return per_image, replace(recording, points=points)
+    each, names = iter(zip(counts, judged, strict=True)), recording.poses.names
+    frames = [Frame(names[one.row], *(("", *next(each)) if one.ways else ("no target",))) for one in found]
+    return frames, replace(recording, points=points)
 
 
 def corner_points(board: Board, poses: Sequence[int], grids: Sequence[Array]) -> Points:

@@ -64,10 +64,9 @@ class Run:
         scan, subsample = prepare(scanner, load(self.folder / "things")), Subsample()
         for _ in subsample.watch(scan.cloud.pieces(lambda what, share: None)):
             pass
-        wanted = ["plane", "step", "sphere"]
         return {
             body.what: body
-            for body in measure(subsample.vertices, wanted=wanted, step_m=STEP_M, sphere_m=RADIUS_M).primitives
+            for body in measure(subsample.vertices, plane=True, step_m=STEP_M, sphere_m=RADIUS_M).primitives
         }
 
     def off_m(self, what: str, scanner: str) -> float:

@@ -8,14 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
 from robolaser.data.board import Board
-from robolaser.data.image_list import PoseImages
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.printed_board import board_print
 from robolaser.emulator.world.printed_board import PrintedBoard
 from robolaser.emulator.world.solids import Block, Floor, Solid, Sphere
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.vision.extract import extract_points
-from robolaser.vision.images import CameraImages
-from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.recordings import points_from_images
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
 BLOCK = Block(near(-0.02, -0.03, 0.0), (0.05, 0.04, 0.01), heading(17))
@@ -110,14 +108,15 @@ def test_on_a_charuco_board_of_which_a_part_is_seen_points_have_their_places(tmp
     T_base_board = face_up(near(-0.12, 0.08, 0.0))
     there = scene(Floor(), PrintedBoard(T_base_board, board_print(board)), ambient_grey=90.0, noise_grey=1.0)
     ways = [above(*tilt) for tilt in ((8, 5, 20), (-10, 8, 5), (5, -12, -15), (15, 3, 40))]
-    shots = []
     for row, T in enumerate(ways):
-        names = [tmp_path / f"{row}{lit}.png" for lit in (True, False)]
-        for name, lit in zip(names, (True, False), strict=True):
-            cv2.imwrite(str(name), photograph(there, T, lit=lit, seed=row))
-        shots.append(PoseImages(row, f"p{row}", (names[0],), names[1]))
-    found = extract_points(shots, StripeSearch(CameraImages((640, 480)), "v"), board)
-    assert all(np.isnan(grid).any() for grid in found.corners.values())
+        for lit in (True, False):
+            cv2.imwrite(str(tmp_path / f"{row}{lit}.png"), photograph(there, T, lit=lit, seed=row))
+    named, lit, unlit = (tuple(f"{row}{end}" for row in range(len(ways))) for end in ("", "True.png", "False.png"))
+    poses = Poses(named, T_base_flange=np.stack(ways), image=lit, extra={"image_off": unlit})
+    recording = Dataset("r", poses, stripe_axis="v", image_px=(640, 480), board=board, folder=tmp_path)
+    found, both = points_from_images(recording)
+    (camera,) = (sensor for sensor in both.sensors if sensor.data.kind == "camera")
+    assert (np.bincount(both.points.pose[camera.rows]) < board.columns * board.rows).all()
     for row, T in enumerate(ways):
         here = found.points.take(found.points.pose == row)
         assert len(here) > 60

@@ -178,7 +178,7 @@ def test_charts_show_every_step_and_every_pose(text, diagnosis):
     assert ("before" in series(poses)) == bool(diagnosis.findings)
 
 
-def test_a_small_gap_beside_a_large_one_has_a_logarithmic_axis(pages):
+def test_gaps_have_a_logarithmic_axis(pages):
     assert is_logarithmic(titled(pages["explained"])["How far the gap shrinks"], "x")
 
 

@@ -10,7 +10,7 @@ import robolaser
 from robolaser.data.dataset import Poses
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import UsageError
-from robolaser.report.diagnosis.charts import explained_errors
+from robolaser.report.diagnosis.charts import explained_error
 from robolaser.results.diagnosis import DiagnosisResult
 from robolaser.simulation import simulate
 
@@ -27,9 +27,8 @@ def why() -> DiagnosisResult:
 def test_each_pose_shows_the_error_of_the_joint_that_was_simulated(why: DiagnosisResult) -> None:
     assert why.diagnosis is not None
     assert why.diagnosis.weighed is not None
-    found = {
-        str(one.candidate_effect): one for one in explained_errors(why.diagnosis.weighed, why.diagnosis.model.effects)
-    }
+    weighed = why.diagnosis.weighed
+    found = {str(one.candidate_effect): explained_error(weighed.final, one) for one in weighed.evidence}
     play, spring = found["backlash at elbow_joint"], found["joint_compliance at shoulder_lift_joint"]
     assert play.coordinate.name == "direction of approach of elbow_joint"
     assert spring.coordinate.name == "gravity torque at shoulder_lift_joint"
@@ -71,11 +70,10 @@ def test_what_moves_no_joint_is_seen_in_the_points(
     found = robolaser.diagnose(seen, effects=[effect.partition(":")[0]], seed=0).diagnosis
     assert found is not None
     assert found.weighed is not None
-    (one,) = (
-        one
-        for one in explained_errors(found.weighed, found.model.effects)
-        if str(one.candidate_effect).startswith(effect.partition(":")[0])
+    (evidence,) = (
+        one for one in found.weighed.evidence if str(one.candidate_effect).startswith(effect.partition(":")[0])
     )
+    one = explained_error(found.weighed.final, evidence)
     assert one.coordinate.name.startswith(coordinate)
     assert one.unit == "m"
     assert np.square(one.left).mean() < 0.05 * np.square(one.moves).mean()

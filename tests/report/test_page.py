@@ -50,7 +50,8 @@ def test_the_page_is_whole(text):
 
 
 def test_every_chart_is_sound_and_says_what_it_shows(text):
-    assert len(sound_charts(text)) + len(scenes(text)) >= 3
+    assert sound_charts(text)
+    assert scenes(text)
 
 
 def test_tables_name_their_columns_and_rows(text):
@@ -71,12 +72,9 @@ def test_the_first_figure_is_the_error_on_new_poses_and_the_second_the_noise(tex
     assert text.index("<dt>on new poses") < text.index("<dt>noise alone") < text.index("<dt>on fitted poses")
 
 
-def test_errors_and_noise_have_an_entry_in_the_legend_each_and_errors_of_poses_a_logarithmic_axis(pages):
+def test_fitted_and_held_out_errors_have_an_entry_in_the_legend_each_and_a_logarithmic_axis(pages):
     shown = titled(pages["stripe"])
-    assert series(shown["Errors against noise"]) == ["noise alone", "fitted", "held out"]
-    assert series(shown["Convergence"]) == ["best candidate", "result"]
     assert series(shown["Errors of each pose"]) == ["fitted", "held out"]
-    assert is_logarithmic(shown["Convergence"], "y")
     assert is_logarithmic(shown["Errors of each pose"], "y")
 
 
@@ -107,14 +105,13 @@ def test_charts_of_thousands_of_points_stay_small():
     is_small(page(many))
 
 
-def test_a_page_is_written_without_noise_search_or_held_out_poses():
+def test_a_page_is_written_without_noise_or_held_out_poses():
     bare = stripe()
     dataset = replace(bare.model.dataset, noise=type(bare.model.dataset.noise)(), source="", licence="")
     noise = {"pixel": 0.1, "target": 5e-5, "flange": 1e-5, "flange_turn": 1e-5}
     bare = replace(bare, model=replace(bare.model, dataset=dataset), noise=noise, history=None, held_out=None)
     text = page(bare)
     assert "unknown" in text
-    assert "Convergence" not in text
 
 
 def test_the_same_calibration_gives_the_same_page(calibrations, pages):
@@ -124,7 +121,8 @@ def test_the_same_calibration_gives_the_same_page(calibrations, pages):
 @pytest.mark.parametrize(("size", "word"), [(1.0, "The remaining error is noise"), (10.0, "something is unmodelled")])
 def test_errors_are_judged_by_the_noise(size, word):
     calibration = stripe(robot=arm())
-    noise = ErrorAnalysis(calibration).noise.draw(1, np.random.default_rng(0))[0]
+    root = np.linalg.cholesky(ErrorAnalysis(calibration).noise.covariances)
+    noise = np.einsum("mij,mj->mi", root, np.random.default_rng(0).normal(size=root.shape[:2]))
     calibration = replace(calibration, residuals=size * noise, held_out=1.05 * size * noise)
     assert word in judgement(ErrorAnalysis(calibration))
 

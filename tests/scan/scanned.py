@@ -14,8 +14,10 @@ from robolaser.data.stated_noise import Noise
 from robolaser.data.stripe_file import FILE, STRIPE, write_stripes
 from robolaser.data.writing import save
 from robolaser.export.urdf import robot_urdf
+from robolaser.geometry.camera import laser_plane
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.stages import Stage
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
 
@@ -70,3 +72,9 @@ def line_centres(data, *, per_pose, seed=3, std=0.1):
     stripes["u"], stripes["v"] = rng.uniform(0, width - 1, n), rng.uniform(0, height - 1, n)
     stripes["std"], stripes["intensity"] = std, rng.uniform(20, 250, n)
     return stripes
+
+
+def laser_planes(scanner):
+    """The sheet in the camera frame at each pose of a scan, (n, 4): n · P = d."""
+    plane = scanner.perturb(scanner.at_poses)(Stage.LASER_PLANE, laser_plane(scanner.values))[0]
+    return np.broadcast_to(plane, (len(scanner.dataset.poses), 4))

@@ -31,9 +31,7 @@ def scene(rng, *, noise=1e-4, strangers=500, step=STEP, radius=RADIUS):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_sizes_are_found_within_their_own_doubt(seed):
-    found = measure(
-        scene(np.random.default_rng(seed)), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS
-    )
+    found = measure(scene(np.random.default_rng(seed)), plane=True, step_m=STEP, sphere_m=RADIUS)
     plane, step, sphere = found.primitives
     for body, known in ((step, STEP), (sphere, RADIUS)):
         assert abs(body.size_m - known) < 4 * body.std_m
@@ -49,7 +47,6 @@ def test_sizes_are_found_within_their_own_doubt(seed):
 def test_a_size_that_differs_from_the_known_one_is_told_not_bent():
     found = measure(
         scene(np.random.default_rng(7), step=0.0103, radius=0.0185),
-        wanted=("step", "sphere"),
         step_m=STEP,
         sphere_m=RADIUS,
     )
@@ -60,23 +57,20 @@ def test_a_size_that_differs_from_the_known_one_is_told_not_bent():
 def test_clouds_whose_scatter_nobody_knows_are_measured_too():
     vertices = scene(np.random.default_rng(1))
     vertices["std"] = np.nan
-    found = measure(vertices, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    found = measure(vertices, plane=True, step_m=STEP, sphere_m=RADIUS)
     assert abs(found.primitives[2].error_m) < 5e-5
     assert np.isnan(found.scatter_m)
 
 
 def test_the_same_cloud_gives_the_same_sizes():
     vertices = scene(np.random.default_rng(2))
-    one, other = (measure(vertices, wanted=("sphere",), sphere_m=RADIUS, seed=5).primitives for _ in range(2))
+    one, other = (measure(vertices, sphere_m=RADIUS, seed=5).primitives for _ in range(2))
     assert one == other
 
 
-@pytest.mark.parametrize(
-    ("wanted", "sizes", "said"),
-    [("step", {"step_m": 0.05}, "50 mm off"), ("sphere", {"sphere_m": 0.1}, "radius 100 mm")],
-)
-def test_what_is_not_there_is_not_found(wanted, sizes, said):
-    found = measure(scene(np.random.default_rng(3), strangers=0), wanted=("plane", wanted), **sizes)
+@pytest.mark.parametrize(("sizes", "said"), [({"step_m": 0.05}, "50 mm off"), ({"sphere_m": 0.1}, "radius 100 mm")])
+def test_what_is_not_there_is_not_found(sizes, said):
+    found = measure(scene(np.random.default_rng(3), strangers=0), plane=True, **sizes)
     (missing,) = found.missing
     assert said in str(missing)
     assert [body.what for body in found.primitives] == ["plane"]  # what is there is measured all the same
@@ -84,7 +78,7 @@ def test_what_is_not_there_is_not_found(wanted, sizes, said):
 
 def test_no_body_is_found_in_a_handful_of_points():
     few = scene(np.random.default_rng(4))[:10]
-    found = measure(few, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    found = measure(few, plane=True, step_m=STEP, sphere_m=RADIUS)
     assert not found.primitives
     assert len(found.missing) == 3
 
@@ -94,7 +88,7 @@ def test_no_body_is_found_at_one_place_or_on_one_line(span):
     points = np.zeros(500, VERTEX)
     points["x"] = span * np.linspace(0, 1, len(points))
     points["std"] = 1e-4
-    found = measure(points, wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    found = measure(points, plane=True, step_m=STEP, sphere_m=RADIUS)
     assert not found.primitives
     assert len(found.missing) == 3
 
@@ -104,17 +98,17 @@ def test_a_point_at_a_spheres_middle_stops_nobody():
     vertices = np.append(vertices, vertices[:1])
     vertices["std"][-1] = 1.0
     for axis in "xyz":
-        ball = measure(vertices[:-1], wanted=("sphere",), sphere_m=RADIUS)
+        ball = measure(vertices[:-1], sphere_m=RADIUS)
         vertices[axis][-1] = vertices[axis].mean()
     assert len(ball.primitives) == 1
-    assert len(measure(vertices, wanted=("sphere",), sphere_m=RADIUS).primitives) == 1
+    assert len(measure(vertices, sphere_m=RADIUS).primitives) == 1
 
 
 @pytest.mark.parametrize("noise", [2e-5, 1e-4])
 def test_the_least_step_that_may_be_asked_for_is_found_whatever_the_seed(noise):
     vertices = scene(np.random.default_rng(8), noise=noise, step=LEAST_STEP_M, strangers=200)
     for seed in range(10):
-        found = measure(vertices, wanted=("step",), step_m=LEAST_STEP_M, seed=seed)
+        found = measure(vertices, step_m=LEAST_STEP_M, seed=seed)
         assert abs(found.primitives[1].error_m) < 0.05 * LEAST_STEP_M
 
 
@@ -122,6 +116,6 @@ def test_the_least_step_that_may_be_asked_for_is_found_whatever_the_seed(noise):
 def test_a_promise_that_is_far_from_the_scatter_is_told(factor, said):
     vertices = scene(np.random.default_rng(9), strangers=0)
     vertices["std"] *= factor
-    found = measure(vertices, wanted=("plane",))
+    found = measure(vertices, plane=True)
     assert len(found.doubts) == bool(said)
     assert said in " ".join(found.doubts)

@@ -61,7 +61,7 @@ def test_ball_and_step_have_their_size(recording, truly):
     said, _ = recording
     scan = prepare(truly, said)
     assert scan.cloud.what == "images"
-    found = measure(looked_at(scan), wanted=("plane", "step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    found = measure(looked_at(scan), plane=True, step_m=STEP, sphere_m=RADIUS)
     plane, step, sphere = found.primitives
     assert abs(step.error_m) < 5e-5
     assert abs(sphere.error_m) < 1e-4
@@ -71,7 +71,7 @@ def test_ball_and_step_have_their_size(recording, truly):
 
 def test_the_nominal_scanner_sees_them_wrong(recording, truly):
     said, _ = recording
-    wrong = measure(looked_at(prepare(truly.as_drawn(), said)), wanted=("step", "sphere"), step_m=STEP, sphere_m=RADIUS)
+    wrong = measure(looked_at(prepare(truly.as_drawn(), said)), step_m=STEP, sphere_m=RADIUS)
     _, step, sphere = wrong.primitives
     assert abs(step.error_m) > 3e-4
     assert sphere.rms_m > 5e-5

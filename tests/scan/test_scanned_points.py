@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 import numpy as np
 import pytest
-from scanned import calibrated, dataset, line_centres, recorded, written
+from scanned import calibrated, dataset, laser_planes, line_centres, recorded, written
 from several import together
 
 from robolaser.data.stated_noise import Noise
@@ -158,8 +158,8 @@ def test_drifts_of_the_calibrated_run_are_taken_as_at_its_end_and_their_size_is_
         scan.cloud.parts[0].scanner.camera[last], same.cloud.parts[0].scanner.camera[last], atol=1e-12
     )
     np.testing.assert_allclose(
-        scan.cloud.parts[0].scanner.laser_plane,
-        same.cloud.parts[0].scanner.laser_plane[last][None].repeat(20, 0),
+        laser_planes(scan.cloud.parts[0].scanner),
+        laser_planes(same.cloud.parts[0].scanner)[last][None].repeat(20, 0),
         atol=1e-12,
     )
 
@@ -170,7 +170,8 @@ def test_what_warms_up_follows_the_thermometer_of_both_runs(data, tmp_path):
     calibration = calibrated(measured, ["laser_drift"], {"laser_drift.laser.angle": 0.01})
     half = np.full(len(warm), 25.0)
     scan = scan_of(calibration, recorded(elsewhere(measured, temperature_c=half), tmp_path / "r"), tmp_path)
-    theta = np.arctan2(scan.cloud.parts[0].scanner.laser_plane[:, 2], scan.cloud.parts[0].scanner.laser_plane[:, 0])
+    planes = laser_planes(scan.cloud.parts[0].scanner)
+    theta = np.arctan2(planes[:, 2], planes[:, 0])
     np.testing.assert_allclose(theta - data.parameters["theta"].nominal, 0.005, atol=1e-9)
     assert scan.warnings == ()
 

@@ -10,20 +10,23 @@ from painted import HEIGHT, SQUARE, WIDTH, Scene, scene, session, written
 from scipy.spatial.transform import Rotation
 
 from robolaser.data.board import Board
-from robolaser.data.image_list import PoseImages
+from robolaser.data.dataset import Dataset, Poses
 from robolaser.errors import ImageError
 from robolaser.vision.board import find_board
-from robolaser.vision.extract import Extraction, extract_points
-from robolaser.vision.images import CameraImages
-from robolaser.vision.stripe_trace import StripeSearch
+from robolaser.vision.extract import Extraction
+from robolaser.vision.recordings import points_from_images
 
 BOARD = Board(7, 6, SQUARE)
 REAL = Path(__file__).parents[2] / "examples" / "etna-s2"
 
 
-def extracted(images, size=(WIDTH, HEIGHT), axis="v", board=BOARD, **changes) -> Extraction:
-    shots = [PoseImages(row, pose, (path,)) for row, (pose, path) in enumerate(images)]
-    return extract_points(shots, StripeSearch(CameraImages(size), axis), board, **changes)
+def extracted(images, size=(WIDTH, HEIGHT), axis="v", board=BOARD, turns=(), progress=None):
+    T_base_flange = np.tile(np.eye(4), (len(images), 1, 1))
+    T_base_flange[: len(turns), :3, :3] = turns or np.eye(3)
+    names, files = zip(*images, strict=True)
+    poses = Poses(names, T_base_flange=T_base_flange, image=tuple(str(file.relative_to("/")) for file in files))
+    recording = Dataset("r", poses, stripe_axis=axis, image_px=size, board=board, folder=Path("/"))
+    return points_from_images(recording, progress=progress)[0]
 
 
 def misplaced(found: Extraction, scenes: list[Scene]) -> list[np.ndarray]:
@@ -145,13 +148,6 @@ def test_frames_without_board_or_stripe_say_so(images, scenes, tmp_path):
     assert set(found.points.pose) == {0, 1, 2}
 
 
-def test_no_images_give_no_points():
-    found = extracted([])
-    assert len(found) == 0
-    assert found.points.pixel.shape == (0, 2)
-    assert np.isnan(found.pixel_noise_px)
-
-
 def test_two_views_give_points_without_a_lens(images):
     found = extracted(images[1:3])
     assert not found.lens.known
@@ -160,8 +156,8 @@ def test_two_views_give_points_without_a_lens(images):
 
 def test_every_image_is_told_to_whoever_waits(images):
     told = []
-    extracted(images[:2], progress=lambda done, of: told.append((done, of)))
-    assert told == [(1, 2), (2, 2)]
+    extracted(images[:2], progress=lambda what, share: told.append((what, share)))
+    assert told == [("looking at images", 0.5), ("looking at images", 1.0)]
 
 
 def test_an_image_of_another_size_is_named(images):
@@ -199,7 +195,7 @@ def test_flange_turns_keep_a_square_boards_frame_through_a_large_roll(tmp_path):
     tilts = [(4, 10, 0), (12, -8, 120), (-10, 6, -125), (8, 12, 75)]
     scenes = [scene(tilt, (-0.014, 0, 0.18), columns=6, rows=6) for tilt in tilts]
     flange = np.stack([one.R.T for one in scenes])
-    found = extracted(written(scenes, tmp_path), board=Board(6, 6, SQUARE), R_base_flange=flange)
+    found = extracted(written(scenes, tmp_path), board=Board(6, 6, SQUARE), turns=list(flange))
     for error in misplaced(found, scenes):
         assert len(error) > 60
         assert error.max() < 2e-4

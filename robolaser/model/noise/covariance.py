@@ -165,11 +165,3 @@ class NoiseModel:
         roots = np.asarray(np.linalg.cholesky(self.covariances), dtype=np.float64)
         squares = [np.square(in_metres(roots[:, :, i])).sum(axis=-1) for i in range(roots.shape[2])]
         return float(np.sqrt(np.sum(squares, axis=0).mean()))
-
-    def draw(self, count: int, rng: np.random.Generator) -> Array:
-        """Errors as this noise would make them, (count, m, k) [row's unit]."""
-        e = FLOOR * rng.standard_normal((count, self._rows, self.numbers))
-        for source in self.sources:
-            unit = rng.standard_normal((count, int(source.group.max()) + 1, source.effect.shape[-1]))
-            e += self.sigmas[source.name] * np.einsum("mkq,cmq->cmk", source.effect, unit[:, source.group])
-        return e

@@ -18,7 +18,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
   const centre = low.map((l, axis) => (l + high[axis]) / 2);
   const size = Math.hypot(...low.map((l, axis) => high[axis] - l)) || 1;
   const home = { turn: -0.9, rise: 0.35, zoom: 1 };
-  let look = { ...home }, frame = scene.start, magnification = scene.magnification, marks = [];
+  let look = { ...home }, frame = 0, magnification = scene.magnification, marks = [];
   const hidden = new Set();
   const colours = getComputedStyle(document.documentElement);
   const colour = (name) => name.startsWith("var(") ? colours.getPropertyValue(name.slice(4, -1)).trim() : name;
@@ -29,7 +29,7 @@ for (const figure of document.querySelectorAll("figure.scene")) {
     const away = c * dy - s * dx, depth = away * cr - dz * sr, near = 1 / (1 + 0.35 * depth / size);
     return [near * (c * dx + s * dy), -near * (dz * cr + away * sr), depth];
   }
-  const first = scene.shapes.flatMap(({ at }) => Array.isArray(at[0]?.[0]) ? at[scene.start] ?? at[0] : at).filter((p) => p?.[0] != null);
+  const first = scene.shapes.flatMap(({ at }) => Array.isArray(at[0]?.[0]) ? at[0] : at).filter((p) => p?.[0] != null);
   const seen = first.map((p) => unscaled(p, home)); // at first all of this pose is in view
   const [across, upright] = [0, 1].map((axis) => seen.reduce(([l, h], p) => [Math.min(l, p[axis]), Math.max(h, p[axis])], [0, 0]));
   const scaled = () => look.zoom * 0.8 * Math.min(canvas.clientWidth / (across[1] - across[0] || 1), canvas.clientHeight / (upright[1] - upright[0] || 1));

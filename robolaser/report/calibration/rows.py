@@ -1,4 +1,4 @@
-"""The parameters as rows of a table: value and error, position within the bounds, and caveats."""
+"""The parameters as rows of a table: value and error, bounds, and caveats."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -6,18 +6,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from robolaser.calibration.result import Calibration
+from robolaser.parameters import Parameter
 from robolaser.report.digits import measured, plain
-from robolaser.report.document import Bounds, Cell
+from robolaser.report.document import Cell
 
 FIXED, ON_BOUND, UNDETERMINED = "fixed", "on its bound", "not determined by these data"
 CORRELATED = "hardly distinguishable from others"
-BAND = 2.0  # standard deviations of the band on the bounds bar
 
 
 def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[Cell]], list[Sequence[Cell]]]:
     """The sensor's parameters: those with bounds from the user, and those that started from a closed form.
 
-    Cells: name, value, nominal value, place within the bounds and caveat; the latter have no nominal value.
+    Cells: name, value, nominal value, bounds and caveat; the latter have no nominal value.
     """
     model = calibration.model
     given: list[Sequence[Cell]] = []
@@ -27,9 +27,7 @@ def parameter_rows(calibration: Calibration) -> tuple[list[Sequence[Cell]], list
         value, caveat = Cell(_measured(calibration, i)), note(calibration, i)
         if item.given:
             nominal = Cell(plain(item.nominal, item.unit))
-            given.append(
-                (name, value, nominal, Cell(note=caveat, bounds=None if item.fixed else _bounds(calibration, i)))
-            )
+            given.append((name, value, nominal, Cell(below=_bounds(item), note=caveat)))
         else:
             placed.append((name, value, Cell(note=caveat)))
     return given, placed
@@ -62,13 +60,8 @@ def _measured(calibration: Calibration, i: int) -> str:
     return measured(float(calibration.x[i]), float(calibration.std[i]), calibration.model.parameters.items[i].unit)
 
 
-def _bounds(calibration: Calibration, i: int) -> Bounds:
-    item, std = calibration.model.parameters.items[i], float(calibration.std[i])
-    width = item.upper - item.lower
-    at, nominal = (100 * (number - item.lower) / width for number in (float(calibration.x[i]), item.nominal))
-    half = 100 * BAND * std / width if np.isfinite(std) else 0.0
-    start, end = (float(np.clip(end, 0, 100)) for end in (at - half, at + half))
-    return Bounds(at, nominal, start, end - start, plain(item.lower, item.unit), plain(item.upper, item.unit))
+def _bounds(item: Parameter) -> list[str]:
+    return [] if item.fixed else [f"{plain(item.lower, item.unit)} to {plain(item.upper, item.unit)}"]
 
 
 def note(calibration: Calibration, i: int) -> str:

@@ -1,6 +1,5 @@
 """The report of a comparison, as a page and in twenty lines on the terminal."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -51,14 +50,14 @@ def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief:
         brief: Leave out what only a page shows.
     """
     shown = judged if comparison.runs else ()
-    lead, sense = _parted(_unbroken(shown[0].order.answer if shown else "No run has finished yet."))
+    lead, sense = _parted(shown[0].order.answer if shown else "No run has finished yet.")
     sections = [_family(comparison, one, i, brief=brief) for i, one in enumerate(shown)]
     sections += [] if brief else [section for one in shown for section in _problems(comparison, one)]
     sections += _conditions(comparison, shown)
     if not brief:
         scopes = [("Limitations", scope) for scope in dict.fromkeys(one.scope for one in shown)]
-        sections.append(Section("How it was measured", [_terms(words.measured(comparison), "Condition", "Value")]))
-        sections.append(Section("How to read it", [_terms([*words.READING, *scopes], "Term", "Meaning")]))
+        terms = [Column("Condition", "name", 20), Column("Value", "wide")]
+        sections.append(Section("How it was measured", [Table(terms, [*words.measured(comparison), *scopes])]))
     return Document(
         names([problem.name for problem in comparison.problems]),
         "compared",
@@ -69,11 +68,6 @@ def document(comparison: BenchmarkResult, judged: Sequence[Standings], *, brief:
         sections,
         prints_lead=True,
     )
-
-
-def _unbroken(text: str) -> str:
-    """Numbers and what follows them on one line."""
-    return re.sub(r"(?<=\d) (?=[%×])|(?<=p [<=]) | (?=[<=] \d)", "\u00a0", text)
 
 
 def _parted(answer: str) -> tuple[str, str]:
@@ -89,7 +83,7 @@ def _family(comparison: BenchmarkResult, standings: Standings, number: int, *, b
     title = words.FAMILIES[standings.family]
     most = max(FEWEST_PRINTED, MOST_PRINTED // len(comparison.families))
     table = tables.standing_table(comparison, standings, _numbers(standings), most)
-    blocks: list[Block] = [] if number == 0 else [Text(_unbroken(standings.order.answer), printed=True)]
+    blocks: list[Block] = [] if number == 0 else [Text(standings.order.answer, printed=True)]
     blocks.append(replace(table, title=title) if brief and len(comparison.families) > 1 else table)
     blocks.append(tables.effect_table(standings))
     if not brief:
@@ -206,16 +200,12 @@ def _problems(comparison: BenchmarkResult, standings: Standings) -> list[Section
     for on in standings.by_problem:
         problem = next(one for one in comparison.problems if one.name == on.problem)
         blocks: list[Block] = [Text(problem.title, "quiet")]
-        blocks += [Text(_unbroken(on.order.answer))] if several else []
+        blocks += [Text(on.order.answer)] if several else []
         blocks += charts([attained(comparison, standings, problem)])
         blocks.append(tables.result_table(problem, on, standings.tolerance, _numbers(standings)))
         blocks.append(tables.pairwise_matrix(on.order))
         sections.append(Section(problem.name, blocks))
     return sections
-
-
-def _terms(items: Sequence[tuple[str, str]], *titles: str) -> Table:
-    return Table([Column(titles[0], "name", 20), Column(titles[1], "wide")], items)
 
 
 def _problem_table(comparison: BenchmarkResult, judged: Sequence[Standings]) -> Table:

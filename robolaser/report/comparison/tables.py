@@ -17,9 +17,11 @@ from robolaser.benchmark.standings.table import (
     Standings,
 )
 from robolaser.report.comparison.words import excess, number, target
-from robolaser.report.digits import NEVER, count, duration, many, rate
+from robolaser.report.digits import duration, rate
 from robolaser.report.document import Cell, Column, Table
 
+NEVER = "never"
+"""Of a running time to a target that no run reached."""
 FEW = 8
 """Algorithms up to which a matrix of pairs is shown unfolded."""
 MANY = 8
@@ -80,12 +82,12 @@ def _running_time(standing: Standing, results: Sequence[ResultOnProblem]) -> Cel
     if not standing.solved:
         return Cell(NEVER)
     pair = standing.against_first
-    ratio = "" if pair is None or pair.ratio.value is None else f"{many(pair.ratio.value)}{between(pair.ratio)}"
+    ratio = "" if pair is None or pair.ratio.value is None else f"{figure(pair.ratio.value)} ×{between(pair.ratio)}"
     if len(results) == 1 and (spent := results[0].evaluations).value is not None:
         return Cell(
-            f"{count(spent.value)}{between(spent) if spent.lower else ''}", [ratio] if ratio else [], order=spent.value
+            f"{figure(spent.value)}{between(spent) if spent.lower else ''}", [ratio] if ratio else [], order=spent.value
         )
-    each = [f"{one.problem} {count(one.evaluations.value)}" for one in results if one.evaluations.value is not None]
+    each = [f"{one.problem} {figure(one.evaluations.value)}" for one in results if one.evaluations.value is not None]
     shown = ratio or ("the first" if standing.rank == 1 else "–")
     return Cell(shown, each if len(each) <= MANY else [])
 
@@ -128,7 +130,7 @@ def _reached(result: ResultOnProblem) -> Cell:
     if not result.runs:
         return Cell("")
     success, spent = f"{result.successes} of {result.runs} runs", result.evaluations.value
-    return Cell(NEVER if spent is None else count(spent), (success,), order=spent)
+    return Cell(NEVER if spent is None else figure(spent), (success,), order=spent)
 
 
 def _quality(problem: ProblemSummary, result: ResultOnProblem) -> Cell:

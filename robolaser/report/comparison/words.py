@@ -5,15 +5,7 @@ import math
 import platform
 from collections.abc import Sequence
 
-from robolaser.benchmark.problem import (
-    CALIBRATION,
-    OUR_OWN,
-    OWN,
-    SEVERAL,
-    TEST_FUNCTION,
-    THEORY,
-    ProblemSummary,
-)
+from robolaser.benchmark.problem import CALIBRATION, OUR_OWN, OWN, SEVERAL, TEST_FUNCTION, THEORY, ProblemSummary
 from robolaser.benchmark.result import BenchmarkResult
 from robolaser.report.digits import duration, plain, times
 from robolaser.report.page import version
@@ -30,29 +22,6 @@ PACKAGES = ("numpy", "scipy", "pymoo", "cma")
 SAME = 1e-6
 """Excess of an RMS that counts as none."""
 FOUND_BY = {THEORY: "by theory", OUR_OWN: "by robolaser's own search", "": ""}
-
-READING = (
-    ("Target", "A cost at an excess above the lowest known, both stated in the table of problems. If theory does not"
-     " give the lowest cost, it is the lowest of all runs and of robolaser's own search beforehand."),
-    ("IGD+", "With several objectives, the cost of a run: the mean distance of its front from the best front, in units"
-     " of that front's extent; the best front is known from theory, or else that of all runs together."),
-    ("Success", "Share of the runs that reached the target within the budget; a failed run counts only if it reached it"
-     " before it failed. The interval covers the true share 95 times in a hundred (Wilson)."),
-    ("ERT", "Expected running time: the evaluations of all runs until they reached the target or ended, over the number"
-     " of runs that reached it: the average cost of a target if runs are restarted until one reaches it."),
-    ("A12", "Probability that a run of one does better than a run of the other, ties counting half: 0.5 is no"
-     " difference, 1 is always (Vargha and Delaney)."),
-    ("Significant", "If the two were equal, such differences would occur in fewer than one in twenty comparisons"
-     " like this, all pairs taken together (Mann and Whitney's test on one problem, van Elteren's over several,"
-     " with Holm's correction)."),
-    ("Rank", "By the mean rank over blocks of a problem and a seed. In a block, runs that reached the target rank"
-     " before those that did not: the former by their evaluations, the latter by their final cost."),
-    ("Knows its budget", "A run with a smaller budget is not the beginning of one with a larger budget: its curve holds"
-     " for this budget only."),
-    ("Noisy", "The cost of a candidate varies from evaluation to evaluation. Runs are ranked by the candidate that each"
-     " returned, re-evaluated, never by their luckiest sample."),
-)  # fmt: skip
-"""Each measure in a sentence or two."""
 
 
 def target(problem: ProblemSummary, tolerance: float) -> str:

@@ -11,7 +11,7 @@ from robolaser.diagnosis.corrected_model import given_on_bound
 from robolaser.diagnosis.gross_errors import outlying_poses, shortened
 from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import BY_CHANCE
-from robolaser.diagnosis.result import Alternative, Diagnosis, Estimate, Finding
+from robolaser.diagnosis.result import Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.sensor_sites import kind_of_site
@@ -22,8 +22,6 @@ CLEAR = 2.0
 UNDETERMINED = "not determined by these data"
 ALIKE = 0.5
 """Share relative to the largest from which on a site is worth checking too."""
-WORSE = 1.02
-"""Held-out gap over that of the effect found, from which on an alternative is worse."""
 FEW = 2
 """Alternatives that a caveat names."""
 
@@ -67,15 +65,6 @@ def caveats(found: Finding) -> list[str]:
     elif not is_certain:
         said.append("not certain individually")
     return [*said, found.candidate_effect.effect.caveat]
-
-
-def comparison(found: Finding, other: Alternative) -> str:
-    """How an alternative compares with the effect found."""
-    more = len(other.parameters) - len(found.parameters)
-    worse = other.gap_m > WORSE * found.gap_after_m
-    said = [f"has {more} more parameter{'s' * (more > 1)} to fit"] if more > 0 else []
-    said += ["predicts new poses less well"] if worse else []
-    return "; ".join(said) or "predicts new poses as well: only other poses can decide"
 
 
 def doubt(number: Estimate) -> str:

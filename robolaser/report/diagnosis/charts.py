@@ -11,7 +11,6 @@ from robolaser.data.subsampling import evenly
 from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.evidence import EffectEvidence
 from robolaser.diagnosis.fit import Fit
-from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.pose_coordinates import (
     Coordinate,
     angle_of,
@@ -49,12 +48,8 @@ from robolaser.report.digits import human, millimetres
 
 MOST_STEPS = 7
 """Effects with a step of their own."""
-WIDE = 6.0
-"""Ratio of the largest gap to the smallest, from which on the axis is logarithmic."""
 LEAST = 1e-6
 """Gaps below this are drawn as this [mm]."""
-ROOM = 0.15
-"""Share of a logarithmic axis that is left free beside the smallest and the largest gap, for their numbers."""
 STEP_PX, AROUND_PX = 34, 70
 
 LEFT = "left on new poses"
@@ -92,13 +87,7 @@ def steps(diagnosis: Diagnosis) -> list[Step]:
 def waterfall(diagnosis: Diagnosis) -> Chart:
     """Each step's dot stands at the gap after it; a line leads there from the gap before."""
     rows = steps(diagnosis)
-    everything = [value for row in rows for value in (row.before, row.after) if value is not None]
-    low, high = min(everything), max(everything)
-    logarithmic = high > WIDE * low
-    start, end = (
-        (low / (high / low) ** ROOM, high * max(2.2, (high / low) ** ROOM)) if logarithmic else (0.0, 1.18 * high)
-    )
-    ci = [max(1e3 * length, start) for length in diagnosis.gap.after_ci95_m]
+    ci = [max(LEAST, 1e3 * length) for length in diagnosis.gap.after_ci95_m]
     data = records(
         step=[row.label for row in rows],
         series=[row.label for row in rows],
@@ -106,7 +95,8 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         before=[row.after if row.before is None else row.before for row in rows],
         said=["< 1 nm" if row.after == LEAST else millimetres(row.after / 1e3) for row in rows],
     )
-    x = quantity("after", "error on new poses, RMS [mm]", log=logarithmic, domain=(start, end))
+    x = quantity("after", "error on new poses, RMS [mm]", log=True)
+    x["scale"] |= {"padding": AROUND_PX}  # room for the numbers
     x["axis"] |= {"titleAnchor": "end"}  # beside long names there is little room
     y = named_rows("step")
     colour = colours({row.label: row.colour for row in rows}, shows_legend=False)
@@ -118,11 +108,10 @@ def waterfall(diagnosis: Diagnosis) -> Chart:
         if gap.nominal_m is None
         else ("From the nominal model, through the ordinary parameters fitted and", gap.nominal_m)
     )
-    scale = " The axis is logarithmic." if logarithmic else ""
     return chart(
         "How far the gap shrinks",
         f"{first} each effect added, to the remaining error on held-out poses; the number is the gap after the step."
-        f" Black line: its 95 % interval. Dashed: noise alone.{scale}",
+        f" Black line: its 95 % interval. Dashed: noise alone. The axis is logarithmic.",
         f"The gap falls from {millimetres(begin)} to {millimetres(diagnosis.gap.after_m)}; noise"
         f" alone gives {millimetres(diagnosis.gap.noise_floor_m)}.",
         [
@@ -183,14 +172,11 @@ class ExplainedError:
     rival: tuple[CandidateEffect, Array] | None
 
 
-def explained_errors(weighed: Weighed, wanted: Sequence[CandidateEffect]) -> Iterator[ExplainedError]:
-    """Of some of the effects that were found."""
-    fit = weighed.final
-    joints = moving_joints(fit.model.dataset.robot)
-    for one in (each for each in weighed.evidence if each.candidate_effect in wanted):
-        turns = one.candidate_effect.where in joints
-        stage = one.candidate_effect.effect.stage_in(fit.model.dataset)
-        yield _of_joint(fit, one) if turns and stage is Stage.JOINTS else _of_rows(fit, one)
+def explained_error(fit: Fit, one: EffectEvidence) -> ExplainedError:
+    """Of an effect of the final model."""
+    dataset, candidate = fit.model.dataset, one.candidate_effect
+    turns = candidate.where in moving_joints(dataset.robot) and candidate.effect.stage_in(dataset) is Stage.JOINTS
+    return _of_joint(fit, one) if turns else _of_rows(fit, one)
 
 
 def _of_joint(fit: Fit, one: EffectEvidence) -> ExplainedError:
@@ -299,10 +285,11 @@ def effect_charts(diagnosis: Diagnosis) -> Iterator[Chart]:
     """Of the effects that were found."""
     if diagnosis.weighed is None:
         return
-    wanted = [one.candidate_effect for one in diagnosis.findings[:MOST_EFFECTS]]
-    found = {one.candidate_effect: one for one in explained_errors(diagnosis.weighed, wanted)}
-    names = diagnosis.weighed.final.model.dataset.poses.names
-    yield from (_chart(found[one], names) for one in wanted if one in found)
+    final, names = diagnosis.weighed.final, diagnosis.weighed.final.model.dataset.poses.names
+    evidence = {one.candidate_effect: one for one in diagnosis.weighed.evidence}
+    for finding in diagnosis.findings[:MOST_EFFECTS]:
+        if found := evidence.get(finding.candidate_effect):
+            yield _chart(explained_error(final, found), names)
 
 
 def _chart(one: ExplainedError, names: tuple[str, ...]) -> Chart:

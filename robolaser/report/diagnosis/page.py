@@ -4,24 +4,14 @@ from collections.abc import Mapping
 
 from robolaser.diagnosis.cause_words import place, spoken
 from robolaser.diagnosis.result import Diagnosis, Gap
-from robolaser.report.chart import Chart
 from robolaser.report.diagnosis import rows
 from robolaser.report.diagnosis.advice import to_do
 from robolaser.report.diagnosis.charts import effect_charts, waterfall
 from robolaser.report.digits import millimetre_interval, millimetres
-from robolaser.report.document import (
-    Block,
-    Document,
-    Figure,
-    Figures,
-    Notes,
-    Section,
-    Text,
-    charts,
-)
+from robolaser.report.document import Block, Document, Figure, Figures, Notes, Section, Text, charts
 from robolaser.report.error_groups import group_blocks, pose_errors
 from robolaser.report.model_scene import cell_scene
-from robolaser.report.setting import Delivered, best_file, files_section, noise_table, origin
+from robolaser.report.setting import Delivered, files_section, noise_table, origin
 
 LEAST_SHARE = 0.1
 """Share of the gap from which on a place is suspected."""
@@ -44,7 +34,6 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()
     effects, classes = rows.effect_table(diagnosis), rows.class_table(diagnosis)
     found = [classes, effects] if classes.printed else [effects, classes]
     doubts = [rows.alternative_table(diagnosis), rows.gross_table(diagnosis)]
-    steps = [*best_file(files), *to_do(diagnosis)]
     if not diagnosis.findings:
         found, doubts = [], [classes, *doubts]
     return Document(
@@ -57,12 +46,12 @@ def document(diagnosis: Diagnosis, *, brief: bool = False, files: Delivered = ()
         [
             Section("What was found", found),
             Section("Where", _printed_sites(diagnosis) if brief else []),
-            Section("What to do", [Notes(steps, "steps", MOST_ADVICE)]),
+            Section("What to do", [Notes(to_do(diagnosis), "steps", MOST_ADVICE)]),
             files_section(files),
             Section("What is not certain", doubts),
             *([Section("Noise", [*_remarks(diagnosis), *_untested(diagnosis)])] if brief else _evidence(diagnosis)),
         ],
-        tag=(diagnosis.verdict.replace("_", " "), diagnosis.verdict),
+        verdict=diagnosis.verdict,
         footer=f"The diagnosis took {diagnosis.seconds:.1f} s. {origin(dataset)}",
         prints_lead=True,
     )
@@ -88,11 +77,9 @@ def figures(diagnosis: Diagnosis) -> list[Figure]:
         ("held-out", left, gap.after_m, interval),
         ("noise", "noise alone", gap.noise_floor_m, "the error of a perfect model"),
     ]
-    origins = ", ".join(dict.fromkeys(source.origin for source in diagnosis.noise.values()))
     return [
         Figure(kind, label, "none" if size is None else millimetres(size), remark,
-               None if size is None or i == 0 else 100 * size / largest,
-               f"noise {origins}" if kind == "noise" and origins else "")
+               None if size is None or i == 0 else 100 * size / largest)
         for i, (kind, label, size, remark) in enumerate(lines)
         if has_effects or fewer_rows or i != 1
     ]  # fmt: skip
@@ -122,34 +109,23 @@ def _evidence(diagnosis: Diagnosis) -> list[Section]:
     model = diagnosis.model
     both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
     errors = both if model.effects else {"errors on new poses": diagnosis.after_m}
-    cell = cell_scene(model, diagnosis.x, errors, title="The cell, and its errors on new poses",
-                      marked=suspected(diagnosis), remark=_highlighted(diagnosis))  # fmt: skip
+    title = "The cell, and its errors on new poses"
+    cell = cell_scene(model, diagnosis.x, errors, title=title, marked=suspected(diagnosis))
     lies = "Where the remaining error is" if diagnosis.verdict == "unexplained" else "Where the gap is"
+    reading, floor_m = "Each pose is predicted by a fit without it.", diagnosis.gap.noise_floor_m
+    each_pose = pose_errors(diagnosis.observed, errors, reading=reading, noise_m=floor_m)
     noise = noise_table((name, one.value, one.unit, one.origin) for name, one in diagnosis.noise.items())
     return [
         Section(lies, [cell, rows.site_table(diagnosis)]),
         Section("Step by step", charts([waterfall(diagnosis)])),
         Section("What each effect explains", charts(list(effect_charts(diagnosis)))),
         Section("Which errors stand out", group_blocks(diagnosis.observed, errors)),
-        Section("Errors", charts([poses(diagnosis)])),
+        Section("Errors", charts([each_pose])),
         Section("Other data of the same arm", [rows.validation_table(diagnosis)]),
         Section("Poses to measure next", [rows.pose_table(diagnosis)]),
         Section("What was not found", [rows.limit_table(diagnosis), rows.untestable_table(diagnosis)]),
         Section("Noise", [noise, *_remarks(diagnosis)]),
     ]
-
-
-def _highlighted(diagnosis: Diagnosis) -> str:
-    marked = suspected(diagnosis)
-    if marked:
-        named = ", ".join(f"{place(site)} ({share})" if share else place(site)
-                          for site, share in marked.items())  # fmt: skip
-        whose = "the remaining error" if diagnosis.verdict == "unexplained" else "the gap"
-        brackets = f" In brackets: its share of {whose}." if any(marked.values()) else ""
-        return f" Highlighted: {named}.{brackets}"
-    if diagnosis.verdict == "no_gap":
-        return " Nothing is highlighted: the remaining error is noise."
-    return " Nothing is highlighted: the gap is at no single location."
 
 
 def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
@@ -164,14 +140,6 @@ def _printed_sites(diagnosis: Diagnosis) -> list[Block]:
 
 def _remarks(diagnosis: Diagnosis) -> list[Block]:
     return [Text(remark, "quiet", printed=True) for remark in diagnosis.noise_remarks]
-
-
-def poses(diagnosis: Diagnosis) -> Chart:
-    """Root-mean-square error of each pose on held-out data, before and after, in the order of the run."""
-    both = {"before": diagnosis.before_m, "after": diagnosis.after_m}
-    errors = both if diagnosis.model.effects else {"each pose": diagnosis.after_m}
-    reading = "Each pose is predicted by a fit without it."
-    return pose_errors(diagnosis.observed, errors, reading=reading, noise_m=diagnosis.gap.noise_floor_m)
 
 
 def _untested(diagnosis: Diagnosis) -> list[Block]:

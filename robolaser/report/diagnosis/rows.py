@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.diagnosis.cause_words import named, noun, place, spoken
 from robolaser.diagnosis.result import Alternative, CauseClass, DetectionLimit, Diagnosis, Estimate, Finding
 from robolaser.diagnosis.thresholds import CERTAIN
-from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, comparison, doubt, sentence_case
+from robolaser.report.diagnosis.advice import UNDETERMINED, caveats, doubt, sentence_case
 from robolaser.report.digits import measured, millimetres, percent, plain
 from robolaser.report.document import Cell, Column, Table
 from robolaser.report.setting import untestable
@@ -92,10 +92,7 @@ def alternative_table(diagnosis: Diagnosis) -> Table:
     rows = [
         (
             *_effect(other),
-            Cell(
-                f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}",
-                note=comparison(found, other),
-            ),
+            f"instead of {named(found.candidate_effect)}: gap {millimetres(other.gap_m)}",
         )
         for found in diagnosis.findings
         for other in found.alternatives

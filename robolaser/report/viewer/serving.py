@@ -8,7 +8,6 @@ from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-import rich
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
@@ -80,12 +79,8 @@ class ViewerApp:
 
     def stop(self) -> None:
         """Stop serving, without a farewell on standard output."""
-        console = rich.get_console()
-        quiet, console.quiet = console.quiet, True
-        try:
+        with redirect_stdout(io.StringIO()):
             self._server.stop()
-        finally:
-            console.quiet = quiet
 
     def _build_panel(self) -> None:
         gui, dataset = self._server.gui, self._current.dataset

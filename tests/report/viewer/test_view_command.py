@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from emulated_cell import cell_folder
-from scanned import calibrated, dataset, recorded, written
+from scanned import calibrated, dataset, laser_planes, recorded, written
 
 import robolaser
 from robolaser.cli import main
 from robolaser.data.dataset import Points
 from robolaser.geometry.rigid_motion import apply, inverse
 from robolaser.scan import read_calibration
-from robolaser.scan.carry_over import carried_over
+from robolaser.scan.scanner_model import carried_over
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_a_recording_that_lacks_what_effects_need_is_shown_as_it_is_scanned(colu
     assert {one for one in (LEFT_OUT, AFTER_IT, AS_WARM) if one in said} == told
     scanner, _ = carried_over(found, found.fitted_to(bare), data.points)
     np.testing.assert_allclose(shown.camera, scanner.camera, atol=1e-12)
-    light, plane = apply(inverse(shown.camera[3]), shown.at_pose(3).light), scanner.laser_plane[3]
+    light, plane = apply(inverse(shown.camera[3]), shown.at_pose(3).light), laser_planes(scanner)[3]
     np.testing.assert_allclose(light @ plane[:3], plane[3], atol=1e-12)
 
 
