@@ -15,7 +15,7 @@ import numpy as np
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.emulator.acl import AclController
 from robolaser.emulator.bus_servos import BusServos
-from robolaser.emulator.camera_server import CameraServer, Snapshot
+from robolaser.emulator.camera_server import CameraServer
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
 from robolaser.emulator.lss import LssController
@@ -98,8 +98,8 @@ class EmulatedCell:
         self.arm = self._line.address
         self._stream: CameraServer | None = None
         if seen is not None:
-            noise = np.random.default_rng([seed, 2])
-            self._stream = CameraServer(seen, self._snapshot(0.0), noise)
+            self._stream = CameraServer(seen, np.random.default_rng([seed, 2]))
+            self._watch(0.0, self._stream)
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()
 
@@ -111,7 +111,7 @@ class EmulatedCell:
             self._line.hang_up()
             time.sleep(TICK_S)
         if self._stream is not None:
-            self._stream.tell(self._snapshot(now_s))
+            self._watch(now_s, self._stream)
         if not self._pending:
             self._told_s = now_s
         said = self._controller.receive(self._line.take(), now_s) + self._controller.poll(now_s)
@@ -124,13 +124,13 @@ class EmulatedCell:
         if self._stream is not None:
             self._stream.close()
 
-    def _snapshot(self, now_s: float) -> Snapshot:
-        """How the arm went since it was last looked at, in steps so small that gears feel every turn."""
+    def _watch(self, now_s: float, camera: CameraServer) -> None:
+        """Tell how the arm went since it was last looked at, in steps so small that gears feel every turn."""
         steps = max(1, min(round((now_s - self._watched_s) * LOOKS_A_S), MOST_LOOKS))
-        path = [self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:]]
-        self._watched_s = now_s
+        path = (self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:])
         lit = self._laser is None or self._laser in self._controller.outputs(now_s)
-        return Snapshot(path, lit)
+        camera.follow(path, lit=lit)
+        self._watched_s = now_s
 
     def _tell(self, now_s: float) -> None:
         """Send what the line carries in the time since it last carried something."""

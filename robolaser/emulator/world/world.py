@@ -40,8 +40,9 @@ class EmulatedWorld:
             np.array([faults.get((name, joint), 0.0) for joint in arm.joints]) for name in ("joint_offset", "backlash")
         )
         self._half_play = play / 2
-        self._lag = np.zeros(arm.count)
-        self._motor: Array | None = None
+        self._none = np.zeros(arm.count)
+        self._at: tuple[Array, Array] | None = None
+        """Where the encoders are, and how far links trail; replaced as a whole, as images are taken meanwhile."""
         self._rendered: tuple[bytes, Array, Array] | None = None
 
     def follow(self, motor: Array) -> None:
@@ -49,15 +50,14 @@ class EmulatedWorld:
 
         The first call puts the arm there, in the middle of all play.
         """
-        if self._motor is not None:
-            self._lag = np.clip(self._lag + motor - self._motor, -self._half_play, self._half_play)
-        self._motor = np.array(motor, dtype=np.float64)
+        before, lag = self._at or (motor, self._none)
+        self._at = np.array(motor, dtype=np.float64), np.clip(lag + motor - before, -self._half_play, self._half_play)
 
     @property
     def q(self) -> Array:
         """True joint angles, (j,) [rad]; the arm is at zero until it was told to follow."""
-        motor = np.zeros(self.arm.count) if self._motor is None else self._motor
-        return np.asarray(motor + self._offset - self._lag)
+        motor, lag = self._at or (self._none, self._none)
+        return np.asarray(motor + self._offset - lag)
 
     @property
     def T_base_flange(self) -> Array:  # noqa: N802 - the field's symbol
