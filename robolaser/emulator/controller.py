@@ -36,17 +36,17 @@ class Controller(ABC):
     def receive(self, data: bytes, now_s: float) -> bytes:
         """Take what came over the line, and give what it answers at once."""
 
-    @abstractmethod
     def poll(self, now_s: float) -> bytes:
         """What is due by now without being asked."""
+        return b""
 
     @abstractmethod
     def motor(self, now_s: float) -> Array:
         """Joint angles as the encoders see them, (j,) [rad] or [m]."""
 
-    @abstractmethod
     def outputs(self, now_s: float) -> frozenset[int]:
         """The digital outputs that are on."""
+        return frozenset()
 
     @abstractmethod
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
@@ -65,17 +65,9 @@ class ServoChain(Controller):
         self._lower, self._upper = robot.lower, robot.upper
         self._axes = [Axis(float(q)) for q in np.clip(self._reference, robot.lower, robot.upper)]
 
-    def poll(self, now_s: float) -> bytes:
-        """Nothing."""
-        return b""
-
     def motor(self, now_s: float) -> Array:
         """Joint angles as the encoders see them, (j,) [rad]."""
         return angles(self._axes, now_s)
-
-    def outputs(self, now_s: float) -> frozenset[int]:
-        """None: servos have no outputs."""
-        return frozenset()
 
     def _turned(self, i: int, angle: float) -> float:
         """How far a servo is turned from its middle at a joint angle [rad]."""

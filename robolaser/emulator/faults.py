@@ -8,7 +8,6 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.errors import UsageError, near
 
@@ -85,11 +84,12 @@ def not_a_fault(text: str, reason: str) -> UsageError:
 
 
 @final
-class FaultyController(Controller):
-    """Passes on what another controller sends, with faults."""
+class FaultyController:
+    """Passes on what a controller sends, with faults; motors and outputs are the controller's own."""
 
     def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
         self._controller = controller
+        self.motor, self.outputs, self.inject = controller.motor, controller.outputs, controller.inject
         self._faults = tuple(faults)
         self._arm_faults = [fault for fault in faults if fault.kind in ARM]
         self._rng = rng
@@ -121,18 +121,6 @@ class FaultyController(Controller):
         while self._on_the_way and self._on_the_way[0][0] <= now_s:
             said += self._on_the_way.popleft()[1]
         return b"" if self.cut(now_s) else said + self._flood(now_s)
-
-    def motor(self, now_s: float) -> Array:
-        """As the controller behind."""
-        return self._controller.motor(now_s)
-
-    def outputs(self, now_s: float) -> frozenset[int]:
-        """As the controller behind."""
-        return self._controller.outputs(now_s)
-
-    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """As the controller behind."""
-        self._controller.inject(fault, axis, now_s)
 
     def _there(self, kind: str, now_s: float) -> Fault | None:
         return next((f for f in self._faults if f.kind == kind and f.is_active(now_s, self.heard)), None)
