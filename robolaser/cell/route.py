@@ -10,11 +10,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
 from robolaser.data.csv_tables import CsvTable, bad_cell, read_table, table_text
+from robolaser.data.pose_table import outside_limits
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
-FAR = 1.0
-"""How far beyond its limits a joint value is another unit's [rad or m]."""
 KINDS = ("approach", "pose")
 
 
@@ -63,17 +62,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     columns = [f"q_{joint}" for joint in robot.joints]
     table = read_table(path, columns)
     q = table.numbers(columns)
-    for i, j in np.argwhere((q < robot.lower - FAR) | (q > robot.upper + FAR))[:1]:
-        unit = "m" if robot.prismatic[j] else "rad"
-        lower, upper = float(robot.lower[j]), float(robot.upper[j])
-        hint = "Are these degrees?" if unit == "rad" else "Are these millimetres?"
-        raise DataError(
-            f"{table.file}, row {table.lines[i]}: {columns[j]} is {q[i, j]:.4g} {unit}, but the URDF limits it to"
-            f" {lower:.2f} .. {upper:.2f} {unit}. {hint}",
-            file=path,
-            row=table.lines[i],
-            column=columns[j],
-        )
+    outside_limits(table, q, robot)  # a plan that is a little beyond is refused with all places where it is
     waypoints = _grouped(table, q) if "pose" in table else numbered(q)
     images = () if "kind" in table or "image" not in table else table.cells("image")
     if any(images):
