@@ -7,8 +7,6 @@ from robolaser.cell.camera import Camera, Warn, cannot_open, check_image, no_mor
 from robolaser.cell.clock import Clock
 from robolaser.cell.live_camera import LiveCamera
 from robolaser.data.cell_config import Cell
-from robolaser.data.image_list import images_of_poses
-from robolaser.data.loading import load
 from robolaser.vision.board import Image
 from robolaser.vision.images import CameraImages
 
@@ -22,7 +20,7 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
 
     Raises:
         CameraError: It is not there, sends nothing, or the cell takes no images.
-        RobolaserError: A recording in its place, or an image, cannot be read.
+        RobolaserError: An image in its place cannot be read.
     """
     source, size = cell.camera.source, cell.description.image_px
     if size is None:
@@ -37,16 +35,13 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> Camera:
 
 @final
 class RecordedImages(Camera):
-    """A folder in place of a camera: each shot is the next image, of a recording as they were taken, else by name."""
+    """A folder in place of a camera: each shot is the next image by name."""
 
     def __init__(self, folder: Path, size: tuple[int, int], warn: Warn) -> None:
         self._folder, self._size, self._warn = folder, size, warn
         if not folder.is_dir():
             raise cannot_open(folder, "there is no such folder of images")
-        if (folder / "poses.csv").is_file():
-            files = [file for shots in images_of_poses(load(folder)) for file in shots.files]
-        else:
-            files = sorted(file for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
+        files = sorted(file for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
         if not files:
             raise cannot_open(folder, "there is no image in it")
         self._images = map(CameraImages.of(files, size).grey, files)

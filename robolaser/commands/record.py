@@ -145,9 +145,8 @@ def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # 
 
 
 def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
-    """The cell with another port or camera; paths typed are from here, not from the cell's folder."""
+    """The cell with another port or camera; a path typed is from here, not from the cell's folder."""
     if port is not None:
-        port = str(Path(port).absolute()) if cell.arm.kind == "replay" else port
         cell = replace(cell, arm=replace(cell.arm, port=port))
     if camera is not None:
         source: str | int = camera
@@ -160,12 +159,10 @@ def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
 
 
 def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
-    """Folders and files that a recording reads: the cell, recordings in place of its arm or its camera, and others."""
-    folders = [cell.arm.port] if cell.arm.kind == "replay" else []
+    """Folders and files that a recording reads: the cell, a folder in place of its camera, and others."""
     source = cell.camera.source
-    if isinstance(source, str) and not ("://" in source or source.startswith("/dev/")):
-        folders.append(source)
-    return [cell.folder, *map(cell.beside, folders), *(file for file in read if file is not None)]
+    pictures = isinstance(source, str) and not ("://" in source or source.startswith("/dev/"))
+    return [cell.folder, *([cell.beside(str(source))] if pictures else []), *(one for one in read if one is not None)]
 
 
 def _planned(
