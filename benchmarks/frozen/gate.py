@@ -48,7 +48,12 @@ def judged(line: Mapping[str, Any]) -> Judgement | None:
     else:
         truth = sealed(truth)
         seen = outcome(truth, as_written(found))
-        right = {"verdict": seen.verdict_right, "class": seen.class_right, "place": seen.site, "whole": seen.right}
+        right = {
+            "verdict": seen.verdict_right,
+            "class": seen.class_right,
+            "place": seen.site_first,
+            "whole": seen.right,
+        }
         good = [*truth["background"], *([e["effect"], e["where"]] for e in truth["each"])]
         good += [pair for e in truth["each"] for pair in (*e["also_right"], *e["rivals"])]
         held = {name for name, (_, pair) in stated.items() if pair in good}

@@ -36,14 +36,14 @@ class Outcome:
     # diagnosis states no classes
     class_right: bool | None
     verdict_right: bool | None  # whether the verdict is; None where nothing may be asked for
+    sure_and_wrong: bool  # whether a wrong name is all but certain
+    site_first: bool | None  # whether `where` begins with a true site; None where there is nothing to find
     truth: tuple[LocatedEffect, ...]  # effects and places, outliers left out
     # those of the diagnosis, likewise, first things first; small errors that are truly there left out
     named: tuple[LocatedEffect, ...]
     verdict: str  # of the diagnosis
     stated: tuple[tuple[float, bool], ...]  # for each effect named, its probability and whether it is in the world
     stated_classes: tuple[tuple[float, bool], ...]  # the same of classes
-    sure_and_wrong: bool  # whether a wrong name is all but certain
-    site: bool | None  # whether `where` begins with a true site; None where there is nothing to find
     covered: tuple[bool, ...]  # for each number with a 95 % interval, whether that holds the truth
 
 
@@ -70,7 +70,8 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
     alike = [{place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)]
     group = _group(truth, each)
     gap = diagnosis["gap_mm"]
-    left = _ratio(gap["after"], gap["noise_floor"])
+    after, floor = gap["after"], gap["noise_floor"]
+    at_floor = bool(floor) and after is not None and after / floor <= FLOOR
     verdict = diagnosis["verdict"]
     sure_and_wrong = any(p >= SURE and not held for p, held in stated)
     sites = {site for item in each for site in item["sites"]}
@@ -92,7 +93,7 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
             "one": named == true,
             "confusable": any(true[0] in some for some in alike[:1]) if true else False,
             "several": len(named) == len(true) and _matched(each, named, alike),
-            "unknown": (verdict == "unexplained" or (left is not None and left <= FLOOR)) and not sure_and_wrong,
+            "unknown": (verdict == "unexplained" or at_floor) and not sure_and_wrong,
             "faint": all(place in true for place in named),
         }[group],
         class_right=(
@@ -101,14 +102,14 @@ def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
             else all(any(probabilities.get(name, 0.0) >= LIKELY for name in some) for some in classes)
             and all(p < SURE for name, p in probabilities.items() if name not in right_classes)
         ),
-        verdict_right=_verdict_right(group, verdict, left, small=bool(small)),
+        verdict_right=_verdict_right(group, verdict, at_floor=at_floor, small=bool(small)),
+        sure_and_wrong=sure_and_wrong,
+        site_first=bool(where) and where[0]["site"] in sites if sites and group != "faint" and not left_small else None,
         truth=true,
         named=named,
         verdict=verdict,
         stated=stated,
         stated_classes=tuple((p, name in right_classes) for name, p in probabilities.items()),
-        sure_and_wrong=sure_and_wrong,
-        site=bool(where) and where[0]["site"] in sites if sites and group != "faint" and not left_small else None,
         covered=tuple(_covered(each, findings)),
     )
 
@@ -125,14 +126,14 @@ def _expected_classes(each: Sequence[Mapping[str, Any]]) -> list[set[str]]:
     ]
 
 
-def _verdict_right(group: str, verdict: str, left: float | None, *, small: bool) -> bool | None:
+def _verdict_right(group: str, verdict: str, *, at_floor: bool, small: bool) -> bool | None:
     """Small errors may be left or explained, and may be all that there is."""
     if group == "faint" or (small and group == "none"):
         return None
     if small:
         return verdict != "no_gap"
     if group == "unknown":
-        return verdict == "unexplained" or (verdict == "explained" and left is not None and left <= FLOOR)
+        return verdict == "unexplained" or (verdict == "explained" and at_floor)
     return verdict == ("no_gap" if group in ("none", "outliers") else "explained")
 
 
@@ -157,10 +158,6 @@ def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], 
     return any(
         all(is_same(item, i) for item, i in zip(each, order, strict=True)) for order in permutations(range(len(named)))
     )
-
-
-def _ratio(above: float | None, below: float | None) -> float | None:
-    return None if above is None or not below else above / below
 
 
 def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[bool]:

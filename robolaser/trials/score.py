@@ -1,6 +1,7 @@
 """The score of many diagnoses: shares with intervals, reliability of the stated probabilities."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from typing import Any
 
@@ -11,6 +12,7 @@ from robolaser.trials.outcome import Outcome
 
 FORMAT = "robolaser-score/1"
 GROUPS = ("one", "confusable", "none", "outliers", "several", "unknown")  # of worlds, by what counts as right
+COUNTED = ("stated", "stated_classes", "covered")  # over all worlds, and not listed for each
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
 
 
@@ -45,19 +47,7 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         "reliability": _reliability([pair for o in every for pair in o.stated]),
         "reliability_of_classes": _reliability([pair for o in every for pair in o.stated_classes]),
         "each": {
-            name: {
-                "kind": o.kind,
-                "group": o.group,
-                "right": o.right,
-                "class_right": o.class_right,
-                "verdict_right": o.verdict_right,
-                "sure_and_wrong": o.sure_and_wrong,
-                "site_first": o.site,
-                "truth": [list(place) for place in o.truth],
-                "named": [list(place) for place in o.named],
-                "verdict": o.verdict,
-            }
-            for name, o in outcomes.items()
+            name: {key: value for key, value in asdict(o).items() if key not in COUNTED} for name, o in outcomes.items()
         },
     }
 
@@ -67,7 +57,7 @@ def _shares(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return {
         "by_class": share([o.class_right for o in outcomes if o.class_right is not None]),
         "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),
-        "site_first": share([bool(o.site) for o in outcomes if o.site is not None]),
+        "site_first": share([o.site_first for o in outcomes if o.site_first is not None]),
         "sure_and_wrong": share([o.sure_and_wrong for o in outcomes]),
         "coverage_95": share([held for o in outcomes for held in o.covered]),
     }
