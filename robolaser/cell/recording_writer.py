@@ -14,12 +14,10 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
 from robolaser.cell.camera import Warn
-from robolaser.cell.following import Tick
+from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import POSES, another_plan, check_same_cell, pictured, recorded_rows
 from robolaser.cell.route import Waypoint, read_route, route_text
-from robolaser.cell.setpoint_log import FILES as LOG_FILES
-from robolaser.cell.setpoint_log import SetpointLog
 from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
 from robolaser.data.csv_tables import table_text
