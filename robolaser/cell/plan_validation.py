@@ -1,7 +1,6 @@
 """Validation of a route before its first motion: limits and collisions, at poses and on the way between."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self, final
 
 import numpy as np
@@ -23,27 +22,8 @@ SLACK = 0.002
 """An arm that stands on a limit reads a little beyond it [rad or m]."""
 LISTED = 12  # violations that a message lists
 
-
-@final
-@dataclass(frozen=True)
-class Violation:
-    """One limit that a route breaks, where it breaks it most.
-
-    Attributes:
-        place: Name of the pose.
-        on_the_way: Whether it is broken on the way there rather than at the pose itself.
-        what: The joint, what is too low or too far, or both bodies that are too near to each other.
-        how: How far it is broken.
-    """
-
-    place: str
-    on_the_way: bool
-    what: str
-    how: str
-
-    def __str__(self) -> str:
-        way = "on the way to " if self.on_the_way else ""
-        return f"{way}{self.place}: {self.what} {self.how}"
+Broken = tuple[bool, str]
+"""A limit that a straight way breaks: whether it does so only before its last posture, and what is how far off."""
 
 
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:
@@ -89,8 +69,8 @@ class RouteCheck:
         bodies = collision_model(cell.description, cell.limits, cell.boxes)
         return cls(cell.robot, cell.limits, tool_points(cell.description), bodies)
 
-    def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[Violation]:
-        """All that a route would break, pose by pose.
+    def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[str]:
+        """All that a route would break, pose by pose: where, what, and how far where it is worst.
 
         Args:
             start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
@@ -98,12 +78,12 @@ class RouteCheck:
             q: Joint values in the order of the route, (n, j).
         """
         before = q[0] if start is None else start
-        found: list[Violation] = []
+        found: list[str] = []
         for name, goal in zip(names, q, strict=True):
             steps = 1 + int(np.ceil(np.abs(goal - before).sum() / FINE))
             line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
-            found += self._broken(name, line)
-            found += collisions(self.bodies, self.limits.margin_m, name, line)
+            for on_the_way, what in (*self._broken(line), *collisions(self.bodies, self.limits.margin_m, line)):
+                found.append(f"{'on the way to ' if on_the_way else ''}{name}: {what}")
             before = goal
         return found
 
@@ -142,14 +122,14 @@ class RouteCheck:
             good[good] = self.bodies.clear(place[good], limits.margin_m)
         return good
 
-    def _broken(self, name: str, line: Array) -> list[Violation]:
+    def _broken(self, line: Array) -> list[Broken]:
         """Of one straight way whose last posture is the pose itself, (s, j)."""
         robot, limits = self.robot, self.limits
-        found: list[Violation] = []
+        found: list[Broken] = []
 
         def note(excess: Array, what: str, value: str, limit: str) -> None:
             if excess.max() > 0:
-                found.append(Violation(name, bool(excess[-1] <= 0), what, f"at {value}, limit {limit}"))
+                found.append((bool(excess[-1] <= 0), f"{what} at {value}, limit {limit}"))
 
         for i, joint in enumerate(robot.joints):
             lower, upper = float(robot.lower[i]), float(robot.upper[i])
@@ -167,15 +147,15 @@ class RouteCheck:
         return found
 
 
-def collisions(model: CollisionModel, margin_m: float, place: str, line: Array) -> list[Violation]:
+def collisions(model: CollisionModel, margin_m: float, line: Array) -> list[Broken]:
     """Pairs of bodies nearer than a margin [m] on a straight way whose last posture is the pose itself, (s, j)."""
     gaps = model.gaps(line)
-    nearest: dict[str, tuple[float, Violation]] = {}
+    nearest: dict[str, tuple[float, Broken]] = {}
     for k, pair in enumerate(model.pairs):
         name, gap = model.name(pair), float(gaps[:, k].min())
         if gap >= margin_m or gap >= nearest.get(name, (np.inf,))[0]:  # a link may be several bodies
             continue
         how = f"are {1e3 * gap:.1f} mm apart, limit {1e3 * margin_m:g} mm (margin_m)"
         how = f"overlap by {-1e3 * gap:.1f} mm" if gap < 0 else how
-        nearest[name] = gap, Violation(place, bool(gaps[-1, k] >= margin_m), name, how)
-    return [violation for _, violation in nearest.values()]
+        nearest[name] = gap, (bool(gaps[-1, k] >= margin_m), f"{name} {how}")
+    return [broken for _, broken in nearest.values()]

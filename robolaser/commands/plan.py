@@ -79,8 +79,10 @@ def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
 
     bodies = collision_model(dataset, Limits())
     for name, q in zip(dataset.poses.names, dataset.arm[1], strict=True):
-        for hit in collisions(bodies, 0.0, name, q[None]):
-            terminal.warn(f"{hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml).")
+        for _, hit in collisions(bodies, 0.0, q[None]):
+            terminal.warn(
+                f"{name}: {hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml)."
+            )
 
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":
