@@ -10,8 +10,7 @@ from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.data.image_list import PoseImages
 from robolaser.data.printed_board import board_print
-from robolaser.emulator.world.printed_board import PrintedBoard
-from robolaser.emulator.world.solids import Block, Floor, Solid, Sphere
+from robolaser.emulator.world.solids import Block, Floor, PrintedBoard, Solid, Sphere
 from robolaser.geometry.rigid_motion import inverse
 from robolaser.vision.extract import extract_points
 from robolaser.vision.images import CameraImages

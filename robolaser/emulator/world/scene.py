@@ -1,6 +1,7 @@
 """What the emulated camera sees: solids in the light of the room and of the laser, and the noise of its sensor."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import cv2
@@ -9,9 +10,8 @@ from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.toml_schema import NotNegative, Positive
-from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.solids import Solid
-from robolaser.trials.synthetic.scanner import Light
+from robolaser.trials.synthetic.scanner import Lens, Light, ScannerOptics
 
 Image = NDArray[np.uint8]
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
@@ -24,6 +24,66 @@ AWAY_M = 1e-7  # from the surface that a ray leaves
 TIE_M = 1e-9  # nearer together than this, the solid listed later is in front
 MIDDLE_GREY = 128.0
 GRAIN_PX = 0.7  # of the speckle
+UNTIL = (cv2.TERM_CRITERIA_MAX_ITER, 20, 0.0)
+"""Turns of the fixed point that takes the distortion off: to a millionth of a pixel, for k1 down to -0.3."""
+
+
+@final
+@dataclass(frozen=True)
+class CameraSettings:
+    """What the camera makes of light.
+
+    Attributes:
+        ambient_grey: Of white paper in the room's light.
+        noise_grey: Standard deviation of the noise at middle grey; half its variance is the light's own.
+        blur_px: Standard deviation of the lens's blur.
+    """
+
+    ambient_grey: NotNegative = 110.0
+    noise_grey: NotNegative = 2.0
+    blur_px: NotNegative = 0.6
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class CameraModel:
+    """A camera as it was built: which way each pixel looks, which pixel shows a point, how bright light appears.
+
+    Attributes:
+        optics: The fourteen numbers of the paper and the mount.
+        lens: OpenCV's k1 k2 p1 p2 k3, (5,).
+        width_px: Columns of the image.
+        height_px: Rows.
+        settings: What it makes of light.
+    """
+
+    optics: ScannerOptics
+    lens: Array
+    width_px: int = 640
+    height_px: int = 480
+    settings: CameraSettings = CameraSettings()
+
+    @property
+    def pixel_rad(self) -> float:
+        """How wide a pixel looks [rad]."""
+        f, s_u, s_v = (self.optics.truth[name] for name in ("f", "s_u", "s_v"))
+        return float(np.sqrt(s_u * s_v) / f)
+
+    def pixels(self, point: Array) -> Array:
+        """Where points of the camera frame show, (n, 3) [m] -> (n, 2) [px]."""
+        return self.optics.pixels(point, Lens(self.lens))
+
+    def rays(self, pixel: Array) -> Array:
+        """Which way pixels look, (n, 2) [px] -> unit vectors of the camera frame, (n, 3)."""
+        x, y = cv2.undistortPoints(pixel[:, None], self.optics.pinhole, self.lens, criteria=UNTIL)[:, 0].T
+        ray = np.stack([y, -x, np.ones_like(x)] if self.optics.stripe_axis == "u" else [x, y, np.ones_like(x)], -1)
+        return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+
+    @cached_property
+    def all_rays(self) -> Array:
+        """Of every pixel, row by row, (height * width, 3)."""
+        u, v = np.meshgrid(np.arange(self.width_px), np.arange(self.height_px))
+        return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float64))
 
 
 @final
@@ -118,7 +178,7 @@ class Scene:
         spread = np.sqrt(np.log1p(self.projector.speckle**2))
         field = cv2.GaussianBlur(grain.standard_normal(laser.shape, dtype=np.float32), (0, 0), GRAIN_PX)
         speckled = laser * np.exp(spread / field.std() * field - spread**2 / 2)
-        grey = self.eye.settings.exposure * (self.eye.settings.ambient_grey * room + speckled)
+        grey = self.eye.settings.ambient_grey * room + speckled
         variance = 0.5 * self.eye.settings.noise_grey**2 * (1.0 + grey / MIDDLE_GREY)
         grey += np.sqrt(variance) * rng.standard_normal(grey.shape, dtype=np.float32)
         return np.asarray(np.clip(np.rint(grey), 0, 255), dtype=np.uint8)

@@ -1,7 +1,7 @@
 """world.toml: the true state of a cell, and what is in it."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, make_dataclass, replace
+from dataclasses import asdict, dataclass, field, make_dataclass
 from pathlib import Path
 from typing import Any, Literal, final
 
@@ -15,10 +15,8 @@ from robolaser.data.dataset_file import QUATERNION_SLACK, check_format, no_rotat
 from robolaser.data.printed_board import board_print
 from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
-from robolaser.emulator.world.camera import CameraModel, CameraSettings
-from robolaser.emulator.world.printed_board import PrintedBoard
-from robolaser.emulator.world.scene import Projector, Scene
-from robolaser.emulator.world.solids import Block, Floor, Quaternion, Solid, Sphere, Vector
+from robolaser.emulator.world.scene import CameraModel, CameraSettings, Projector, Scene
+from robolaser.emulator.world.solids import Block, Floor, PrintedBoard, Quaternion, Solid, Sphere, Vector
 from robolaser.emulator.world.world import EmulatedWorld
 from robolaser.errors import DataError, near
 from robolaser.trials.synthetic.arm import ScrewArm
@@ -100,16 +98,14 @@ def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
             " neither a stripe scanner nor a camera on the flange, with an [image]. Emulate this cell without --world.",
             file=path,
         )
-    truth, camera = _truth(path.name, read.truth, description), read.camera
-    light, lens = None, np.array(camera.lens_error)
+    truth, light = _truth(path.name, read.truth, description), None
     if description.kind == "stripe":
         optics = ScannerOptics(truth, description.bracket_quat, description.angles, description.stripe_axis)
         flat = np.array(0.0)
         light = Light(truth["b"], np.array(truth["theta"]), flat, flat)
+        eye = CameraModel(optics, optics.lens, *size, read.camera)
     else:
-        optics, lens = _optics_of_camera(truth), lens + [truth[name] for name in LENS]
-    k1, k2, p1, p2, k3 = lens.tolist()
-    eye = CameraModel(optics, *size, replace(camera, lens_error=(k1, k2, p1, p2, k3)))
+        eye = CameraModel(_optics_of_camera(truth), np.array([truth[name] for name in LENS]), *size, read.camera)
     scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
     arm = ScrewArm(robot)
     faults = _faults(path.name, read.effect, arm)
