@@ -78,7 +78,7 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
         cell = load_cell(folder)
         poses = first_poses(cell, new.poses, SEED)
         at = layout(cell)
-        motions = route_text(cell.robot, with_motions(cell, poses, SEED), 1) if new.follows else None
+        motions = route_text(cell.robot, with_motions(cell, poses, SEED)) if new.follows else None
         world = new.sensor == "camera" and new.entry.controller["kind"] in EMULATED
         return {
             **described,

@@ -17,10 +17,10 @@ from robolaser.cell.camera import Warn
 from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import POSES, another_plan, check_same_cell, pictured, recorded_rows
-from robolaser.cell.route import Waypoint, read_route, route_text
+from robolaser.cell.route import Waypoint, from_table, route_text
 from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import table_text
+from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError
 from robolaser.vision.board import Image
@@ -96,12 +96,14 @@ class RecordingWriter:
                 f"{folder} has no plan.csv, so no recording was begun there. Begin one without --resume.",
                 file=folder / PLAN,
             )
-        planned, planned_shots = read_route(folder / PLAN, cell.robot)
-        if shots is not None and shots != planned_shots:
-            raise another_plan(folder, f"{planned_shots} shots a pose, not {shots}")
-        if waypoints is not None and route_text(cell.robot, waypoints, 1) != route_text(cell.robot, planned, 1):
+        planned = from_table(folder / PLAN, cell.robot)
+        begun = read_table(folder / POSES).columns if (folder / POSES).is_file() else ()
+        taken = sum(column.startswith(LIT) and column != UNLIT for column in begun)
+        if shots and taken not in (0, shots):
+            raise another_plan(folder, f"{taken} shots a pose, not {shots}")
+        if waypoints is not None and route_text(cell.robot, waypoints) != route_text(cell.robot, planned):
             raise another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} of this one")
-        writer = cls(cell, folder, planned, planned_shots)
+        writer = cls(cell, folder, planned, taken or shots or 1)
         writer.begun = True
         if (folder / DATASET).is_file():
             check_same_cell(folder / DATASET, cell)
@@ -171,7 +173,7 @@ class RecordingWriter:
         cleared: list[str] = []
         if not self.begun:
             if self.waypoints:
-                files[PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
+                files[PLAN] = route_text(self._robot, self.waypoints).encode()
             cleared = [name for name in (*pictured(self.folder), *FILES) if (self.folder / name).is_file()]
         rows = list(self._rows)
         for sample in samples:

@@ -111,28 +111,13 @@ def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
     return tuple(name for name, _ in places), np.array([q for _, q in places])
 
 
-def route_text(robot: Robot, waypoints: Sequence[Waypoint], shots: int) -> str:
-    """A route, and how many shots each pose gets, as a table that people can read too."""
+def route_text(robot: Robot, waypoints: Sequence[Waypoint]) -> str:
+    """A route as a table that `from_table` and people read."""
     rows: list[list[object]] = []
     for waypoint in waypoints:
-        rows += [[waypoint.name, "approach", 0, *map(repr, place.tolist())] for place in waypoint.approach]
-        rows.append([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
-    return table_text(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)], rows)
-
-
-def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
-    """What `route_text` wrote.
-
-    Raises:
-        RobolaserError: File, row and column of what is wrong.
-    """
-    table, waypoints = read_table(path), from_table(path, robot)
-    shots = table.numbers(["shots"])[:, 0]
-    wanted = float(shots.max(initial=0))
-    for line, kind, each in zip(table.lines, table.texts("kind"), shots, strict=True):
-        if kind == "pose" and (each != wanted or wanted < 1 or wanted % 1):
-            raise bad_cell(table.file, line, "shots", f"{each:g}", "the same whole number from 1 for each pose")
-    return waypoints, int(wanted)
+        rows += [[waypoint.name, "approach", *map(repr, place.tolist())] for place in waypoint.approach]
+        rows.append([waypoint.name, "pose", *map(repr, waypoint.q.tolist())])
+    return table_text(["pose", "kind", *(f"q_{joint}" for joint in robot.joints)], rows)
 
 
 def _grouped(table: CsvTable, q: Array) -> tuple[Waypoint, ...]:

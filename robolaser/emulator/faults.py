@@ -89,7 +89,8 @@ class FaultyController:
 
     def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
         self._controller = controller
-        self.motor, self.outputs, self.inject = controller.motor, controller.outputs, controller.inject
+        self.command_mark, self.motor = controller.command_mark, controller.motor
+        self.outputs, self.inject = controller.outputs, controller.inject
         self._faults = tuple(faults)
         self._arm_faults = [fault for fault in faults if fault.kind in ARM]
         self._rng = rng
@@ -109,7 +110,7 @@ class FaultyController:
         misheard = self._there("misheard", now_s)
         if misheard is not None:
             data = self._thinned(data, misheard.amount)
-        self.heard += data.count(self._controller.command_mark)
+        self.heard += data.count(self.command_mark)
         answer = self._controller.receive(data, now_s)
         self._strike(now_s)
         return self._send(answer, now_s)

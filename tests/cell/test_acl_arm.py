@@ -120,7 +120,7 @@ def test_a_home_that_is_not_found_is_named(cell: Cell) -> None:
 def test_a_line_that_is_cut_while_homing_is_noticed(cell: Cell) -> None:
     rig = bench.bench_for(cell)
     arm = bench.arm_on(rig, cell)
-    silent = bench.Bench(rig.controller._controller, rig.clock, ["silent@>20s"])
+    silent = bench.Bench(rig.controller, rig.clock, ["silent@>20s"])
     arm._line._transport = silent  # type: ignore[attr-defined]
     with pytest.raises(LineLost, match="during homing"):
         arm.home()
