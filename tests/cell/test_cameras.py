@@ -15,11 +15,10 @@ import cv2
 import numpy as np
 import pytest
 
-from robolaser.cell import live_camera
+from robolaser.cell import cameras
 from robolaser.cell.camera import Camera
-from robolaser.cell.cameras import open_camera
+from robolaser.cell.cameras import LiveCamera, open_camera
 from robolaser.cell.clock import Clock, WallClock
-from robolaser.cell.live_camera import LiveCamera
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError
 from robolaser.vision.board import Image
@@ -76,8 +75,8 @@ class Hurried(Clock):
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """However late a busy machine delivers an image, no camera is lost for it."""
-    monkeypatch.setattr(live_camera, "SILENT_S", PATIENCE_S)
-    monkeypatch.setattr(live_camera, "FIRST_S", PATIENCE_S)
+    monkeypatch.setattr(cameras, "SILENT_S", PATIENCE_S)
+    monkeypatch.setattr(cameras, "FIRST_S", PATIENCE_S)
 
 
 @pytest.fixture
@@ -132,7 +131,7 @@ def test_a_camera_that_sends_nothing_is_lost(
 
     camera = running(stops)
     silent.wait()
-    monkeypatch.setattr(live_camera, "SILENT_S", 0.1)
+    monkeypatch.setattr(cameras, "SILENT_S", 0.1)
     with pytest.raises(CameraError, match="none came"):
         camera.shot(0.0)
     over.set()
