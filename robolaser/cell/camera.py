@@ -50,13 +50,7 @@ def no_more_images(source: object, reason: str) -> CameraError:
 
 
 def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
-    """Look whether an image is fit to be kept.
-
-    Args:
-        source: What messages call the camera.
-        image: (h, w).
-        size: Width and height that it should have [px].
-        warn: Receives what is odd.
+    """Look whether an image, (h, w), is fit to be kept, and warn of what is odd; its size is width and height [px].
 
     Raises:
         CameraError: It has another size, or most of it is white.

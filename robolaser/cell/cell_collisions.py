@@ -15,13 +15,7 @@ SENSOR = "the sensor"
 
 
 def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] = ()) -> CollisionModel:
-    """Links, scanner and boxes of a cell.
-
-    Args:
-        description: Of robot and scanner; there is a robot.
-        limits: Of the cell.
-        boxes: Of the cell.
-    """
+    """Links, scanner and boxes of a cell, which has a robot."""
     arm = description.robot
     assert arm is not None  # the caller checked it
     radius = limits.link_radius_m or link_radius(arm)

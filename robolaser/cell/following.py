@@ -45,14 +45,9 @@ class Tick:
 
 @final
 class Follower:
-    """Leads one arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
+    """Leads an arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
 
-    Args:
-        arm: One that follows.
-        robot: Its joints.
-        speed: Highest speed of a setpoint [rad/s or m/s].
-        clock: Of the time stamps.
-        rate_hz: Setpoints a second.
+    No joint's setpoint exceeds the speed [rad/s or m/s].
     """
 
     def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock, rate_hz: float) -> None:
@@ -67,11 +62,7 @@ class Follower:
         return ticks
 
     def move(self, goal: Array, place: str) -> Array:
-        """Lead the arm to a goal, (j,), from where it was led before, or from where it is.
-
-        Args:
-            goal: (j,).
-            place: What messages call it.
+        """Lead the arm to a goal, (j,), which messages call `place`, from where it was led before, or from where it is.
 
         Returns:
             What was read last, (j,): the arm may still be on its way.

@@ -10,12 +10,7 @@ LEAST_S = 0.5
 
 
 def seconds_for(way: Array, speed: float) -> float:
-    """Time for a motion so that no joint ever exceeds a speed [s].
-
-    Args:
-        way: Differences of joint values, (j,) [rad or m].
-        speed: [rad/s or m/s].
-    """
+    """Time for a way, (j,) [rad or m], in which no joint ever exceeds a speed [rad/s or m/s], in s."""
     return max(LEAST_S, PEAK * float(np.abs(way).max(initial=0.0)) / speed)
 
 

@@ -27,14 +27,9 @@ Broken = tuple[bool, str]
 
 
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:
-    """Height of the lowest moving part: joint, flange or what it carries, (n,) [m].
+    """Height of the lowest part that moves in postures (n, j): joint, flange or what it carries, (n,) [m].
 
-    The first joint stands on the base and does not move.
-
-    Args:
-        robot: Any arm.
-        q: Postures, (n, j).
-        tools: Points in the flange frame, (k, 3) [m].
+    What it carries are points in the flange frame, (k, 3) [m]. The first joint stands on the base and does not move.
     """
     flange = robot.forward(q[None])[0]
     joints = robot.joint_frames(q[None])[0, :, 1:, 2, 3]
@@ -106,12 +101,7 @@ class RouteCheck:
         )
 
     def allows(self, q: Array, run_up: float) -> Bools:
-        """Whether the arm may stand at configurations (n, j), and at the beginning of an approach, below and above.
-
-        Args:
-            q: Configurations.
-            run_up: How far each joint begins below and above [rad or m].
-        """
+        """Whether the arm may stand at postures (n, j), and with all joints a run-up below and above [rad or m]."""
         robot, limits = self.robot, self.limits
         good: Bools = np.ones(len(q), dtype=np.bool_)
         for place in (q, q - run_up, q + run_up):

@@ -35,21 +35,13 @@ LEAST_PAUSE_S = 1.0
 @final
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A configuration that the arm rested at.
+    """A configuration that the arm rested at."""
 
-    Attributes:
-        name: Of the pose.
-        time_s: Since the recording began [s].
-        q: As read, (j,) [rad or m].
-        images: By column of poses.csv; none where the arm only passed.
-        qd: Velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests.
-    """
-
-    name: str
-    time_s: float
-    q: Array
-    images: Mapping[str, Image] = field(default_factory=dict)
-    qd: Array | None = None
+    name: str  # of the pose
+    time_s: float  # since the recording began
+    q: Array  # as read, (j,) [rad or m]
+    images: Mapping[str, Image] = field(default_factory=dict)  # by column of poses.csv; none where the arm only passed
+    qd: Array | None = None  # velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests
 
 
 @final
@@ -145,12 +137,7 @@ class RecordingWriter:
         return np.array([float(self._rows[-1][f"q_{joint}"]) for joint in self._robot.joints])
 
     def state_quantization_noise(self, step: Array, warn: Warn) -> None:
-        """Let the recording state how finely joints were read, unless its cell states a noise of readings.
-
-        Args:
-            step: The smallest difference of angles that the arm can tell, (j,) [rad or m].
-            warn: Is told where there is no room for it.
-        """
+        """State in what steps, (j,) [rad or m], joints were read, unless the cell states a noise of readings."""
         self._log.step_rad = float(step.max())
         if self.begun and (self.folder / DATASET).exists():
             return

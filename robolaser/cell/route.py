@@ -20,17 +20,11 @@ KINDS = ("approach", "pose")
 @final
 @dataclass(frozen=True, eq=False)
 class Waypoint:
-    """One pose.
+    """One pose."""
 
-    Attributes:
-        name: Of the pose, unique.
-        q: Joint values to go to, (j,) [rad or m].
-        approach: Where to go before, one after the other, (k, j); none: from wherever the arm is.
-    """
-
-    name: str
-    q: Array
-    approach: tuple[Array, ...] = ()
+    name: str  # unique
+    q: Array  # joint values to go to, (j,) [rad or m]
+    approach: tuple[Array, ...] = ()  # where to go before, one after the other, (j,) each; none: from wherever it is
 
     @property
     def approach_names(self) -> tuple[str, ...]:
@@ -92,12 +86,7 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
 
 
 def both_ways(waypoints: Sequence[Waypoint], run_up: float) -> tuple[Waypoint, ...]:
-    """Each pose twice: with all joints coming from below, then from above.
-
-    Args:
-        waypoints: The poses.
-        run_up: How far below and above each joint begins [rad or m].
-    """
+    """Each pose twice: with all joints coming from a run-up below, then from as far above [rad or m]."""
     return tuple(
         Waypoint(f"{waypoint.name}_{way}", waypoint.q, (waypoint.q + sign * run_up,))
         for waypoint in waypoints

@@ -37,11 +37,7 @@ CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
 
 
 def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
-    """The controller that a cell's arm has.
-
-    Args:
-        cell: Names the arm's language.
-        loop: How its servos follow; None: exactly.
+    """The controller that a cell's arm has, and the loop by which its servos follow; None: exactly.
 
     Raises:
         DataError: No emulated controller speaks the arm's language, or it has no servos whose loops could be at fault.

@@ -34,19 +34,12 @@ LARGEST_FLOOD = 8192
 @final
 @dataclass(frozen=True)
 class Fault:
-    """One fault and when it is there.
+    """One fault and when it is there."""
 
-    Attributes:
-        kind: One of `KINDS`.
-        amount: A chance, seconds, an axis from 1, ... as the kind wants.
-        commands: From and up to which command that the controller hears.
-        seconds: From and up to when, on the controller's clock.
-    """
-
-    kind: str
-    amount: float
-    commands: tuple[float, float] = (0.0, np.inf)
-    seconds: tuple[float, float] = (0.0, np.inf)
+    kind: str  # one of `KINDS`
+    amount: float  # a chance, seconds, an axis from 1, ... as the kind wants
+    commands: tuple[float, float] = (0.0, np.inf)  # from and up to which command that the controller hears
+    seconds: tuple[float, float] = (0.0, np.inf)  # from and up to when, on the controller's clock
 
     def is_active(self, now_s: float, heard: int) -> bool:
         """Whether it is active now, after so many commands."""

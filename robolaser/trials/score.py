@@ -25,14 +25,7 @@ def share(hits: Sequence[bool]) -> dict[str, Any]:
 
 
 def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
-    """The score of a trial.
-
-    Args:
-        outcomes: By data set.
-
-    Returns:
-        What score.json holds.
-    """
+    """The score of a trial, as score.json holds it, of the outcomes by data set."""
     every = list(outcomes.values())
     by_kind = {kind: [o for o in every if o.kind == kind] for kind in sorted({o.kind for o in every})}
     return {

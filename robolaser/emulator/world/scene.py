@@ -31,34 +31,22 @@ UNTIL = (cv2.TERM_CRITERIA_MAX_ITER, 20, 0.0)
 @final
 @dataclass(frozen=True)
 class CameraSettings:
-    """What the camera makes of light.
+    """What the camera makes of light."""
 
-    Attributes:
-        ambient_grey: Of white paper in the room's light.
-        noise_grey: Standard deviation of the noise at middle grey; half its variance is the light's own.
-        blur_px: Standard deviation of the lens's blur.
-    """
-
-    ambient_grey: NotNegative = 110.0
-    noise_grey: NotNegative = 2.0
-    blur_px: NotNegative = 0.6
+    ambient_grey: NotNegative = 110.0  # of white paper in the room's light
+    noise_grey: NotNegative = (
+        2.0  # of the noise at middle grey, one standard deviation; half its variance is the light's
+    )
+    blur_px: NotNegative = 0.6  # standard deviation of the lens's blur
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class CameraModel:
-    """A camera as it was built: which way each pixel looks, which pixel shows a point, how bright light appears.
+    """A camera as it was built: which way each pixel looks, which pixel shows a point, how bright light appears."""
 
-    Attributes:
-        optics: The fourteen numbers of the paper and the mount.
-        lens: OpenCV's k1 k2 p1 p2 k3, (5,).
-        width_px: Columns of the image.
-        height_px: Rows.
-        settings: What it makes of light.
-    """
-
-    optics: ScannerOptics
-    lens: Array
+    optics: ScannerOptics  # the fourteen numbers of the paper and the mount
+    lens: Array  # OpenCV's k1 k2 p1 p2 k3, (5,)
     width_px: int = 640
     height_px: int = 480
     settings: CameraSettings = CameraSettings()
@@ -89,19 +77,12 @@ class CameraModel:
 @final
 @dataclass(frozen=True)
 class Projector:
-    """The laser: a sheet of light in the camera frame, with a Gaussian profile.
+    """The laser: a sheet of light in the camera frame, with a Gaussian profile."""
 
-    Attributes:
-        power_grey: Of its middle on white paper that faces it, at the distance, exposure 1.
-        width_m: Standard deviation of its thickness.
-        distance_m: From the projector; nearer it is brighter.
-        speckle: Contrast of its speckle: standard deviation over mean.
-    """
-
-    power_grey: Positive = 260.0
-    width_m: Positive = 0.4e-3
-    distance_m: Positive = 0.33
-    speckle: NotNegative = 0.1
+    power_grey: Positive = 260.0  # of its middle on white paper that faces it, at the distance
+    width_m: Positive = 0.4e-3  # standard deviation of its thickness
+    distance_m: Positive = 0.33  # from the projector; nearer it is brighter
+    speckle: NotNegative = 0.1  # its contrast: standard deviation over mean
 
     def grey(self, point: Array, light: Light) -> Array:
         """Grey of white paper that faces the laser at points of the camera frame, (n, 3) -> (n,)."""
@@ -113,19 +94,12 @@ class Projector:
 @final
 @dataclass(frozen=True)
 class Scene:
-    """Solids before a camera that carries a laser.
+    """Solids before a camera that carries a laser."""
 
-    Attributes:
-        solids: In the base frame; where two coincide, the later one is on top.
-        eye: The camera.
-        light: The laser's sheet, in the camera frame; None: there is no laser.
-        projector: How bright it is.
-    """
-
-    solids: tuple[Solid, ...]
+    solids: tuple[Solid, ...]  # in the base frame; where two coincide, the later one is on top
     eye: CameraModel
-    light: Light | None
-    projector: Projector = Projector()
+    light: Light | None  # the laser's sheet, in the camera frame; None: there is no laser
+    projector: Projector = Projector()  # how bright it is
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
         """What rays meet first.

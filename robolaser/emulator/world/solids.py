@@ -96,17 +96,11 @@ class Sphere(Solid):
 @final
 @dataclass(frozen=True)
 class Block(Solid):
-    """A cuboid: on a floor its top is a step.
+    """A cuboid: on a floor its top is a step."""
 
-    Attributes:
-        origin_m: The middle of its underside.
-        size_m: Along its x, y and z.
-        quat: Its rotation (x, y, z, w).
-    """
-
-    origin_m: Vector
-    size_m: tuple[Positive, Positive, Positive]
-    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    origin_m: Vector  # the middle of its underside
+    size_m: tuple[Positive, Positive, Positive]  # along its x, y and z
+    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)  # its rotation (x, y, z, w)
     tone: NotNegative = 0.6
 
     def hit(self, origin: Array, direction: Array) -> Array:
@@ -142,13 +136,11 @@ class Block(Solid):
 class PrintedBoard(Solid):
     """A thin plate with a checkerboard, with or without markers, and a light border around it.
 
-    Attributes:
-        T_base_board: Its frame: the origin is the inner corner whose outward diagonal square is dark, x runs along the
-            columns, y along the rows, z into the board, (4, 4).
-        pattern: What is on it.
+    In its frame the origin is the inner corner whose outward diagonal square is dark, x runs along the columns, y along
+    the rows, z into the board.
     """
 
-    T_base_board: Array
+    T_base_board: Array  # (4, 4)
     pattern: BoardPrint
 
     def hit(self, origin: Array, direction: Array) -> Array:

@@ -72,15 +72,7 @@ class EmulatedWorld:
         return T
 
     def photograph(self, rng: np.random.Generator, *, lit: bool) -> Image:
-        """Take a picture from where the arm is: fresh noise in each, the same speckle while nothing moves.
-
-        Args:
-            rng: Source of the noise.
-            lit: Whether the laser is on.
-
-        Returns:
-            (height, width).
-        """
+        """A picture, (height, width), from where the arm is: noise is new, speckle the same while nothing moves."""
         T = self.T_base_camera
         place = T.tobytes()
         if self._rendered is None or self._rendered[0] != place:

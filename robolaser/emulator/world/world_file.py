@@ -77,11 +77,7 @@ TRUTHS: Mapping[str, type] = {
 
 
 def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
-    """Read and check a world.
-
-    Args:
-        path: Of world.toml.
-        description: The cell's robot, scanner and board.
+    """Read and check a world.toml for the robot, scanner and board of a cell.
 
     Raises:
         RobolaserError: With file and key of what is wrong.
