@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.cell.camera import Camera
 from robolaser.cell.clock import Clock
 from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.data.cell_config import load_cell
@@ -91,7 +90,7 @@ class Bench:
         """Nothing."""
 
 
-class Witness(Camera):
+class Witness:
     """A camera in a world whose arm goes where the motors on a bench go."""
 
     def __init__(self, bench: Bench, world: EmulatedWorld, laser: int | None, seed: int) -> None:
@@ -131,5 +130,5 @@ def in_virtual_time(folder: Path, *, faults: Sequence[str] = (), seed: int = 1) 
         patch.setattr(SerialLine, "open", lambda arm, clock: SerialLine(bench, arm.port, clock))
         if world is not None:
             witness = Witness(bench, world, cell.laser_output, seed)
-            patch.setattr("robolaser.cell.cameras.open_camera", lambda *_: witness)
+            patch.setattr("robolaser.cell.camera.open_camera", lambda *_: witness)
         yield

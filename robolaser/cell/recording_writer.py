@@ -156,12 +156,9 @@ class RecordingWriter:
         Raises:
             OutputError: The disk is full; the recording is as it was before.
         """
-        files: dict[str, bytes] = {}
-        cleared: list[str] = []
-        if not self.begun:
-            if self.waypoints:
-                files[PLAN] = route_text(self._robot, self.waypoints).encode()
-            cleared = [name for name in (*pictured(self.folder), *FILES) if (self.folder / name).is_file()]
+        cleared = () if self.begun else (*pictured(self.folder), *FILES)
+        planned = bool(self.waypoints) and not self.begun
+        files = {PLAN: route_text(self._robot, self.waypoints).encode()} if planned else {}
         rows = list(self._rows)
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}

@@ -100,7 +100,7 @@ def record(
     _refuse_idle("--diagnose", diagnose, "--move", move)
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
-    read = _inputs(described, poses, next_poses)
+    read = [described.folder, *(file for file in (poses, next_poses) if file is not None)]
     terminal.warn(*described.warnings)
     arm_class(described)
     if watch is not None:
@@ -145,24 +145,13 @@ def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # 
 
 
 def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
-    """The cell with another port or camera; a path typed is from here, not from the cell's folder."""
+    """The cell with another port or camera."""
     if port is not None:
         cell = replace(cell, arm=replace(cell.arm, port=port))
     if camera is not None:
-        source: str | int = camera
-        if camera.isdecimal():
-            source = int(camera)
-        elif "://" not in camera:
-            source = str(Path(camera).absolute())
+        source = int(camera) if camera.isdecimal() else camera
         cell = replace(cell, camera=replace(cell.camera, source=source))
     return cell
-
-
-def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
-    """Folders and files that a recording reads: the cell, a folder in place of its camera, and others."""
-    source = cell.camera.source
-    pictures = isinstance(source, str) and not ("://" in source or source.startswith("/dev/"))
-    return [cell.folder, *([cell.beside(str(source))] if pictures else []), *(one for one in read if one is not None)]
 
 
 def _planned(
@@ -213,7 +202,7 @@ def _record(
 ) -> None:
     """Drive to all poses that remain."""
     from robolaser.cell.arms import open_arm
-    from robolaser.cell.cameras import open_camera
+    from robolaser.cell.camera import open_camera
     from robolaser.cell.clock import WallClock
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
@@ -251,7 +240,7 @@ def _record(
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
     from robolaser.cell.arms import open_arm
-    from robolaser.cell.cameras import open_camera
+    from robolaser.cell.camera import open_camera
     from robolaser.cell.clock import WallClock
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.watch import sample_names, watch

@@ -48,7 +48,7 @@ class ArmLine:
 class CameraLine:
     """The camera."""
 
-    # whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL
+    # a number, a device or a stream's URL
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None  # in the driver's own unit; None: as it is
     gain: float | None = None  # likewise
@@ -133,10 +133,6 @@ class Cell:
         """Where it lies."""
         assert self.description.folder is not None  # it was read from there
         return self.description.folder
-
-    def beside(self, path: str) -> Path:
-        """A path that cell.toml names, absolute or from the cell's folder."""
-        return self.folder / path
 
 
 def load_cell(folder: str | Path) -> Cell:

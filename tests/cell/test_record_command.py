@@ -120,12 +120,12 @@ def test_a_wrong_speed_is_told_from_a_broken_arm(acl: Rig, capsys: pytest.Captur
 
 
 def test_ctrl_c_stops_the_arm_and_says_where_it_stands(acl: Rig) -> None:
-    script = "import sys; from robolaser.cli import main; sys.exit(main(sys.argv[1:]))"
+    script = f"import sys; sys.path += {sys.path!r}; from terminal import recorded; sys.exit(recorded(sys.argv[1:]))"
     header, first, *rest = acl.poses.read_text().splitlines()
     name, _, *others = first.split(",")
     acl.poses.write_text("\n".join([header, ",".join([name, "1.0", *others]), *rest]))  # in a quarter of a minute
     with EmulatorProcess(acl.folder, time_scale=HURRY) as running:
-        asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", running.arm, "--move"]
+        asked = [acl.folder, "--output", acl.out, "--poses", acl.poses, "--port", running.arm, "--move"]
         cell = acl.folder / "cell.toml"
         cell.write_text(cell.read_text().replace("speed_rad_s = 1.0", "speed_rad_s = 0.01"))
         command = [sys.executable, "-c", script, *map(str, asked)]
