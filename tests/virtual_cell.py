@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.cell.clock import Clock
 from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.controller import Controller
@@ -25,7 +24,7 @@ LOOK_S = 0.02
 """Between two looks at the motors: so gears feel every turn."""
 
 
-class Jumping(Clock):
+class Jumping:
     """Time goes by when somebody waits for it."""
 
     def __init__(self) -> None:
@@ -126,7 +125,7 @@ def in_virtual_time(folder: Path, *, faults: Sequence[str] = (), seed: int = 1) 
     clock = Jumping()
     bench = Bench(controller_of(cell, world and world.loop), clock, faults, seed, cell.arm.baud)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robolaser.cell.clock.WallClock", lambda: clock)
+        patch.setattr("robolaser.cell.clock.Clock", lambda: clock)
         patch.setattr(SerialLine, "open", lambda arm, clock: SerialLine(bench, arm.port, clock))
         if world is not None:
             witness = Witness(bench, world, cell.laser_output, seed)

@@ -4,7 +4,6 @@ import pkgutil
 from collections.abc import Mapping
 
 from robolaser.cell.arm import Arm
-from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import FILE, Cell
 from robolaser.data.toml_schema import wrong
 from robolaser.errors import DataError, near
@@ -53,13 +52,3 @@ def arm_class(cell: Cell) -> type[Arm]:
     if not cell.arm.port:
         raise wrong(FILE, ("arm", "port"), cell.arm.port, "a device, or any URL that pyserial opens")
     return arm
-
-
-def open_arm(cell: Cell, clock: Clock) -> Arm:
-    """Open the line to a cell's arm. Nothing moves.
-
-    Raises:
-        DataError: See `arm_class`; or dataset.toml has a robot with more joints than the controller moves.
-        RobolaserError: The port, the line or the controller says no.
-    """
-    return arm_class(cell).open(cell, clock)

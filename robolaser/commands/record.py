@@ -201,13 +201,13 @@ def _record(
     cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, diagnose: bool
 ) -> None:
     """Drive to all poses that remain."""
-    from robolaser.cell.arms import open_arm
+    from robolaser.cell.arms import arm_class
     from robolaser.cell.camera import open_camera
-    from robolaser.cell.clock import WallClock
+    from robolaser.cell.clock import Clock
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    clock, planned = WallClock(), len(writer.waypoints)
+    clock, planned = Clock(), len(writer.waypoints)
     with ExitStack() as at_end:
         running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
         if running is not None:
@@ -216,7 +216,7 @@ def _record(
             ended_as_by_hand(),
             terminal.progress() as progress,  # which counts from here: to open a line takes its time too
             closing(open_camera(cell, clock, terminal.warn)) as camera,
-            closing(open_arm(cell, clock)) as arm,
+            closing(arm_class(cell).open(cell, clock)) as arm,
         ):
 
             def tell(what: str) -> None:
@@ -239,14 +239,14 @@ def _record(
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
-    from robolaser.cell.arms import open_arm
+    from robolaser.cell.arms import arm_class
     from robolaser.cell.camera import open_camera
-    from robolaser.cell.clock import WallClock
+    from robolaser.cell.clock import Clock
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.watch import sample_names, watch
     from robolaser.data.result_folder import results_in
 
-    clock, names = WallClock(), list[str]()
+    clock, names = Clock(), list[str]()
     writer = RecordingWriter(cell, output, (), 1)
     files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
     with (
@@ -254,7 +254,7 @@ def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", termi
         ended_as_by_hand(),
         terminal.progress() as progress,
         closing(open_camera(cell, clock, terminal.warn)) as camera,
-        closing(open_arm(cell, clock)) as arm,
+        closing(arm_class(cell).open(cell, clock)) as arm,
     ):
 
         def tell(name: str) -> None:

@@ -17,7 +17,7 @@ import pytest
 
 from robolaser.cell import camera as camera_module
 from robolaser.cell.camera import LiveCamera, open_camera
-from robolaser.cell.clock import Clock, WallClock
+from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError
 from robolaser.vision.board import Image
@@ -61,7 +61,7 @@ def noisy(number: int, low: int = 50, size: tuple[int, int] = SIZE) -> Image:
     return np.random.default_rng(number).integers(low, low + 6, size[::-1], dtype=np.uint8)
 
 
-class Hurried(Clock):
+class Hurried:
     """A clock by which a camera stays the same for long within a blink."""
 
     def now(self) -> float:
@@ -86,7 +86,7 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., LiveCamer
     def open_one(frame: Callable[[int], Image | None], said: list[str] | None = None, **more: Any) -> LiveCamera:
         capture = Capture(frame, more.pop("allows", True))
         monkeypatch.setattr(cv2, "VideoCapture", lambda *_: capture)
-        clock = more.pop("clock", WallClock())
+        clock = more.pop("clock", Clock())
         camera = LiveCamera(CameraLine(0, **more), SIZE, clock, [].append if said is None else said.append)
         opened.append(camera)
         return camera
@@ -210,7 +210,7 @@ def test_a_camera_that_is_not_there_is_named(tmp_path: Path) -> None:
     cell = bench.cell(tmp_path)
     absent = replace(cell, camera=CameraLine("/dev/video77"))
     with pytest.raises(CameraError, match="/dev/video77"):
-        open_camera(absent, WallClock(), print)
+        open_camera(absent, Clock(), print)
 
 
 @contextmanager
@@ -257,7 +257,7 @@ def test_a_stream_of_images_is_a_camera(tmp_path: Path, ending: str) -> None:
     cell, scene = bench.cell(tmp_path), [50]
     with (
         streamed(scene, ending) as (address, sent),
-        closing(open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print)) as camera,
+        closing(open_camera(replace(cell, camera=CameraLine(address)), Clock(), print)) as camera,
     ):
         catch_up(camera, sent)
         scene[0] = 150
@@ -270,7 +270,7 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path) -> None:
     cell, scene = bench.cell(tmp_path), [50, SIZE]
     with (
         streamed(scene) as (address, sent),
-        closing(open_camera(replace(cell, camera=CameraLine(address)), WallClock(), print)) as camera,
+        closing(open_camera(replace(cell, camera=CameraLine(address)), Clock(), print)) as camera,
     ):
         catch_up(camera, sent)
         scene[1] = (48, 32)
@@ -281,10 +281,10 @@ def test_a_stream_that_changes_its_size_is_noticed(tmp_path: Path) -> None:
 @pytest.mark.parametrize("source", ["file:///etc/hostname", "concat://a|b", "TEE://x", "subfile://y"])
 def test_streams_that_read_other_files_are_refused(tmp_path: Path, source: str) -> None:
     with pytest.raises(CameraError, match="is not allowed"):
-        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), WallClock(), print)
+        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), Clock(), print)
 
 
 @pytest.mark.parametrize("source", ["nowhere.avi", "pictures"])
 def test_what_is_no_camera_is_named(tmp_path: Path, source: str) -> None:
     with pytest.raises(CameraError, match=f"{source}: it is no number, no device"):
-        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), WallClock(), print)
+        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), Clock(), print)

@@ -9,8 +9,9 @@ from pathlib import Path
 import bench
 import pytest
 
-from robolaser.cell.arms import ARMS, open_arm
-from robolaser.cell.clock import WallClock
+from robolaser.cell.arm import Arm
+from robolaser.cell.arms import ARMS, arm_class
+from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.errors import ArmError, DataError, RobolaserError
 
@@ -35,6 +36,10 @@ class DeskArm(Arm):
 @pytest.fixture
 def cell(tmp_path: Path) -> Cell:
     return bench.cell(tmp_path)
+
+
+def open_arm(cell: Cell) -> Arm:
+    return arm_class(cell).open(cell, Clock())
 
 
 def named(cell: Cell, kind: str, port: str) -> Cell:
@@ -63,21 +68,21 @@ def install(folder: Path, module: str, source: str, entry_points: str) -> None:
 def test_an_arm_of_an_installed_package_is_opened(cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     install(tmp_path, "desk_arm", DESK_ARM, "[robolaser.arms]\ndesk = desk_arm:DeskArm\n")
     monkeypatch.syspath_prepend(tmp_path)
-    with closing(open_arm(named(cell, "desk", str(cell.folder)), WallClock())) as arm:
+    with closing(open_arm(named(cell, "desk", str(cell.folder)))) as arm:
         assert type(arm).__name__ == "DeskArm"
 
 
 @pytest.mark.parametrize("kind", sorted(ARMS))
 def test_what_is_not_there_is_named(cell: Cell, kind: str) -> None:
     with pytest.raises((ArmError, DataError), match="nowhere"):
-        open_arm(named(cell, kind, "/nowhere"), WallClock())
+        open_arm(named(cell, kind, "/nowhere"))
 
 
 @pytest.mark.parametrize("kind", ["acl", "dynamixel", "feetech", "lss"])
 def test_what_does_not_answer_as_it_should_is_said_so(cell: Cell, kind: str) -> None:
     """A plug that leads back to where it came from."""
     with pytest.raises(RobolaserError, match="loop://"):
-        open_arm(named(cell, kind, "loop://"), WallClock())
+        open_arm(named(cell, kind, "loop://"))
 
 
 @pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])
@@ -86,12 +91,12 @@ def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_o
 ) -> None:
     there = replace(named(cell, kind, "/nowhere"), laser_output=99)
     with pytest.raises(DataError, match=said):
-        open_arm(there, WallClock())
+        open_arm(there)
 
 
 def test_a_port_that_nobody_names_is_asked_for(cell: Cell) -> None:
     with pytest.raises(DataError, match=r"\[arm\] port"):
-        open_arm(named(cell, "acl", ""), WallClock())
+        open_arm(named(cell, "acl", ""))
 
 
 def changed(cell: Cell, before: str, after: str, file: str = "cell.toml") -> Path:
@@ -132,5 +137,5 @@ def test_no_other_url_is_opened_and_no_file_is_touched(cell: Cell, kind: str, sc
     mine = tmp_path / "mine.txt"
     mine.write_text("twenty characters!!!")
     with pytest.raises(ArmError, match=r"not allowed.*socket://HOST:PORT"):
-        open_arm(named(cell, kind, f"{scheme}://loop://?file={mine}"), WallClock())
+        open_arm(named(cell, kind, f"{scheme}://loop://?file={mine}"))
     assert mine.read_text() == "twenty characters!!!"
