@@ -13,8 +13,7 @@ from robolaser.data.cell_config import load_cell
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
 from robolaser.emulator.faults import FaultyController, read_fault
-from robolaser.emulator.world.world import EmulatedWorld
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import EmulatedWorld, load_world
 from robolaser.vision.board import Image
 
 BITS_A_BYTE = 10

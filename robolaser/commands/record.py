@@ -78,7 +78,7 @@ def record(
         force: Overwrite an earlier recording.
         confirm_position: With --resume, trust the controller's position although it differs from the recorded one.
     """
-    from robolaser.cell.arms import arm_class
+    from robolaser.cell.arm import arm_class
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.route import both_ways as visited_twice
     from robolaser.cell.route import from_diagnosis, from_table
@@ -201,7 +201,7 @@ def _record(
     cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, diagnose: bool
 ) -> None:
     """Drive to all poses that remain."""
-    from robolaser.cell.arms import arm_class
+    from robolaser.cell.arm import arm_class
     from robolaser.cell.camera import open_camera
     from robolaser.cell.clock import Clock
     from robolaser.cell.session import Session
@@ -239,7 +239,7 @@ def _record(
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
-    from robolaser.cell.arms import arm_class
+    from robolaser.cell.arm import arm_class
     from robolaser.cell.camera import open_camera
     from robolaser.cell.clock import Clock
     from robolaser.cell.recording_writer import RecordingWriter

@@ -27,7 +27,7 @@ MOST_SETPOINT_HZ = 200.0  # as a line carries
 class ArmLine:
     """The arm's controller and the line to it."""
 
-    kind: Text  # name of its language, see `robolaser.cell.arms.ARMS`
+    kind: Text  # name of its language, see `robolaser.cell.arm.ARMS`
     port: Text  # a device or any URL that pyserial opens
     baud: Annotated[int, Meta(ge=1)] = 9600  # bits a second
     flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"

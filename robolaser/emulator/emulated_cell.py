@@ -6,6 +6,7 @@ import select
 import signal
 import stat
 import time
+import tty
 from collections.abc import Sequence
 from pathlib import Path
 from typing import final
@@ -19,9 +20,8 @@ from robolaser.emulator.camera_server import CameraServer
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
 from robolaser.emulator.lss import LssController
-from robolaser.emulator.served_line import MOST_PENDING, ServedLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import load_world
 from robolaser.errors import DataError, UsageError, near
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002
@@ -30,6 +30,9 @@ LOOKS_A_S, MOST_LOOKS = 50.0, 400
 """How often, on its own clock, the arm is looked at; how often at most after a long moment."""
 BITS_A_BYTE = 10
 """Start, eight, stop."""
+LARGEST_READ = 4096
+MOST_PENDING = 65536
+"""Bytes kept for a client that does not read; what comes after is lost, as on a line without flow control."""
 
 
 CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
@@ -58,6 +61,51 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
             column="effect",
         )
     return LssController(cell) if cell.arm.kind == "lss" else AclController(cell)
+
+
+@final
+class ServedLine:
+    """Bytes in, bytes out, never waiting.
+
+    Attributes:
+        address: What pyserial opens.
+    """
+
+    def __init__(self) -> None:
+        near, self._far = os.openpty()
+        self._near: int | None = near
+        tty.setraw(self._far)
+        os.set_blocking(near, False)
+        self.address = os.ttyname(self._far)
+
+    def waits_on(self) -> list[int]:
+        """Descriptors that become readable when there is something to take."""
+        return [] if self._near is None else [self._near]
+
+    def take(self) -> bytes:
+        """What came since."""
+        if self._near is None:
+            return b""
+        try:
+            return os.read(self._near, LARGEST_READ)
+        except BlockingIOError:
+            return b""
+
+    def give(self, data: bytes) -> int:
+        """Send as much as fits now; how much that was. When the plug is pulled all of it is gone."""
+        if self._near is None:
+            return len(data)
+        try:
+            return os.write(self._near, data)
+        except BlockingIOError:
+            return 0
+
+    def hang_up(self) -> None:
+        """Pull the plug."""
+        if self._near is not None:
+            os.close(self._near)
+            os.close(self._far)
+            self._near = None
 
 
 @final

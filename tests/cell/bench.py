@@ -13,8 +13,7 @@ from fake_ur import UrRig
 from virtual_cell import Bench, Jumping
 
 from robolaser.arrays import Array
-from robolaser.cell.arm import Arm
-from robolaser.cell.arms import ARMS
+from robolaser.cell.arm import ARMS, Arm
 from robolaser.cell.camera import no_more_images
 from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered

@@ -12,7 +12,7 @@ from emulated_cell import ARMS, cell_folder
 from emulator_process import EmulatorProcess
 from serial import Serial
 
-from robolaser.cell.arms import arm_class
+from robolaser.cell.arm import arm_class
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.emulated_cell import controller_of
@@ -24,7 +24,7 @@ MOVES = """
 import sys
 import numpy as np
 from dataclasses import replace
-from robolaser.cell.arms import arm_class
+from robolaser.cell.arm import arm_class
 from robolaser.cell.clock import Clock
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import load_cell

@@ -8,7 +8,7 @@ import pytest
 from emulated_cell import ARMS as EMULATED
 from fake_ur import UrRig
 
-from robolaser.cell.arms import ARMS as KINDS
+from robolaser.cell.arm import ARMS as KINDS
 from robolaser.cell.failures import ArmAlarm
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import Cell

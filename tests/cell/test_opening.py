@@ -9,8 +9,7 @@ from pathlib import Path
 import bench
 import pytest
 
-from robolaser.cell.arm import Arm
-from robolaser.cell.arms import ARMS, arm_class
+from robolaser.cell.arm import ARMS, Arm, arm_class
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import Cell, load_cell
 from robolaser.errors import ArmError, DataError, RobolaserError

@@ -29,7 +29,7 @@ from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST, results_in
 from robolaser.data.stripe_file import STRIPE, open_stripes
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import load_world
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot

@@ -12,8 +12,7 @@ from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import describe
-from robolaser.emulator.world.world import EmulatedWorld
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import EmulatedWorld, load_world
 from robolaser.errors import RobolaserError
 from robolaser.estimation.optimal_poses import planned
 from robolaser.geometry.rigid_motion import from_angles, pose
