@@ -55,30 +55,6 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "LiveCamera":
 
 
 @final
-class _ImageStream:
-    """A stream of single images (PGM, PNG, Motion JPEG), each decoded by itself."""
-
-    def __init__(self, capture: Any) -> None:
-        self._capture = capture
-
-    def read(self) -> tuple[bool, Image | None]:
-        """The next image, as `cv2.VideoCapture.read`; a torn one is left out."""
-        while True:
-            there, packet = self._capture.read()
-            image = decoded(packet.tobytes(), cv2.IMREAD_GRAYSCALE) if there else None
-            if not there or image is not None:
-                return there, image
-
-    def set(self, what: int, value: float) -> bool:
-        """Nothing can be set through a stream."""
-        return False
-
-    def release(self) -> None:
-        """Close it."""
-        self._capture.release()
-
-
-@final
 class LiveCamera:
     """Grey images of one size, (h, w) uint8, of a device or a stream.
 
@@ -90,7 +66,7 @@ class LiveCamera:
         self._size = size
         self._clock = clock
         self._warn = warn
-        self._capture = _opened(line, size, warn)
+        self._capture, self._single = _opened(line, size, warn)
         self._news = threading.Condition()
         self._closing = False
         self._image: Image | None = None
@@ -174,32 +150,35 @@ class LiveCamera:
         while not self._closing and end is None:
             try:
                 there, frame = self._capture.read()
-                image = _grey(self._source, frame) if there else None
+                image = self._grey(frame) if there else None
                 end = None if there else no_more_images(self._source, "it has ended or was unplugged")
             except RobolaserError as error:
                 image, end = None, error
             except Exception as error:  # whatever a driver throws, the one who waits must hear of it
                 image, end = None, no_more_images(self._source, str(error))
+            if image is None and end is None:
+                continue
             with self._news:
-                self._keep(image)
                 self._end = end
+                if image is not None:
+                    self._keep(image)
                 self._news.notify_all()
 
-    def _keep(self, image: Image | None) -> None:
-        if image is None:
-            return
+    def _keep(self, image: Image) -> None:
         if self._image is not None and np.array_equal(image, self._image):
             self._same += 1
         else:
             self._same, self._same_s = 0, self._clock.now()
         self._image, self._count = image, self._count + 1
 
-
-def _grey(source: object, frame: Any) -> Image:
-    """An image as OpenCV delivers it, (h, w) or (h, w, 3), as (h, w) uint8."""
-    if frame.dtype != np.uint8:
-        raise cannot_open(source, f"its images hold {frame.dtype}, expected integers of 8 bits")
-    return np.asarray(frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+    def _grey(self, frame: Any) -> Image | None:
+        """An image as OpenCV delivers it, (h, w) or (h, w, 3), or as it was sent, as (h, w) uint8; None: it is torn."""
+        if self._single:
+            image: Image | None = decoded(frame.tobytes(), cv2.IMREAD_GRAYSCALE)
+            return image
+        if frame.dtype != np.uint8:
+            raise cannot_open(self._source, f"its images hold {frame.dtype}, expected integers of 8 bits")
+        return np.asarray(frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
 def _cut_off(image: Image) -> bool:
@@ -207,11 +186,13 @@ def _cut_off(image: Image) -> bool:
     return bool(image.max(initial=0) < DARK or image.min(initial=WHITE) >= WHITE)
 
 
-def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
+def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> tuple[Any, bool]:
+    """What `cv2.VideoCapture` gives, and whether it gives single images (PGM, PNG, Motion JPEG) as they were sent."""
+    capture: Any
     if isinstance(line.source, str) and "://" in line.source:
-        capture: Any = _open_stream(line.source)
+        capture, single = _open_stream(line.source)
     else:
-        capture = cv2.VideoCapture(line.source)
+        single, capture = False, cv2.VideoCapture(line.source)
         if not capture.isOpened():
             raise cannot_open(line.source, "there is no camera")
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])  # the first image shows whether it could
@@ -224,18 +205,17 @@ def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> Any:
     ):
         if value is not None and not capture.set(what, value):
             warn(f"camera {line.source}: its driver refuses {name} = {value:g}; it stays as it is.")
-    return capture
+    return capture, single
 
 
-def _open_stream(source: str) -> Any:
-    """Open a stream: what `cv2.VideoCapture` gives, or `_ImageStream` where the stream is made of single images."""
+def _open_stream(source: str) -> tuple[Any, bool]:
     raw = _captured(source)
     raw.set(cv2.CAP_PROP_FORMAT, RAW)
     there, packet = raw.read()
     if there and packet.dtype == "uint8" and decoded(packet.tobytes(), cv2.IMREAD_GRAYSCALE) is not None:
-        return _ImageStream(raw)
+        return raw, True
     raw.release()
-    return _captured(source)
+    return _captured(source), False
 
 
 def _captured(source: str) -> Any:
