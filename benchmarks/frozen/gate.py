@@ -11,7 +11,7 @@ from typing import Any
 from answers import GAPS, as_written
 from worlds import HARMLESS_RAD, sealed
 
-from robolaser.trials.outcome import SURE, outcome
+from robolaser.trials.score import SURE, outcome
 
 GAP = 0.01  # of a gap, J or an error: less is the same
 MOVED = 0.1  # standard errors: less is the same

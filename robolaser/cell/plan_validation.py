@@ -6,11 +6,13 @@ from typing import Self, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.cell.cell_collisions import collision_model, tool_points
 from robolaser.cell.joint_text import joint_text
 from robolaser.cell.route import Waypoint, way
-from robolaser.data.cell_config import Cell, Limits
+from robolaser.data.cell_config import Box, Cell, Limits
+from robolaser.data.dataset import Dataset
 from robolaser.errors import PlanError
+from robolaser.geometry.rigid_motion import from_quaternion, pose
+from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies, link_radius
 from robolaser.robot.collisions import CollisionModel
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import foot_of
@@ -20,10 +22,40 @@ FINE = 0.02
 nothing passes farther than 6 mm from a place that was checked [rad or m]."""
 SLACK = 0.002
 """An arm that stands on a limit reads a little beyond it [rad or m]."""
+SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 
 Broken = tuple[bool, str]
 """A limit that a straight way breaks: whether it does so only before its last posture, and what is how far off."""
+
+
+def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] = ()) -> CollisionModel:
+    """Links, scanner and boxes of a cell, which has a robot."""
+    arm = description.robot
+    assert arm is not None  # the caller checked it
+    radius = limits.link_radius_m or link_radius(arm)
+    carried = carried_bodies(SENSOR, arm, tool_points(description), radius)
+    stated = [
+        Body(
+            box.name,
+            box.link or arm.base,
+            "box",
+            box.size_m,
+            pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)),
+        )
+        for box in boxes
+    ]
+    return CollisionModel(arm, [*link_bodies(arm, radius), *carried, *stated])
+
+
+def tool_points(description: Dataset) -> Array:
+    """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
+    drawn = description.parameters
+    if not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
+        return np.empty((0, 3))
+    camera = np.array([drawn[name].nominal for name in ("t_x", "t_y", "t_z")])
+    R = from_quaternion(np.array(description.bracket_quat))
+    return np.stack([camera, camera + R @ np.array([drawn["b"].nominal, 0.0, 0.0])])
 
 
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:

@@ -73,8 +73,7 @@ def plan(
 
 def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
     """Say at which poses the arm would hit itself."""
-    from robolaser.cell.cell_collisions import collision_model
-    from robolaser.cell.plan_validation import collisions
+    from robolaser.cell.plan_validation import collision_model, collisions
     from robolaser.data.cell_config import Limits
 
     bodies = collision_model(dataset, Limits())

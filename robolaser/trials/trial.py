@@ -22,9 +22,8 @@ from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of
 from robolaser.trials.making import make
-from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
-from robolaser.trials.score import compile_score
+from robolaser.trials.score import compile_score, outcome
 from robolaser.trials.sealed_truth import SEAL, keep_truth
 
 DIAGNOSIS = "diagnosis/diagnosis.json"

@@ -36,7 +36,7 @@ from robolaser.robot.kinematics import Robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, write_ply
 from robolaser.simulation.effect_specs import sizes_of
-from robolaser.trials.outcome import outcome
+from robolaser.trials.score import outcome
 from robolaser.trials.sealed_truth import unseal
 from robolaser.trials.trial import read_diagnosis
 from robolaser.vision.images import CameraImages

@@ -2,8 +2,7 @@
 
 import pytest
 
-from robolaser.trials.outcome import outcome
-from robolaser.trials.score import compile_score
+from robolaser.trials.score import compile_score, outcome
 
 GAP = {"nominal": 9.0, "calibrated": 1.0, "after": 0.1, "noise_floor": 0.1, "after_ci95": [0.09, 0.11]}
 
