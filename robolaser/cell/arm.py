@@ -13,7 +13,7 @@ from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRefused
 from robolaser.data.cell_config import FILE, Cell
 from robolaser.data.toml_schema import wrong
-from robolaser.errors import DataError, near
+from robolaser.errors import DataError
 from robolaser.plugins import announced
 
 GROUP = "robolaser.arms"
@@ -135,11 +135,8 @@ def arm_class(cell: Cell) -> type[Arm]:
     else:
         others = announced(GROUP, Arm, taken=ARMS, name="", required=REQUIRED)
         if kind not in others:
-            raise DataError(
-                f"{FILE}, [arm] kind: no such kind of arm '{kind}'.{near(kind, [*ARMS, *others])}",
-                file=FILE,
-                column="kind",
-            )
+            kinds = [*ARMS, *others]
+            raise wrong(FILE, ("arm", "kind"), kind, f"one of {', '.join(kinds)}", kinds)
         arm = others[kind]
     if cell.arm.setpoint_hz is not None and not arm.follows:
         expected = f"none: an arm of kind '{kind}' plans its motions itself"

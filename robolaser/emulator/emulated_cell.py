@@ -13,7 +13,8 @@ from typing import final
 
 import numpy as np
 
-from robolaser.data.cell_config import Cell, load_cell
+from robolaser.data.cell_config import FILE, Cell, load_cell
+from robolaser.data.toml_schema import wrong
 from robolaser.emulator.acl import AclController
 from robolaser.emulator.bus_servos import BusServos
 from robolaser.emulator.camera_server import CameraServer
@@ -22,7 +23,7 @@ from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault,
 from robolaser.emulator.lss import LssController
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
 from robolaser.emulator.world.world import load_world
-from robolaser.errors import DataError, UsageError, near
+from robolaser.errors import DataError, UsageError
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002
 """How long it listens before it looks after everything else, and while it has something to say."""
@@ -46,12 +47,8 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
         DataError: No emulated controller speaks the arm's language, or it has no servos whose loops could be at fault.
     """
     if cell.arm.kind not in CONTROLLERS:
-        meant = near(cell.arm.kind, CONTROLLERS)
-        raise DataError(
-            f"cell.toml, [arm] kind: no emulated controller speaks '{cell.arm.kind}'.{meant}",
-            file="cell.toml",
-            column="kind",
-        )
+        expected = f"one that is emulated: {', '.join(CONTROLLERS)}"
+        raise wrong(FILE, ("arm", "kind"), cell.arm.kind, expected, CONTROLLERS)
     if cell.arm.kind in ("dynamixel", "feetech"):
         return BusServos(cell, loop)
     if loop is not None:
@@ -65,11 +62,7 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
 
 @final
 class ServedLine:
-    """Bytes in, bytes out, never waiting.
-
-    Attributes:
-        address: What pyserial opens.
-    """
+    """Bytes in, bytes out, never waiting."""
 
     def __init__(self) -> None:
         near, self._far = os.openpty()
@@ -77,6 +70,7 @@ class ServedLine:
         tty.setraw(self._far)
         os.set_blocking(near, False)
         self.address = os.ttyname(self._far)
+        """What pyserial opens."""
 
     def waits_on(self) -> list[int]:
         """Descriptors that become readable when there is something to take."""
@@ -110,12 +104,7 @@ class ServedLine:
 
 @final
 class EmulatedCell:
-    """One emulated cell.
-
-    Attributes:
-        arm: Where the arm's line is.
-        camera: Where the camera is; None: there is none.
-    """
+    """One emulated cell, with the addresses of the arm's line and of the camera; None: there is no camera."""
 
     def __init__(
         self,

@@ -174,7 +174,10 @@ def test_a_folder_that_cannot_be_written_is_named_before_anything_moves(
 
 @pytest.mark.parametrize(
     ("before", "after", "said"),
-    [('kind = "acl"', 'kind = "acll"', "no such kind of arm 'acll'"), ("output = 1", "output = 99", "outputs 1 to 16")],
+    [
+        ('kind = "acl"', 'kind = "acll"', "'acll', expected one of acl, dynamixel"),
+        ("output = 1", "output = 99", "outputs 1 to 16"),
+    ],
 )
 def test_a_plan_is_not_printed_for_an_arm_that_cannot_be(
     acl: Rig, before: str, after: str, said: str, capsys: pytest.CaptureFixture[str]
