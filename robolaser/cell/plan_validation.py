@@ -80,11 +80,7 @@ def reach(robot: Robot, q: Array) -> Array:
 class RouteCheck:
     """What an arm may not break on its way: joint limits, floor and reach, and the distances between bodies.
 
-    Args:
-        robot: Any arm.
-        limits: Of the cell; joint limits are the robot's.
-        tools: Points in the flange frame, (k, 3) [m].
-        bodies: What could collide.
+    Joint limits are the robot's; tools are points in the flange frame, (k, 3) [m].
     """
 
     def __init__(self, robot: Robot, limits: Limits, tools: Array, bodies: CollisionModel) -> None:

@@ -31,15 +31,10 @@ SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which
 
 @final
 class EmulatedWorld:
-    """A world as it is; backlash remembers the way the arm came.
+    """A world as it is: its arm as drawn, solids, camera and laser, and the sensor's true numbers by name, SI.
 
-    Args:
-        arm: As its URDF has it.
-        scene: Solids, camera and laser.
-        truth: The sensor's true numbers, by name, SI.
-        faults: Sizes by name and joint [rad]: `joint_offset` of an encoder's zero, and `backlash`, by half of which the
-            link trails its motor on the side that it came from.
-        loop: How the joints follow their commands; None: exactly.
+    Faults are sizes by name and joint [rad]: `joint_offset` of an encoder's zero, and `backlash`, by half of which the
+    link trails its motor on the side that it came from. Without a loop the joints follow their commands exactly.
     """
 
     def __init__(
