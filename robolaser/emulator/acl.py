@@ -15,11 +15,8 @@ from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds
 
-SEARCH_S, RETURN_S = 14.0, 6.0
-"""What homing takes at least of one axis: it passes its switch, and comes back to it."""
-PASSED_RAD = 0.05
-"""How far an axis overshoots its switch."""
-SEARCH_RAD_S = 0.3
+SEARCH_S, SEARCH_RAD_S = 20.0, 0.3
+"""What homing takes at least of one axis, and how fast it turns at most."""
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, ENTER, NEWLINE = 0x01, 0x0D, 0x0A
@@ -183,17 +180,14 @@ class AclController(Controller):
         """Queue the search of one axis after the other."""
         self._check_ready()
         self._stop(now_s)
-        encoders, ends_s, missed = self._encoders, now_s, 0
-        for number, (axis, home) in enumerate(zip(self._axes, encoders.home, strict=True), 1):
-            beyond = float(np.clip(home + PASSED_RAD, encoders.lower[number - 1], encoders.upper[number - 1]))
-            search_s = max(SEARCH_S, least_seconds(beyond - axis.goal, SEARCH_RAD_S))
-            axis.queue(beyond, ends_s, search_s)
+        ends_s, missed = now_s, 0
+        for number, (axis, home) in enumerate(zip(self._axes, self._encoders.home, strict=True), 1):
+            search_s = max(SEARCH_S, least_seconds(home - axis.goal, SEARCH_RAD_S))
+            axis.queue(float(home), ends_s, search_s)
             ends_s += search_s
             if number in self._homeless or axis.jammed:
                 missed = number
                 break
-            axis.queue(float(home), ends_s, RETURN_S)
-            ends_s += RETURN_S
         self._homing = ends_s, missed
         return ("WAIT!! HOMING...",)
 
