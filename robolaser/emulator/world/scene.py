@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.toml_schema import NotNegative, Positive
 from robolaser.emulator.world.solids import Solid
-from robolaser.trials.synthetic.scanner import Lens, Light, ScannerOptics
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 Image = NDArray[np.uint8]
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
@@ -56,10 +56,6 @@ class CameraModel:
         """How wide a pixel looks [rad]."""
         f, s_u, s_v = (self.optics.truth[name] for name in ("f", "s_u", "s_v"))
         return float(np.sqrt(s_u * s_v) / f)
-
-    def pixels(self, point: Array) -> Array:
-        """Where points of the camera frame show, (n, 3) [m] -> (n, 2) [px]."""
-        return self.optics.pixels(point, Lens(self.lens))
 
     def rays(self, pixel: Array) -> Array:
         """Which way pixels look, (n, 2) [px] -> unit vectors of the camera frame, (n, 3)."""
