@@ -167,8 +167,8 @@ def _planned(
 
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there."""
+    from robolaser.cell.clock import seconds_for
     from robolaser.cell.joint_text import joint_text
-    from robolaser.cell.motion_time import seconds_for
     from robolaser.cell.plan_validation import RouteCheck, lowest
     from robolaser.cell.route import way
 

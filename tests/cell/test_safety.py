@@ -10,9 +10,9 @@ import pytest
 from emulated_cell import ARMS
 
 from robolaser.arrays import Array
+from robolaser.cell.clock import PEAK, seconds_for
 from robolaser.cell.failures import NotSettled
 from robolaser.cell.motion import Mover
-from robolaser.cell.motion_time import PEAK, seconds_for
 from robolaser.cell.plan_validation import RouteCheck, lowest, reach, tool_points
 from robolaser.data.cell_config import Limits
 from robolaser.errors import ArmError, PlanError
