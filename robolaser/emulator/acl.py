@@ -13,7 +13,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds
+from robolaser.emulator.joints import FASTEST_RAD_S, Axis, least_seconds
 
 SEARCH_S, SEARCH_RAD_S = 20.0, 0.3
 """What homing takes at least of one axis, and how fast it turns at most."""
@@ -87,10 +87,6 @@ class AclController(Controller):
             self._homing = None
         said, self._unsaid = self._unsaid, b""
         return said
-
-    def motor(self, now_s: float) -> Array:
-        """Joint angles as the encoders see them, (j,) [rad] or [m]."""
-        return angles(self._axes, now_s)
 
     def outputs(self, now_s: float) -> frozenset[int]:
         """The digital outputs that are on."""

@@ -1,13 +1,10 @@
 """Motors that take their time: each axis goes through its queue of travels, ramps up and down, and can be stopped."""
 
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-
-from robolaser.arrays import Array
 
 RAMP = 0.25
 """Share of a travel's time in which it gains speed, and in which it loses it again."""
@@ -98,8 +95,3 @@ class Axis:
     def jam(self, now_s: float) -> None:
         """Stick here, whatever it is told."""
         self._jammed = self.at(now_s)
-
-
-def angles(axes: Sequence[Axis], now_s: float) -> Array:
-    """Where all are, (j,) [rad]."""
-    return np.array([axis.at(now_s) for axis in axes])
