@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 
 from robolaser.arrays import Array
-from robolaser.cell.camera import Camera
-from robolaser.cell.clock import Clock
 from robolaser.cell.serial_line import TICK_S, SerialLine
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.controller import Controller
 from robolaser.emulator.emulated_cell import controller_of
 from robolaser.emulator.faults import FaultyController, read_fault
-from robolaser.emulator.world.world import EmulatedWorld
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import EmulatedWorld, load_world
 from robolaser.vision.board import Image
 
 BITS_A_BYTE = 10
@@ -26,7 +23,7 @@ LOOK_S = 0.02
 """Between two looks at the motors: so gears feel every turn."""
 
 
-class Jumping(Clock):
+class Jumping:
     """Time goes by when somebody waits for it."""
 
     def __init__(self) -> None:
@@ -91,7 +88,7 @@ class Bench:
         """Nothing."""
 
 
-class Witness(Camera):
+class Witness:
     """A camera in a world whose arm goes where the motors on a bench go."""
 
     def __init__(self, bench: Bench, world: EmulatedWorld, laser: int | None, seed: int) -> None:
@@ -127,9 +124,9 @@ def in_virtual_time(folder: Path, *, faults: Sequence[str] = (), seed: int = 1) 
     clock = Jumping()
     bench = Bench(controller_of(cell, world and world.loop), clock, faults, seed, cell.arm.baud)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("robolaser.cell.clock.WallClock", lambda: clock)
+        patch.setattr("robolaser.cell.clock.Clock", lambda: clock)
         patch.setattr(SerialLine, "open", lambda arm, clock: SerialLine(bench, arm.port, clock))
         if world is not None:
             witness = Witness(bench, world, cell.laser_output, seed)
-            patch.setattr("robolaser.cell.cameras.open_camera", lambda *_: witness)
+            patch.setattr("robolaser.cell.camera.open_camera", lambda *_: witness)
         yield

@@ -29,8 +29,7 @@ from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES
 from robolaser.trials.making import make
-from robolaser.trials.outcome import outcome
-from robolaser.trials.score import compile_score
+from robolaser.trials.score import compile_score, outcome
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, PHYSICAL, UNMODELLED
 
 CELLS = (("scorbot_er7", False), ("panda", True), ("ur5", False), ("scorbot_er7", True), ("ur5", True))

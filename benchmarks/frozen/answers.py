@@ -42,7 +42,7 @@ def diagnosed(found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def as_written(kept: Mapping[str, Any]) -> dict[str, Any]:
-    """A kept diagnosis in the words of diagnosis.json, as `trials.outcome` reads it."""
+    """A kept diagnosis in the words of diagnosis.json, as `trials.score` reads it."""
     return {
         "verdict": kept["verdict"],
         "gap_mm": kept["gap_mm"],

@@ -11,7 +11,7 @@ from typing import Any
 from answers import GAPS, as_written
 from worlds import HARMLESS_RAD, sealed
 
-from robolaser.trials.outcome import SURE, outcome
+from robolaser.trials.score import SURE, outcome
 
 GAP = 0.01  # of a gap, J or an error: less is the same
 MOVED = 0.1  # standard errors: less is the same
@@ -48,7 +48,12 @@ def judged(line: Mapping[str, Any]) -> Judgement | None:
     else:
         truth = sealed(truth)
         seen = outcome(truth, as_written(found))
-        right = {"verdict": seen.verdict_right, "class": seen.class_right, "place": seen.site, "whole": seen.right}
+        right = {
+            "verdict": seen.verdict_right,
+            "class": seen.class_right,
+            "place": seen.site_first,
+            "whole": seen.right,
+        }
         good = [*truth["background"], *([e["effect"], e["where"]] for e in truth["each"])]
         good += [pair for e in truth["each"] for pair in (*e["also_right"], *e["rivals"])]
         held = {name for name, (_, pair) in stated.items() if pair in good}

@@ -19,7 +19,7 @@ from robolaser.simulation import CellOptions, simulate
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES, KINDS
 from robolaser.trials.making import make
-from robolaser.trials.outcome import UNKNOWN
+from robolaser.trials.score import UNKNOWN
 
 REAL = ("ur5-tracker", "mukca-dinova_1", "rosi-two-axis", "mukca-panda_1", "mukca-panda_3", "ur3e-hand-eye-2",
         "etna-s1", "etna-s2", "ur10-tracker-b")  # fmt: skip
@@ -170,7 +170,7 @@ def compact(truth: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sealed(short: Mapping[str, Any]) -> dict[str, Any]:
-    """The truth that was made compact, as `trials.outcome` reads it."""
+    """The truth that was made compact, as `trials.score` reads it."""
     background = [[effect, where] for effect, places in short.get("background", {}).items() for where in places]
     each = [_usual(item) | item for item in short["each"]]
     return {"kind": short.get("kind", ""), "each": each, "background": background}

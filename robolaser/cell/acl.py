@@ -1,17 +1,16 @@
 """The ACL controllers of SCORBOT arms, over RS-232."""
 
 import re
-from typing import ClassVar, Self, final
+from typing import ClassVar, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.cell.acl_protocol import SLOW_PERCENT, AclProtocol
-from robolaser.cell.arm import Arm
-from robolaser.cell.clock import Clock
-from robolaser.cell.failures import joints_differ, line_lost, unclear
-from robolaser.cell.serial_line import SerialLine, connect
-from robolaser.data.cell_config import ArmLine, Axes, Cell
+from robolaser.cell.failures import line_lost, unclear
+from robolaser.cell.line_arm import LineArm
+from robolaser.cell.serial_line import SerialLine
+from robolaser.data.cell_config import ArmLine, Axes
 from robolaser.errors import ArmError, DataError
 from robolaser.robot.kinematics import Robot
 
@@ -46,21 +45,22 @@ HOMED = re.compile(f"{FOUND.pattern}|{FAILED.pattern}", re.IGNORECASE)
 
 
 @final
-class AclArm(Arm):
+class AclArm(LineArm):
     """A SCORBOT: encoder counts become joint angles by the controller's own parameters and the type of the arm.
 
-    angles = reference_rad + direction M (counts - PAR(51 + axis)), M as in `radians_per_count`.
+    angles = reference_rad + direction M (counts - PAR(51 + axis)), M as in `radians_per_count`. Once the port is open,
+    motors are on; nothing moves.
     """
 
     outputs: ClassVar[int | None] = 16
     synchronous_read: ClassVar[bool] = True
     absolute_encoders: ClassVar[bool] = False
+    most: ClassVar[int] = AXES
 
     def __init__(self, line: SerialLine, arm: ArmLine, robot: Robot) -> None:
-        joints = robot.joints
+        super().__init__(line, arm, robot)
+        joints = self._joints
         assert arm.axes is not None  # a cell without it is not read
-        if not 0 < len(joints) <= AXES:
-            raise joints_differ("acl", len(joints), AXES)
         if arm.axes == "er5plus" and len(joints) < AXES:
             raise DataError(
                 f"cell.toml, [arm] axes 'er5plus' couples {AXES} joints, but dataset.toml, [robot] joints lists"
@@ -68,12 +68,9 @@ class AclArm(Arm):
                 file="dataset.toml",
                 column="joints",
             )
-        self._line = line
-        self._joints, self._axes = joints, arm.axes
+        self._axes = arm.axes
         self._as_er5plus: list[float] = []
-        self._talk = AclProtocol(line, self._joints)
-        self._reference = np.array(arm.reference_rad or [0.0] * len(joints))
-        self._direction = np.array(arm.direction or [1.0] * len(joints))
+        self._talk = AclProtocol(line, joints)
         self._talk.begin()
         self._per_quarter = np.array([self._parameter(PER_QUARTER + i) for i in range(len(joints))])
         self._at_reference = np.array([self._parameter(AT_REFERENCE + i) for i in range(len(joints))])
@@ -93,16 +90,6 @@ class AclArm(Arm):
         self._store_here()
         self._place = PLACES[0]
         self._prepared: Ints | None = None
-
-    @classmethod
-    def open(cls, cell: Cell, clock: Clock) -> Self:
-        """Open the port, and read from the controller how it counts. Motors come on; nothing moves.
-
-        Raises:
-            ArmError: It cannot be opened, or the controller is not this robot's.
-            DataError: The robot has more joints than the controller.
-        """
-        return connect(lambda line: cls(line, cell.arm, cell.robot), cell.arm, clock)
 
     def read(self) -> Array:
         """Where it is now, (j,).
@@ -178,10 +165,6 @@ class AclArm(Arm):
     def switch(self, output: int, *, on: bool) -> None:
         """Switch an output."""
         self._talk.command(f"SET OUT[{output}]={int(on)}")
-
-    def close(self) -> None:
-        """Close the port."""
-        self._line.close()
 
     def _store_here(self) -> None:
         """Give both positions counts, of axes too that are not this robot's."""

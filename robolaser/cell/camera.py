@@ -1,13 +1,22 @@
-"""A camera that can be asked for one image of what is there now."""
+"""The camera of a cell: it runs by itself, and can be asked for one image of what is there now."""
 
-from abc import ABC, abstractmethod
+import threading
 from collections.abc import Callable
+from typing import Any, final
 
-from robolaser.errors import CameraError
+import cv2
+import numpy as np
+
+from robolaser.bounded_reading import decoded
+from robolaser.cell.clock import Clock
+from robolaser.data.cell_config import CameraLine, Cell
+from robolaser.errors import CameraError, RobolaserError
 from robolaser.vision.board import Image
 
 Warn = Callable[[str], None]
 
+STREAMS = ("tcp", "udp", "rtp", "rtsp", "rtsps", "http", "https")
+"""Of URLs that may be opened: FFmpeg knows many more, which read other files or write."""
 WHITE = 250
 """Grey value from which on a pixel counts as saturated."""
 MOSTLY = 0.5
@@ -15,12 +24,64 @@ MUCH = 0.1
 """Shares of white pixels: with the first an image is lost; a stripe alone never reaches the second."""
 DARK = 12
 """Grey that some pixel exceeds in any image that shows something."""
+SILENT_S = 2.0
+"""A camera that sends no image for so long is lost."""
+FIRST_S = 8.0
+"""The first image may take longer: streams are analysed, exposures adjusted."""
+MANUAL = 1.0
+"""What most drivers (V4L2) call exposure by hand."""
+PASSED_ON = 2
+"""Images that may have been exposed before they were wanted, and waited somewhere in between."""
+OPENING_MS = 8000  # of a stream,
+READING_MS = 2000  # and of its next image
+RAW = -1.0  # format by which OpenCV hands images on as they were sent: its own decoding hides a change of size
 
 
-class Camera(ABC):
-    """Grey images of one size, (h, w) uint8."""
+def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "LiveCamera":
+    """Open a cell's camera: a number, a device (/dev/...) or a stream (with ://).
 
-    @abstractmethod
+    Raises:
+        CameraError: It is none of these, is not there, sends nothing, or the cell takes no images.
+    """
+    source, size = cell.camera.source, cell.description.image_px
+    if size is None:
+        raise cannot_open(source, "dataset.toml has no [image] that states the size of its images")
+    scheme, separator, _ = str(source).partition("://")
+    if separator and scheme.lower() not in STREAMS:
+        raise cannot_open(source, f"{scheme}:// is not allowed, only {', '.join(STREAMS)}")
+    if not (isinstance(source, int) or separator or source.startswith("/dev/")):
+        raise cannot_open(source, "it is no number, no device (/dev/...) and no stream (with ://)")
+    return LiveCamera(cell.camera, size, clock, warn)
+
+
+@final
+class LiveCamera:
+    """Grey images of one size, (h, w) uint8, of a device or a stream.
+
+    It is read in a thread of its own: its newest image is kept, older ones are discarded.
+    """
+
+    def __init__(self, line: CameraLine, size: tuple[int, int], clock: Clock, warn: Warn) -> None:
+        self._source = line.source
+        self._size = size
+        self._clock = clock
+        self._warn = warn
+        self._capture, self._single = _opened(line, size, warn)
+        self._news = threading.Condition()
+        self._closing = False
+        self._image: Image | None = None
+        self._count = 0
+        self._same = 0
+        self._same_s = 0.0
+        self._end: RobolaserError | None = None
+        self._reader = threading.Thread(target=self._read, name=f"camera {line.source}", daemon=True)
+        self._reader.start()
+        try:
+            self._wait_for(self._count + 1, FIRST_S)
+        except BaseException:
+            self.close()
+            raise
+
     def shot(self, settle_s: float) -> Image:
         """An image of what is there from now on.
 
@@ -30,10 +91,144 @@ class Camera(ABC):
         Raises:
             CameraError: No image comes, they are all the same, or the image is of no use.
         """
+        self._clock.wait(settle_s)
+        with self._news:
+            wanted = self._count + 1 + (PASSED_ON if settle_s else 0)
+        image = self._wait_for(wanted, SILENT_S)
+        self._check(image)
+        return image
 
-    @abstractmethod
     def close(self) -> None:
         """Close it."""
+        self._closing = True
+        self._reader.join(SILENT_S)
+        if not self._reader.is_alive():  # a driver that hangs is left to hang
+            self._capture.release()
+
+    def _check(self, image: Image) -> None:
+        """Look whether an image, (h, w), is fit to be kept, and warn of what is odd.
+
+        Raises:
+            CameraError: It has another size, or most of it is white.
+        """
+        if image.shape[::-1] != self._size:
+            raise CameraError(
+                f"Camera {self._source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml,"
+                f" [image] says {self._size[0]} x {self._size[1]}. Set the camera to that size, or correct [image]."
+            )
+        white = float((image >= WHITE).mean())
+        if white > MOSTLY:
+            raise CameraError(
+                f"Camera {self._source} is overexposed: {white:.0%} of the image is white."
+                " Set a shorter exposure or less gain in cell.toml, [camera], or close the aperture."
+            )
+        if white > MUCH:
+            self._warn(f"camera {self._source}: {white:.0%} of the image is white; a shorter exposure shows more.")
+        if image.max(initial=0) < DARK:
+            self._warn(f"camera {self._source}: the whole image is dark. Is the lens covered, or the light off?")
+
+    def _wait_for(self, number: int, patience_s: float) -> Image:
+        """The first image from a number on that differs from the one before it, or is black or white all over."""
+        with self._news:
+            while self._image is None or self._count < number or (self._same and not _cut_off(self._image)):
+                if self._end is not None:
+                    raise self._end
+                if not self._news.wait(patience_s):  # every image wakes it, and the end
+                    raise no_more_images(self._source, f"none came for {patience_s:.0f} s")
+                cut_off = self._image is not None and _cut_off(self._image)
+                if self._same and not cut_off and self._clock.now() - self._same_s > SILENT_S:
+                    raise CameraError(
+                        f"Camera {self._source} is frozen: {self._same + 1} images in"
+                        f" {self._clock.now() - self._same_s:.1f} s were the same to the last pixel, which"
+                        " no live camera does. Unplug it and plug it in again."
+                    )
+            return self._image
+
+    def _read(self) -> None:
+        """Keep the newest image until there is no more."""
+        end: RobolaserError | None = None
+        while not self._closing and end is None:
+            try:
+                there, frame = self._capture.read()
+                image = self._grey(frame) if there else None
+                end = None if there else no_more_images(self._source, "it has ended or was unplugged")
+            except RobolaserError as error:
+                image, end = None, error
+            except Exception as error:  # whatever a driver throws, the one who waits must hear of it
+                image, end = None, no_more_images(self._source, str(error))
+            if image is None and end is None:
+                continue
+            with self._news:
+                self._end = end
+                if image is not None:
+                    self._keep(image)
+                self._news.notify_all()
+
+    def _keep(self, image: Image) -> None:
+        if self._image is not None and np.array_equal(image, self._image):
+            self._same += 1
+        else:
+            self._same, self._same_s = 0, self._clock.now()
+        self._image, self._count = image, self._count + 1
+
+    def _grey(self, frame: Any) -> Image | None:
+        """An image as OpenCV delivers it, (h, w) or (h, w, 3), or as it was sent, as (h, w) uint8; None: it is torn."""
+        if self._single:
+            image: Image | None = decoded(frame.tobytes(), cv2.IMREAD_GRAYSCALE)
+            return image
+        if frame.dtype != np.uint8:
+            raise cannot_open(self._source, f"its images hold {frame.dtype}, expected integers of 8 bits")
+        return np.asarray(frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
+def _cut_off(image: Image) -> bool:
+    """Whether so little or so much light fell into it that no noise is left to tell a live camera by."""
+    return bool(image.max(initial=0) < DARK or image.min(initial=WHITE) >= WHITE)
+
+
+def _opened(line: CameraLine, size: tuple[int, int], warn: Warn) -> tuple[Any, bool]:
+    """What `cv2.VideoCapture` gives, and whether it gives single images (PGM, PNG, Motion JPEG) as they were sent."""
+    capture: Any
+    if isinstance(line.source, str) and "://" in line.source:
+        capture, single = _open_stream(line.source)
+    else:
+        single, capture = False, cv2.VideoCapture(line.source)
+        if not capture.isOpened():
+            raise cannot_open(line.source, "there is no camera")
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, size[0])  # the first image shows whether it could
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, size[1])
+    if line.exposure is not None:
+        capture.set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL)
+    for name, what, value in (
+        ("exposure", cv2.CAP_PROP_EXPOSURE, line.exposure),
+        ("gain", cv2.CAP_PROP_GAIN, line.gain),
+    ):
+        if value is not None and not capture.set(what, value):
+            warn(f"camera {line.source}: its driver refuses {name} = {value:g}; it stays as it is.")
+    return capture, single
+
+
+def _open_stream(source: str) -> tuple[Any, bool]:
+    raw = _captured(source)
+    raw.set(cv2.CAP_PROP_FORMAT, RAW)
+    there, packet = raw.read()
+    if there and packet.dtype == "uint8" and decoded(packet.tobytes(), cv2.IMREAD_GRAYSCALE) is not None:
+        return raw, True
+    raw.release()
+    return _captured(source), False
+
+
+def _captured(source: str) -> Any:
+    settings = {
+        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC: OPENING_MS,
+        cv2.CAP_PROP_READ_TIMEOUT_MSEC: READING_MS,
+        cv2.CAP_PROP_N_THREADS: 1,  # each further one holds an image back
+    }
+    pairs = [number for setting in settings.items() for number in setting]
+    capture: Any = cv2.VideoCapture(source, cv2.CAP_FFMPEG, pairs)
+    if not capture.isOpened():
+        raise cannot_open(source, "there is no stream")
+    return capture
 
 
 def cannot_open(source: object, reason: str) -> CameraError:
@@ -47,32 +242,3 @@ def cannot_open(source: object, reason: str) -> CameraError:
 def no_more_images(source: object, reason: str) -> CameraError:
     """The error of a camera that falls silent."""
     return CameraError(f"Camera {source} gives no more images: {reason}. Check its cable and power.")
-
-
-def check_image(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
-    """Look whether an image is fit to be kept.
-
-    Args:
-        source: What messages call the camera.
-        image: (h, w).
-        size: Width and height that it should have [px].
-        warn: Receives what is odd.
-
-    Raises:
-        CameraError: It has another size, or most of it is white.
-    """
-    if image.shape[::-1] != size:
-        raise CameraError(
-            f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml, [image]"
-            f" says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
-        )
-    white = float((image >= WHITE).mean())
-    if white > MOSTLY:
-        raise CameraError(
-            f"Camera {source} is overexposed: {white:.0%} of the image is white."
-            " Set a shorter exposure or less gain in cell.toml, [camera], or close the aperture."
-        )
-    if white > MUCH:
-        warn(f"camera {source}: {white:.0%} of the image is white; a shorter exposure shows more.")
-    if image.max(initial=0) < DARK:
-        warn(f"camera {source}: the whole image is dark. Is the lens covered, or the light off?")

@@ -1,16 +1,21 @@
 """Motions by setpoints: joints are told many times a second where to be, and what they read is logged beside it."""
 
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
-from robolaser.cell.clock import Clock
+from robolaser.cell.clock import LEAST_S, Clock, seconds_for
 from robolaser.cell.failures import not_settled
 from robolaser.cell.joint_text import at_worst
-from robolaser.cell.motion_time import LEAST_S, seconds_for
+from robolaser.data.cell_config import Cell
+from robolaser.data.csv_tables import read_table, table_text
+from robolaser.data.dataset_file import FORMAT
+from robolaser.data.writing import robot_table, toml_lines
 from robolaser.errors import ArmError
 from robolaser.robot.kinematics import Robot
 
@@ -22,6 +27,9 @@ REST_S, PATIENCE_S = 0.4, 3.0
 """A joint rests that has not moved for so long; one that still moves after so long does not come to rest."""
 STEPS = 2.5
 """Of the encoder, that an arm at rest may seem to move."""
+
+TABLE = "motion/motion.csv"
+LOG_FILES = (TABLE, "motion/dataset.toml", "motion/robot.urdf")
 
 
 @final
@@ -36,14 +44,9 @@ class Tick:
 
 @final
 class Follower:
-    """Leads one arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
+    """Leads an arm along straight ways in joint space, by setpoints that speed up and slow down smoothly.
 
-    Args:
-        arm: One that follows.
-        robot: Its joints.
-        speed: Highest speed of a setpoint [rad/s or m/s].
-        clock: Of the time stamps.
-        rate_hz: Setpoints a second.
+    No joint's setpoint exceeds the speed [rad/s or m/s].
     """
 
     def __init__(self, arm: Arm, robot: Robot, speed: float, clock: Clock, rate_hz: float) -> None:
@@ -58,11 +61,7 @@ class Follower:
         return ticks
 
     def move(self, goal: Array, place: str) -> Array:
-        """Lead the arm to a goal, (j,), from where it was led before, or from where it is.
-
-        Args:
-            goal: (j,).
-            place: What messages call it.
+        """Lead the arm to a goal, (j,), which messages call `place`, from where it was led before, or from where it is.
 
         Returns:
             What was read last, (j,): the arm may still be on its way.
@@ -125,6 +124,45 @@ class Follower:
         self._command = command
         self._clock.wait(max(0.0, began + 1.0 / self._rate_hz - self._clock.now()))
         return q
+
+
+@final
+class SetpointLog:
+    """The motion log of a recording, a data set of its own below it: a series for each pose, its way and its rest."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._name, self._robot = cell.description.name, cell.robot
+        self._rows: list[list[str]] = []
+        self.step_rad: float | None = None
+        """What readings are rounded to; None: not known."""
+
+    def add(self, series: str, ticks: Sequence[Tick]) -> None:
+        """Note the motion to a pose."""
+        for tick in ticks:
+            values = (*tick.command.tolist(), *tick.q.tolist())
+            self._rows.append([series, f"{tick.time_s - ticks[0].time_s:.4f}", *(f"{value:.6f}" for value in values)])
+
+    def take_up(self, folder: Path, series: Collection[str]) -> None:
+        """Go on with the log of a recording, of which some series are kept."""
+        if (folder / TABLE).is_file():
+            table = read_table(folder / TABLE)
+            columns = [table.cells(name) for name in table.columns]
+            self._rows = [list(row) for row in zip(*columns, strict=True) if row[0] in series]
+
+    def files(self) -> dict[str, bytes]:
+        """What its files hold, by their names in the recording's folder; none before the first motion."""
+        if not self._rows:
+            return {}
+        columns = [f"{what}_{joint}" for what in ("command", "q") for joint in self._robot.joints]
+        described: Mapping[str, Mapping[str, object]] = {
+            "": {"format": FORMAT, "name": f"{self._name}, its motions"},
+            "[robot]": robot_table(self._robot),
+            "[sensor]": {"kind": "motion"},
+            "[motion]": {"encoder_step_rad": self.step_rad},
+        }
+        settings = "\n".join(line for table in described.items() for line in toml_lines(*table)) + "\n"
+        contents = (table_text(["series", "time_s", *columns], self._rows), settings, self._robot.urdf)
+        return {name: each.encode() for name, each in zip(LOG_FILES, contents, strict=True)}
 
 
 def smooth(share: float) -> float:

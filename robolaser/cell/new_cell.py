@@ -16,6 +16,7 @@ from robolaser.data.cell_config import load_cell
 from robolaser.data.csv_tables import table_text
 from robolaser.data.lerobot import TURN, Servo
 from robolaser.data.printed_board import board_pdf
+from robolaser.data.writing import toml_lines
 from robolaser.errors import UsageError
 from robolaser.model.sensors.placements import six_of
 from robolaser.robot.by_name import RobotEntry, find_robot, known_robots
@@ -27,6 +28,8 @@ FOLLOW_HZ, FOLLOW_RAD_S = 50, 0.8
 """Of arms of small servos that follow setpoints."""
 FOLLOWING: Final = ("dynamixel", "feetech")
 EMULATED: Final = ("acl", *FOLLOWING)
+BOARD: Final = Board(10, 7, 0.020, "charuco", 0.015, "DICT_4X4_100")  # which fits on a sheet of A4
+IMAGE_PX: Final = (640, 480)
 REACH: Final = 0.95  # of what the arm reaches at most, so that it is never stretched
 SEED: Final = 1
 
@@ -38,15 +41,8 @@ class NewCell:
 
     entry: RobotEntry
     sensor: str  # "camera", or "stripe": with a laser
-    board: Board
-    image_px: tuple[int, int]  # width and height
     poses: int
     servos: Mapping[str, Servo]  # LeRobot's calibration; empty: servos count from position 2048
-
-    @property
-    def sensor_name(self) -> str:
-        """As people call it."""
-        return "camera" if self.sensor == "camera" else "scanner"
 
     @property
     def follows(self) -> bool:
@@ -69,7 +65,7 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
             f"There is no driver for {new.entry.title}: a cell of it cannot be driven. Arms with one: {others}. Record"
             " the joint angles with its own software and use 'robolaser import'."
         )
-    pdf = board_pdf(new.board)
+    pdf = board_pdf(BOARD)
     reach_m = REACH * reach_of(find_robot(new.entry.name))
     described = {"dataset.toml": _dataset(new), "cell.toml": _cell(new, reach_m)}
     with tempfile.TemporaryDirectory() as folder:
@@ -78,7 +74,7 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
         cell = load_cell(folder)
         poses = first_poses(cell, new.poses, SEED)
         at = layout(cell)
-        motions = route_text(cell.robot, with_motions(cell, poses, SEED), 1) if new.follows else None
+        motions = route_text(cell.robot, with_motions(cell, poses, SEED)) if new.follows else None
         world = new.sensor == "camera" and new.entry.controller["kind"] in EMULATED
         return {
             **described,
@@ -94,9 +90,7 @@ def new_cell(new: NewCell) -> dict[str, str | bytes | None]:
 
 
 def _dataset(new: NewCell) -> str:
-    entry, board = new.entry, new.board
-    joints = ", ".join(f'"{joint}"' for joint in entry.joints)
-    markers = f'marker_m = {board.marker_m}\ndictionary = "{board.dictionary}"\n' if board.kind == "charuco" else ""
+    entry, joints = new.entry, ", ".join(f'"{joint}"' for joint in new.entry.joints)
     return f"""\
 format = "robolaser-dataset/1"
 name = "{entry.name}-cell"
@@ -110,15 +104,17 @@ joints = [{joints}]
 kind = "{new.sensor}"
 
 [image]
-width_px = {new.image_px[0]}
-height_px = {new.image_px[1]}
+width_px = {IMAGE_PX[0]}
+height_px = {IMAGE_PX[1]}
 
 [board]                 # board.pdf: measure the print, and correct square_m and marker_m
-kind = "{board.kind}"
-columns = {board.columns}
-rows = {board.rows}
-square_m = {board.square_m}
-{markers}
+kind = "{BOARD.kind}"
+columns = {BOARD.columns}
+rows = {BOARD.rows}
+square_m = {BOARD.square_m}
+marker_m = {BOARD.marker_m}
+dictionary = "{BOARD.dictionary}"
+
 [target]
 placed = false          # the position of the board is found
 """
@@ -132,7 +128,7 @@ def _cell(new: NewCell, reach_m: float) -> str:
         servos = [new.servos[joint] for joint in new.entry.joints]
         arm["ids"] = [servo.id for servo in servos]
         arm["reference_rad"] = [round((TURN / 2 - servo.middle) * 2 * math.pi / TURN, 6) for servo in servos]
-    lines = "\n".join(f"{name} = {_toml(value)}" for name, value in arm.items())
+    lines = "\n".join(toml_lines("", arm))
     speed = f"speed_rad_s = {FOLLOW_RAD_S}\n" if new.follows else ""
     lit = "\n[laser]\n# output = 1            # of the controller; absent: always on\n"
     return f"""\
@@ -150,18 +146,14 @@ reach_m = {reach_m:.2f}          # the arm does not stretch farther
 {speed}"""
 
 
-def _toml(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value)
-
-
 def _world(new: NewCell, at: Layout) -> str:
     """An arm with usual faults, and a camera that is tilted and beside the flange."""
-    focal, joints = 0.96 * new.image_px[0], new.entry.joints
+    focal, joints = 0.96 * IMAGE_PX[0], new.entry.joints
     T = at.T_flange_camera.copy()
     T[:3, 3] = T[:3, :3] @ [0.004, -0.045, -0.03]
     T[:3, :3] = T[:3, :3] @ Rotation.from_euler("XYZ", [-0.12, 0.03, 0.02]).as_matrix()
     camera = {
-        "fx": focal, "fy": 0.998 * focal, "cx": 0.51 * new.image_px[0], "cy": 0.49 * new.image_px[1],
+        "fx": focal, "fy": 0.998 * focal, "cx": 0.51 * IMAGE_PX[0], "cy": 0.49 * IMAGE_PX[1],
         "k1": 0.05, "k2": -0.08, **{name: float(value[0]) for name, value in six_of(T[None], "hand_eye").items()},
     }  # fmt: skip
     numbers = "\n".join(f"{name} = {value:.6g}" for name, value in camera.items())
@@ -192,18 +184,17 @@ quat = {quat}
 
 
 def _readme(new: NewCell, at: Layout) -> str:
-    board = new.board
-    long_m = board.square_m * (board.columns + 1)
+    sensor, long_m = "camera" if new.sensor == "camera" else "scanner", BOARD.square_m * (BOARD.columns + 1)
     plan = "motions.csv" if new.follows else "poses.csv --both-ways"
     log = "\n       robolaser diagnose recording/motion --output servo" if new.follows else ""
     return f"""\
-# {new.entry.title} with a {new.sensor_name}
+# {new.entry.title} with a {sensor}
 
 1. Print `board.pdf` at 100 %. The longer side should measure {1e3 * long_m:.0f} mm; otherwise correct `square_m` and
    `marker_m` in `dataset.toml`. Glue the print to something flat.
 2. Lay it on the table, its middle {100 * at.ahead_m:.0f} cm in front of the arm ({at.front} of its base frame), the
    long side across. A few centimetres do not matter: part of the board in view is enough.
-3. Fix the {new.sensor_name} to the last link, so that it looks where the arm points. Its exact pose is estimated.
+3. Fix the {sensor} to the last link, so that it looks where the arm points. Its exact pose is estimated.
 4. Set `port` and `source` in `cell.toml`, and the size of the camera's images in `dataset.toml`.
 5. Look at the plan, clear the table, keep a hand on the power switch, and record:
 

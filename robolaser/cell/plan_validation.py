@@ -1,17 +1,18 @@
 """Validation of a route before its first motion: limits and collisions, at poses and on the way between."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self, final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools
-from robolaser.cell.cell_collisions import collision_model, tool_points
 from robolaser.cell.joint_text import joint_text
 from robolaser.cell.route import Waypoint, way
-from robolaser.data.cell_config import Cell, Limits
+from robolaser.data.cell_config import Box, Cell, Limits
+from robolaser.data.dataset import Dataset
 from robolaser.errors import PlanError
+from robolaser.geometry.rigid_motion import from_quaternion, pose
+from robolaser.robot.collision_bodies import Body, carried_bodies, link_bodies, link_radius
 from robolaser.robot.collisions import CollisionModel
 from robolaser.robot.kinematics import Robot
 from robolaser.robot.postures import foot_of
@@ -21,40 +22,46 @@ FINE = 0.02
 nothing passes farther than 6 mm from a place that was checked [rad or m]."""
 SLACK = 0.002
 """An arm that stands on a limit reads a little beyond it [rad or m]."""
+SENSOR = "the sensor"
 LISTED = 12  # violations that a message lists
 
+Broken = tuple[bool, str]
+"""A limit that a straight way breaks: whether it does so only before its last posture, and what is how far off."""
 
-@final
-@dataclass(frozen=True)
-class Violation:
-    """One limit that a route breaks, where it breaks it most.
 
-    Attributes:
-        place: Name of the pose.
-        on_the_way: Whether it is broken on the way there rather than at the pose itself.
-        what: The joint, what is too low or too far, or both bodies that are too near to each other.
-        how: How far it is broken.
-    """
+def collision_model(description: Dataset, limits: Limits, boxes: Sequence[Box] = ()) -> CollisionModel:
+    """Links, scanner and boxes of a cell, which has a robot."""
+    arm = description.robot
+    assert arm is not None  # the caller checked it
+    radius = limits.link_radius_m or link_radius(arm)
+    carried = carried_bodies(SENSOR, arm, tool_points(description), radius)
+    stated = [
+        Body(
+            box.name,
+            box.link or arm.base,
+            "box",
+            box.size_m,
+            pose(from_quaternion(np.array(box.quat)), np.array(box.centre_m)),
+        )
+        for box in boxes
+    ]
+    return CollisionModel(arm, [*link_bodies(arm, radius), *carried, *stated])
 
-    place: str
-    on_the_way: bool
-    what: str
-    how: str
 
-    def __str__(self) -> str:
-        way = "on the way to " if self.on_the_way else ""
-        return f"{way}{self.place}: {self.what} {self.how}"
+def tool_points(description: Dataset) -> Array:
+    """Camera and light projector in the flange frame, by their drawing, (2, 3) [m]; none where nothing is drawn."""
+    drawn = description.parameters
+    if not {"t_x", "t_y", "t_z", "b"} <= drawn.keys():
+        return np.empty((0, 3))
+    camera = np.array([drawn[name].nominal for name in ("t_x", "t_y", "t_z")])
+    R = from_quaternion(np.array(description.bracket_quat))
+    return np.stack([camera, camera + R @ np.array([drawn["b"].nominal, 0.0, 0.0])])
 
 
 def lowest(robot: Robot, q: Array, tools: Array) -> Array:
-    """Height of the lowest moving part: joint, flange or what it carries, (n,) [m].
+    """Height of the lowest part that moves in postures (n, j): joint, flange or what it carries, (n,) [m].
 
-    The first joint stands on the base and does not move.
-
-    Args:
-        robot: Any arm.
-        q: Postures, (n, j).
-        tools: Points in the flange frame, (k, 3) [m].
+    What it carries are points in the flange frame, (k, 3) [m]. The first joint stands on the base and does not move.
     """
     flange = robot.forward(q[None])[0]
     joints = robot.joint_frames(q[None])[0, :, 1:, 2, 3]
@@ -73,11 +80,7 @@ def reach(robot: Robot, q: Array) -> Array:
 class RouteCheck:
     """What an arm may not break on its way: joint limits, floor and reach, and the distances between bodies.
 
-    Args:
-        robot: Any arm.
-        limits: Of the cell; joint limits are the robot's.
-        tools: Points in the flange frame, (k, 3) [m].
-        bodies: What could collide.
+    Joint limits are the robot's; tools are points in the flange frame, (k, 3) [m].
     """
 
     def __init__(self, robot: Robot, limits: Limits, tools: Array, bodies: CollisionModel) -> None:
@@ -89,8 +92,8 @@ class RouteCheck:
         bodies = collision_model(cell.description, cell.limits, cell.boxes)
         return cls(cell.robot, cell.limits, tool_points(cell.description), bodies)
 
-    def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[Violation]:
-        """All that a route would break, pose by pose.
+    def violations(self, start: Array | None, names: Sequence[str], q: Array) -> list[str]:
+        """All that a route would break, pose by pose: where, what, and how far where it is worst.
 
         Args:
             start: Where the arm stands, (j,); None: not known, the way to the first pose is left out.
@@ -98,12 +101,12 @@ class RouteCheck:
             q: Joint values in the order of the route, (n, j).
         """
         before = q[0] if start is None else start
-        found: list[Violation] = []
+        found: list[str] = []
         for name, goal in zip(names, q, strict=True):
             steps = 1 + int(np.ceil(np.abs(goal - before).sum() / FINE))
             line = before + (goal - before) * np.linspace(0.0, 1.0, steps + 1)[1:, None]
-            found += self._broken(name, line)
-            found += collisions(self.bodies, self.limits.margin_m, name, line)
+            for on_the_way, what in (*self._broken(line), *collisions(self.bodies, self.limits.margin_m, line)):
+                found.append(f"{'on the way to ' if on_the_way else ''}{name}: {what}")
             before = goal
         return found
 
@@ -126,12 +129,7 @@ class RouteCheck:
         )
 
     def allows(self, q: Array, run_up: float) -> Bools:
-        """Whether the arm may stand at configurations (n, j), and at the beginning of an approach, below and above.
-
-        Args:
-            q: Configurations.
-            run_up: How far each joint begins below and above [rad or m].
-        """
+        """Whether the arm may stand at postures (n, j), and with all joints a run-up below and above [rad or m]."""
         robot, limits = self.robot, self.limits
         good: Bools = np.ones(len(q), dtype=np.bool_)
         for place in (q, q - run_up, q + run_up):
@@ -142,14 +140,14 @@ class RouteCheck:
             good[good] = self.bodies.clear(place[good], limits.margin_m)
         return good
 
-    def _broken(self, name: str, line: Array) -> list[Violation]:
+    def _broken(self, line: Array) -> list[Broken]:
         """Of one straight way whose last posture is the pose itself, (s, j)."""
         robot, limits = self.robot, self.limits
-        found: list[Violation] = []
+        found: list[Broken] = []
 
         def note(excess: Array, what: str, value: str, limit: str) -> None:
             if excess.max() > 0:
-                found.append(Violation(name, bool(excess[-1] <= 0), what, f"at {value}, limit {limit}"))
+                found.append((bool(excess[-1] <= 0), f"{what} at {value}, limit {limit}"))
 
         for i, joint in enumerate(robot.joints):
             lower, upper = float(robot.lower[i]), float(robot.upper[i])
@@ -167,15 +165,15 @@ class RouteCheck:
         return found
 
 
-def collisions(model: CollisionModel, margin_m: float, place: str, line: Array) -> list[Violation]:
+def collisions(model: CollisionModel, margin_m: float, line: Array) -> list[Broken]:
     """Pairs of bodies nearer than a margin [m] on a straight way whose last posture is the pose itself, (s, j)."""
     gaps = model.gaps(line)
-    nearest: dict[str, tuple[float, Violation]] = {}
+    nearest: dict[str, tuple[float, Broken]] = {}
     for k, pair in enumerate(model.pairs):
         name, gap = model.name(pair), float(gaps[:, k].min())
         if gap >= margin_m or gap >= nearest.get(name, (np.inf,))[0]:  # a link may be several bodies
             continue
         how = f"are {1e3 * gap:.1f} mm apart, limit {1e3 * margin_m:g} mm (margin_m)"
         how = f"overlap by {-1e3 * gap:.1f} mm" if gap < 0 else how
-        nearest[name] = gap, Violation(place, bool(gaps[-1, k] >= margin_m), name, how)
-    return [violation for _, violation in nearest.values()]
+        nearest[name] = gap, (bool(gaps[-1, k] >= margin_m), f"{name} {how}")
+    return [broken for _, broken in nearest.values()]

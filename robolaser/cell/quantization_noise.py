@@ -13,12 +13,7 @@ HEADER = re.compile(r"^[ \t]*\[[ \t]*[\"']?noise[\"']?[ \t]*\].*$", re.MULTILINE
 
 
 def quantization_rad(step: Array, robot: Robot) -> float:
-    """Standard deviation of a reading that is cut off at steps, root mean square over the joints that turn [rad].
-
-    Args:
-        step: The smallest difference that the arm can tell, (j,) [rad or m].
-        robot: Whose joints they are.
-    """
+    """Standard deviation of a reading cut off at steps, (j,) [rad or m], RMS over the joints that turn [rad]."""
     turning = step[~robot.prismatic]
     return float(np.sqrt(np.mean(turning**2) / 12.0)) if turning.size else 0.0
 

@@ -14,15 +14,13 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
 from robolaser.cell.camera import Warn
-from robolaser.cell.following import Tick
+from robolaser.cell.following import LOG_FILES, SetpointLog, Tick
 from robolaser.cell.quantization_noise import KEY, SECTION, quantization_rad, with_noise
 from robolaser.cell.recovery import POSES, another_plan, check_same_cell, pictured, recorded_rows
-from robolaser.cell.route import Waypoint, read_route, route_text
-from robolaser.cell.setpoint_log import FILES as LOG_FILES
-from robolaser.cell.setpoint_log import SetpointLog
+from robolaser.cell.route import Waypoint, from_table, route_text
 from robolaser.data.atomic_write import naming, write_together
 from robolaser.data.cell_config import Cell
-from robolaser.data.csv_tables import table_text
+from robolaser.data.csv_tables import read_table, table_text
 from robolaser.data.image_list import LIT, UNLIT
 from robolaser.errors import DataError
 from robolaser.vision.board import Image
@@ -37,21 +35,13 @@ LEAST_PAUSE_S = 1.0
 @final
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A configuration that the arm rested at.
+    """A configuration that the arm rested at."""
 
-    Attributes:
-        name: Of the pose.
-        time_s: Since the recording began [s].
-        q: As read, (j,) [rad or m].
-        images: By column of poses.csv; none where the arm only passed.
-        qd: Velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests.
-    """
-
-    name: str
-    time_s: float
-    q: Array
-    images: Mapping[str, Image] = field(default_factory=dict)
-    qd: Array | None = None
+    name: str  # of the pose
+    time_s: float  # since the recording began
+    q: Array  # as read, (j,) [rad or m]
+    images: Mapping[str, Image] = field(default_factory=dict)  # by column of poses.csv; none where the arm only passed
+    qd: Array | None = None  # velocities of an arm that moves, (j,) [rad/s or m/s]; None: it rests
 
 
 @final
@@ -98,12 +88,14 @@ class RecordingWriter:
                 f"{folder} has no plan.csv, so no recording was begun there. Begin one without --resume.",
                 file=folder / PLAN,
             )
-        planned, planned_shots = read_route(folder / PLAN, cell.robot)
-        if shots is not None and shots != planned_shots:
-            raise another_plan(folder, f"{planned_shots} shots a pose, not {shots}")
-        if waypoints is not None and route_text(cell.robot, waypoints, 1) != route_text(cell.robot, planned, 1):
+        planned = from_table(folder / PLAN, cell.robot)
+        begun = read_table(folder / POSES).columns if (folder / POSES).is_file() else ()
+        taken = sum(column.startswith(LIT) and column != UNLIT for column in begun)
+        if shots and taken not in (0, shots):
+            raise another_plan(folder, f"{taken} shots a pose, not {shots}")
+        if waypoints is not None and route_text(cell.robot, waypoints) != route_text(cell.robot, planned):
             raise another_plan(folder, f"its {len(planned)} poses are not the {len(waypoints)} of this one")
-        writer = cls(cell, folder, planned, planned_shots)
+        writer = cls(cell, folder, planned, taken or shots or 1)
         writer.begun = True
         if (folder / DATASET).is_file():
             check_same_cell(folder / DATASET, cell)
@@ -145,12 +137,7 @@ class RecordingWriter:
         return np.array([float(self._rows[-1][f"q_{joint}"]) for joint in self._robot.joints])
 
     def state_quantization_noise(self, step: Array, warn: Warn) -> None:
-        """Let the recording state how finely joints were read, unless its cell states a noise of readings.
-
-        Args:
-            step: The smallest difference of angles that the arm can tell, (j,) [rad or m].
-            warn: Is told where there is no room for it.
-        """
+        """State in what steps, (j,) [rad or m], joints were read, unless the cell states a noise of readings."""
         self._log.step_rad = float(step.max())
         if self.begun and (self.folder / DATASET).exists():
             return
@@ -169,12 +156,9 @@ class RecordingWriter:
         Raises:
             OutputError: The disk is full; the recording is as it was before.
         """
-        files: dict[str, bytes] = {}
-        cleared: list[str] = []
-        if not self.begun:
-            if self.waypoints:
-                files[PLAN] = route_text(self._robot, self.waypoints, self.shots).encode()
-            cleared = [name for name in (*pictured(self.folder), *FILES) if (self.folder / name).is_file()]
+        cleared = () if self.begun else (*pictured(self.folder), *FILES)
+        planned = bool(self.waypoints) and not self.begun
+        files = {PLAN: route_text(self._robot, self.waypoints).encode()} if planned else {}
         rows = list(self._rows)
         for sample in samples:
             row = {"pose": sample.name, "time_s": f"{sample.time_s:.3f}"}

@@ -16,11 +16,7 @@ PNG_BEGINS, PNG_ENDS = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
 
 def check_same_cell(file: Path, cell: Cell) -> None:
-    """Whether a recording's dataset.toml is its cell's, but for the noise of readings that was put there.
-
-    Args:
-        file: The recording's.
-        cell: Where it is to be gone on with.
+    """See that a recording's dataset.toml is its cell's, but for the noise of readings that was put there.
 
     Raises:
         DataError: It is not.
@@ -34,11 +30,7 @@ def check_same_cell(file: Path, cell: Cell) -> None:
 
 
 def recorded_rows(table: Path, columns: Sequence[str]) -> list[dict[str, str]]:
-    """Rows of a recording's poses.csv whose images are whole.
-
-    Args:
-        table: The file.
-        columns: What it would have if it were recorded now.
+    """Rows of a recording's poses.csv whose images are whole; it should have the columns that it would have now.
 
     Raises:
         DataError: It has other columns, or a time or a reading is no number; with row and column.

@@ -10,28 +10,21 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_json
 from robolaser.data.csv_tables import CsvTable, bad_cell, read_table, table_text
+from robolaser.data.pose_table import outside_limits
 from robolaser.errors import DataError
 from robolaser.robot.kinematics import Robot
 
-FAR = 1.0
-"""How far beyond its limits a joint value is another unit's [rad or m]."""
 KINDS = ("approach", "pose")
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Waypoint:
-    """One pose.
+    """One pose."""
 
-    Attributes:
-        name: Of the pose, unique.
-        q: Joint values to go to, (j,) [rad or m].
-        approach: Where to go before, one after the other, (k, j); none: from wherever the arm is.
-    """
-
-    name: str
-    q: Array
-    approach: tuple[Array, ...] = ()
+    name: str  # unique
+    q: Array  # joint values to go to, (j,) [rad or m]
+    approach: tuple[Array, ...] = ()  # where to go before, one after the other, (j,) each; none: from wherever it is
 
     @property
     def approach_names(self) -> tuple[str, ...]:
@@ -63,17 +56,7 @@ def from_table(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
     columns = [f"q_{joint}" for joint in robot.joints]
     table = read_table(path, columns)
     q = table.numbers(columns)
-    for i, j in np.argwhere((q < robot.lower - FAR) | (q > robot.upper + FAR))[:1]:
-        unit = "m" if robot.prismatic[j] else "rad"
-        lower, upper = float(robot.lower[j]), float(robot.upper[j])
-        hint = "Are these degrees?" if unit == "rad" else "Are these millimetres?"
-        raise DataError(
-            f"{table.file}, row {table.lines[i]}: {columns[j]} is {q[i, j]:.4g} {unit}, but the URDF limits it to"
-            f" {lower:.2f} .. {upper:.2f} {unit}. {hint}",
-            file=path,
-            row=table.lines[i],
-            column=columns[j],
-        )
+    outside_limits(table, q, robot)  # a plan that is a little beyond is refused with all places where it is
     waypoints = _grouped(table, q) if "pose" in table else numbered(q)
     images = () if "kind" in table or "image" not in table else table.cells("image")
     if any(images):
@@ -103,12 +86,7 @@ def from_diagnosis(path: Path, robot: Robot) -> tuple[Waypoint, ...]:
 
 
 def both_ways(waypoints: Sequence[Waypoint], run_up: float) -> tuple[Waypoint, ...]:
-    """Each pose twice: with all joints coming from below, then from above.
-
-    Args:
-        waypoints: The poses.
-        run_up: How far below and above each joint begins [rad or m].
-    """
+    """Each pose twice: with all joints coming from a run-up below, then from as far above [rad or m]."""
     return tuple(
         Waypoint(f"{waypoint.name}_{way}", waypoint.q, (waypoint.q + sign * run_up,))
         for waypoint in waypoints
@@ -122,28 +100,13 @@ def way(waypoints: Sequence[Waypoint]) -> tuple[tuple[str, ...], Array]:
     return tuple(name for name, _ in places), np.array([q for _, q in places])
 
 
-def route_text(robot: Robot, waypoints: Sequence[Waypoint], shots: int) -> str:
-    """A route, and how many shots each pose gets, as a table that people can read too."""
+def route_text(robot: Robot, waypoints: Sequence[Waypoint]) -> str:
+    """A route as a table that `from_table` and people read."""
     rows: list[list[object]] = []
     for waypoint in waypoints:
-        rows += [[waypoint.name, "approach", 0, *map(repr, place.tolist())] for place in waypoint.approach]
-        rows.append([waypoint.name, "pose", shots, *map(repr, waypoint.q.tolist())])
-    return table_text(["pose", "kind", "shots", *(f"q_{joint}" for joint in robot.joints)], rows)
-
-
-def read_route(path: Path, robot: Robot) -> tuple[tuple[Waypoint, ...], int]:
-    """What `route_text` wrote.
-
-    Raises:
-        RobolaserError: File, row and column of what is wrong.
-    """
-    table, waypoints = read_table(path), from_table(path, robot)
-    shots = table.numbers(["shots"])[:, 0]
-    wanted = float(shots.max(initial=0))
-    for line, kind, each in zip(table.lines, table.texts("kind"), shots, strict=True):
-        if kind == "pose" and (each != wanted or wanted < 1 or wanted % 1):
-            raise bad_cell(table.file, line, "shots", f"{each:g}", "the same whole number from 1 for each pose")
-    return waypoints, int(wanted)
+        rows += [[waypoint.name, "approach", *map(repr, place.tolist())] for place in waypoint.approach]
+        rows.append([waypoint.name, "pose", *map(repr, waypoint.q.tolist())])
+    return table_text(["pose", "kind", *(f"q_{joint}" for joint in robot.joints)], rows)
 
 
 def _grouped(table: CsvTable, q: Array) -> tuple[Waypoint, ...]:

@@ -1,15 +1,13 @@
 """A serial line: what goes out, what comes in, and how long silence may last; bytes are the letters of Latin-1."""
 
 import re
-from collections.abc import Callable, Sequence
-from typing import Any, Self, TypeVar, final
+from collections.abc import Sequence
+from typing import Any, Self, final
 
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import LineFlooded, line_lost
 from robolaser.data.cell_config import ArmLine
 from robolaser.errors import ArmError
-
-Connected = TypeVar("Connected")
 
 SCHEMES = ("socket", "rfc2217", "loop")
 """Of URLs that may be opened; what loop:// hears is what it sent."""
@@ -136,21 +134,6 @@ def _ports() -> Sequence[str]:
     from serial.tools.list_ports import comports  # noqa: PLC0415
 
     return sorted(port.device for port in comports() if port.hwid != "n/a")
-
-
-def connect(begin: Callable[[SerialLine], Connected], arm: ArmLine, clock: Clock) -> Connected:
-    """Open a port and begin a protocol on it; where that fails, the port is closed again.
-
-    Raises:
-        ArmError: It cannot be opened.
-        RobolaserError: The protocol cannot begin.
-    """
-    line = SerialLine.open(arm, clock)
-    try:
-        return begin(line)
-    except BaseException:
-        line.close()
-        raise
 
 
 def _refuse_other_schemes(port: str) -> None:

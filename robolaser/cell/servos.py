@@ -8,8 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 
 from robolaser.arrays import Array, Ints
-from robolaser.cell.bus_arm import BusArm
 from robolaser.cell.failures import AnswerUnclear, alarm, line_lost, unclear
+from robolaser.cell.line_arm import BusArm
 from robolaser.cell.serial_line import LETTERS, SerialLine
 from robolaser.cell.servo_protocols import READ_ALL, SERVOS, WRITE_ALL, Register
 from robolaser.data.cell_config import ArmLine

@@ -38,7 +38,6 @@ def cell(
     """
     from robolaser.bounded_reading import read_text
     from robolaser.cell.new_cell import CELL_FILES, NewCell, new_cell
-    from robolaser.data.board import Board
     from robolaser.data.lerobot import read_servos
     from robolaser.data.result_folder import results_in, write_results
     from robolaser.errors import UsageError
@@ -48,8 +47,7 @@ def cell(
     if lerobot is not None and entry.controller.get("kind") != "feetech":
         raise UsageError(f"--lerobot is for arms of Feetech servos, which {entry.title} is not: leave it out.")
     servos = {} if lerobot is None else read_servos(read_text(lerobot), entry.joints, lerobot.name)
-    board = Board(10, 7, 0.020, "charuco", 0.015, "DICT_4X4_100")  # which fits on a sheet of A4
-    wanted = NewCell(entry, "camera" if camera else "stripe", board, (640, 480), poses, servos)
+    wanted = NewCell(entry, "camera" if camera else "stripe", poses, servos)
     folder = Path(f"{entry.name}-cell") if output is None else output
     read = [] if lerobot is None else [lerobot]
     with results_in(folder, command="new cell", files=CELL_FILES, inputs=read, force=force):

@@ -73,14 +73,15 @@ def plan(
 
 def _warn_of_collisions(dataset: "Dataset", terminal: Terminal) -> None:
     """Say at which poses the arm would hit itself."""
-    from robolaser.cell.cell_collisions import collision_model
-    from robolaser.cell.plan_validation import collisions
+    from robolaser.cell.plan_validation import collision_model, collisions
     from robolaser.data.cell_config import Limits
 
     bodies = collision_model(dataset, Limits())
     for name, q in zip(dataset.poses.names, dataset.arm[1], strict=True):
-        for hit in collisions(bodies, 0.0, name, q[None]):
-            terminal.warn(f"{hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml).")
+        for _, hit in collisions(bodies, 0.0, q[None]):
+            terminal.warn(
+                f"{name}: {hit}. Leave the pose out if links are as thick as that (see [limits] of cell.toml)."
+            )
 
 
 def _of_table(file: Path, robot: str, flange: str | None, sensor: str) -> "Dataset":

@@ -78,7 +78,7 @@ def record(
         force: Overwrite an earlier recording.
         confirm_position: With --resume, trust the controller's position although it differs from the recorded one.
     """
-    from robolaser.cell.arms import arm_class
+    from robolaser.cell.arm import arm_class
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.route import both_ways as visited_twice
     from robolaser.cell.route import from_diagnosis, from_table
@@ -100,7 +100,7 @@ def record(
     _refuse_idle("--diagnose", diagnose, "--move", move)
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
-    read = _inputs(described, poses, next_poses)
+    read = [described.folder, *(file for file in (poses, next_poses) if file is not None)]
     terminal.warn(*described.warnings)
     arm_class(described)
     if watch is not None:
@@ -143,27 +143,13 @@ def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # 
 
 
 def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
-    """The cell with another port or camera; paths typed are from here, not from the cell's folder."""
+    """The cell with another port or camera."""
     if port is not None:
-        port = str(Path(port).absolute()) if cell.arm.kind == "replay" else port
         cell = replace(cell, arm=replace(cell.arm, port=port))
     if camera is not None:
-        source: str | int = camera
-        if camera.isdecimal():
-            source = int(camera)
-        elif "://" not in camera:
-            source = str(Path(camera).absolute())
+        source = int(camera) if camera.isdecimal() else camera
         cell = replace(cell, camera=replace(cell.camera, source=source))
     return cell
-
-
-def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
-    """Folders and files that a recording reads: the cell, recordings in place of its arm or its camera, and others."""
-    folders = [cell.arm.port] if cell.arm.kind == "replay" else []
-    source = cell.camera.source
-    if isinstance(source, str) and not ("://" in source or source.startswith("/dev/")):
-        folders.append(source)
-    return [cell.folder, *map(cell.beside, folders), *(file for file in read if file is not None)]
 
 
 def _planned(
@@ -179,8 +165,8 @@ def _planned(
 
 def _print_plan(cell: "Cell", waypoints: "Sequence[Waypoint]", terminal: Terminal) -> None:
     """Each place, the time to it and the height of the arm's lowest part there."""
+    from robolaser.cell.clock import seconds_for
     from robolaser.cell.joint_text import joint_text
-    from robolaser.cell.motion_time import seconds_for
     from robolaser.cell.plan_validation import RouteCheck, lowest
     from robolaser.cell.route import way
 
@@ -213,13 +199,13 @@ def _record(
     cell: "Cell", writer: "RecordingWriter", terminal: Terminal, *, position_confirmed: bool, diagnose: bool
 ) -> None:
     """Drive to all poses that remain."""
-    from robolaser.cell.arms import open_arm
-    from robolaser.cell.cameras import open_camera
-    from robolaser.cell.clock import WallClock
+    from robolaser.cell.arm import arm_class
+    from robolaser.cell.camera import open_camera
+    from robolaser.cell.clock import Clock
     from robolaser.cell.session import Session
     from robolaser.commands.running_diagnosis import RunningDiagnosis
 
-    clock, planned = WallClock(), len(writer.waypoints)
+    clock, planned = Clock(), len(writer.waypoints)
     with ExitStack() as at_end:
         running = RunningDiagnosis(writer.folder, terminal.print) if diagnose else None
         if running is not None:
@@ -228,7 +214,7 @@ def _record(
             ended_as_by_hand(),
             terminal.progress() as progress,  # which counts from here: to open a line takes its time too
             closing(open_camera(cell, clock, terminal.warn)) as camera,
-            closing(open_arm(cell, clock)) as arm,
+            closing(arm_class(cell).open(cell, clock)) as arm,
         ):
 
             def tell(what: str) -> None:
@@ -251,14 +237,14 @@ def _record(
 
 
 def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", terminal: Terminal, *, force: bool) -> None:
-    from robolaser.cell.arms import open_arm
-    from robolaser.cell.cameras import open_camera
-    from robolaser.cell.clock import WallClock
+    from robolaser.cell.arm import arm_class
+    from robolaser.cell.camera import open_camera
+    from robolaser.cell.clock import Clock
     from robolaser.cell.recording_writer import RecordingWriter
     from robolaser.cell.watch import sample_names, watch
     from robolaser.data.result_folder import results_in
 
-    clock, names = WallClock(), list[str]()
+    clock, names = Clock(), list[str]()
     writer = RecordingWriter(cell, output, (), 1)
     files = [*writer.files, *(f"images/{name}.png" for name in sample_names(count))]
     with (
@@ -266,7 +252,7 @@ def _watch(cell: "Cell", output: Path, count: int, read: "Sequence[Path]", termi
         ended_as_by_hand(),
         terminal.progress() as progress,
         closing(open_camera(cell, clock, terminal.warn)) as camera,
-        closing(open_arm(cell, clock)) as arm,
+        closing(arm_class(cell).open(cell, clock)) as arm,
     ):
 
         def tell(name: str) -> None:

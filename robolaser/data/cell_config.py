@@ -26,7 +26,7 @@ MOST_SETPOINT_HZ = 200.0  # as a line carries
 class ArmLine:
     """The arm's controller and the line to it."""
 
-    kind: Text  # name of its language, see `robolaser.cell.arms.ARMS`
+    kind: Text  # name of its language, see `robolaser.cell.arm.ARMS`
     port: Text  # a device or any URL that pyserial opens
     baud: Annotated[int, Meta(ge=1)] = 9600  # bits a second
     flow: Literal["none", "xonxoff"] = "none"  # "none" or "xonxoff"
@@ -47,7 +47,7 @@ class ArmLine:
 class CameraLine:
     """The camera."""
 
-    # whatever OpenCV's VideoCapture opens: a number, a device, a file, images "%04d.png", a stream's URL
+    # a number, a device or a stream's URL
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None  # in the driver's own unit; None: as it is
     gain: float | None = None  # likewise
@@ -132,10 +132,6 @@ class Cell:
         """Where it lies."""
         assert self.description.folder is not None  # it was read from there
         return self.description.folder
-
-    def beside(self, path: str) -> Path:
-        """A path that cell.toml names, absolute or from the cell's folder."""
-        return self.folder / path
 
 
 def load_cell(folder: str | Path) -> Cell:

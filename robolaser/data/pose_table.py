@@ -68,7 +68,7 @@ def poses_of(table: CsvTable, folder: Path, robot: Robot | None) -> tuple[Poses,
         q_columns, qd_columns = ([f"{q}_{joint}" for joint in joints] for q in ("q", "qd"))
         q = table.numbers(q_columns)
         qd = table.numbers(qd_columns) if any(column in table for column in qd_columns) else None
-        warnings += [*_outside_limits(table, q, robot), *_unlisted(table, q_columns)]
+        warnings += [*outside_limits(table, q, robot), *_unlisted(table, q_columns)]
         told = [joint for joint in joints if f"{COMMAND}{joint}" in table]
         commands = table.numbers([f"{COMMAND}{joint}" for joint in told])
         following = {joint: commands[:, i] - q[:, joints.index(joint)] for i, joint in enumerate(told)}
@@ -125,7 +125,12 @@ def _flange(table: CsvTable) -> Array:
     return pose(from_quaternion(numbers[:, 3:]), numbers[:, :3])
 
 
-def _outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
+def outside_limits(table: CsvTable, q: Array, robot: Robot) -> list[str]:
+    """What is odd about joint values, (n, j), as sentences.
+
+    Raises:
+        DataError: They are farther beyond the URDF's limits than any arm goes: in another unit, or in other columns.
+    """
     beyond = np.maximum(q - robot.upper, robot.lower - q)
     units = ["m" if prismatic else "rad" for prismatic in robot.prismatic]
     for i, j in np.argwhere(beyond > OUT_OF_RANGE_RAD)[:1]:

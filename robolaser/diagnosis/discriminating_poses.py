@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.calibration.checks import different_poses
-from robolaser.cell.cell_collisions import collision_model
+from robolaser.cell.plan_validation import collision_model
 from robolaser.data.cell_config import Limits
 from robolaser.data.dataset import Dataset, Points
 from robolaser.data.joining import stacked

@@ -13,13 +13,10 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.acl_encoders import AclEncoders
 from robolaser.emulator.controller import ArmFault, Controller
-from robolaser.emulator.joints import FASTEST_RAD_S, Axis, angles, least_seconds
+from robolaser.emulator.joints import FASTEST_RAD_S, Axis, least_seconds
 
-SEARCH_S, RETURN_S = 14.0, 6.0
-"""What homing takes at least of one axis: it passes its switch, and comes back to it."""
-PASSED_RAD = 0.05
-"""How far an axis overshoots its switch."""
-SEARCH_RAD_S = 0.3
+SEARCH_S, SEARCH_RAD_S = 20.0, 0.3
+"""What homing takes at least of one axis, and how fast it turns at most."""
 OUTPUTS = range(1, 17)
 LONGEST_LINE = 128
 ABORT, ENTER, NEWLINE = 0x01, 0x0D, 0x0A
@@ -59,7 +56,6 @@ class AclController(Controller):
         self._homing: tuple[float, int] | None = None
         """When it ends, and the axis that does not find its home, or 0."""
         self._homeless: set[int] = set()
-        self._speed = 50
         self._line = bytearray()
         self._echo = True
         self._unsaid = b""
@@ -70,7 +66,7 @@ class AclController(Controller):
             "HERE": self._here,
             "SETPV": self._setpv,
             "MOVE": self._move,
-            "SPEED": self._set_speed,
+            "SPEED": lambda rest, now_s: OK,  # which only counts where a movement states no time
             "HOME": self._home,
             "SET": self._set,
             "CON": self._con,
@@ -91,10 +87,6 @@ class AclController(Controller):
             self._homing = None
         said, self._unsaid = self._unsaid, b""
         return said
-
-    def motor(self, now_s: float) -> Array:
-        """Joint angles as the encoders see them, (j,) [rad] or [m]."""
-        return angles(self._axes, now_s)
 
     def outputs(self, now_s: float) -> frozenset[int]:
         """The digital outputs that are on."""
@@ -135,6 +127,8 @@ class AclController(Controller):
             lines = self._words[word](rest, now_s) if word else ()
         except Refusal as refusal:
             lines = (f"*** {refusal}",)
+        except (ValueError, IndexError, OverflowError):
+            lines = (f"*** {BAD_COORDINATE}",)
         return _lines(*lines) + PROMPT
 
     def _listpv(self, rest: list[str], now_s: float) -> tuple[str, ...]:
@@ -142,17 +136,15 @@ class AclController(Controller):
         return self._encoders.listed(self._encoders.counts(self.motor(now_s)) if here else self._stored(rest))
 
     def _show(self, rest: list[str], now_s: float) -> tuple[str, ...]:
-        which = _number(rest[1]) if len(rest) == 2 and rest[0] == "PAR" else None
-        if which is None:
+        if rest[0] != "PAR":
             raise Refusal(UNRECOGNIZED)
-        return (f"PAR {which}={self._encoders.par.get(which, 0)}", *OK)
+        return (f"PAR {int(rest[1])}={self._encoders.par.get(int(rest[1]), 0)}", *OK)
 
     def _defp(self, rest: list[str], now_s: float) -> tuple[str, ...]:
-        if len(rest) != 1 or not re.fullmatch(r"[A-Z][A-Z0-9_]*", rest[0]) or rest[0] == "POSITION":
-            raise Refusal(BAD_COORDINATE)
-        if rest[0] in self._positions:
-            raise Refusal(f"POSITION {rest[0]} ALREADY DEFINED")
-        self._positions[rest[0]] = None
+        (name,) = rest
+        if name in self._positions:
+            raise Refusal(f"POSITION {name} ALREADY DEFINED")
+        self._positions[name] = None
         return OK
 
     def _here(self, rest: list[str], now_s: float) -> tuple[str, ...]:
@@ -161,51 +153,37 @@ class AclController(Controller):
 
     def _setpv(self, rest: list[str], now_s: float) -> tuple[str, ...]:
         changed = self._stored(rest).copy()
-        axis, counts = (_number(word) for word in (*rest[1:3], "", "")[:2])
-        if axis is None or not 1 <= axis <= len(changed):
+        name, axis, counts = rest
+        if not 1 <= int(axis) <= len(changed):
             raise Refusal(BAD_AXIS)
-        if counts is None or len(rest) != 3:
-            raise Refusal(BAD_COORDINATE)
-        changed[axis - 1] = counts
-        self._positions[rest[0]] = changed
+        changed[int(axis) - 1] = int(counts)
+        self._positions[name] = changed
         return OK
 
     def _move(self, rest: list[str], now_s: float) -> tuple[str, ...]:
         counts = self._stored(rest)
-        hundredths = _number(rest[1]) if len(rest) == 2 else 0
-        if hundredths is None or hundredths < 0 or len(rest) > 2:
-            raise Refusal(BAD_COORDINATE)
+        seconds = int(rest[1]) / 100 if len(rest) > 1 else 0.0
         self._check_ready()
         goal = self._encoders.angles(counts)
         outside = self._encoders.outside(goal)
         if outside:
             self._give_up("OUT OF RANGE", outside[0], now_s)
             return ()
-        self._go(goal, hundredths / 100, now_s)
-        return OK
-
-    def _set_speed(self, rest: list[str], now_s: float) -> tuple[str, ...]:
-        speed = _number(rest[0]) if len(rest) == 1 else None
-        if speed is None or not 1 <= speed <= 100:
-            raise Refusal(BAD_COORDINATE)
-        self._speed = speed
+        self._go(goal, seconds, now_s)
         return OK
 
     def _home(self, rest: list[str], now_s: float) -> tuple[str, ...]:
         """Queue the search of one axis after the other."""
         self._check_ready()
         self._stop(now_s)
-        encoders, ends_s, missed = self._encoders, now_s, 0
-        for number, (axis, home) in enumerate(zip(self._axes, encoders.home, strict=True), 1):
-            beyond = float(np.clip(home + PASSED_RAD, encoders.lower[number - 1], encoders.upper[number - 1]))
-            search_s = max(SEARCH_S, least_seconds(beyond - axis.goal, SEARCH_RAD_S))
-            axis.queue(beyond, ends_s, search_s)
+        ends_s, missed = now_s, 0
+        for number, (axis, home) in enumerate(zip(self._axes, self._encoders.home, strict=True), 1):
+            search_s = max(SEARCH_S, least_seconds(home - axis.goal, SEARCH_RAD_S))
+            axis.queue(float(home), ends_s, search_s)
             ends_s += search_s
             if number in self._homeless or axis.jammed:
                 missed = number
                 break
-            axis.queue(float(home), ends_s, RETURN_S)
-            ends_s += RETURN_S
         self._homing = ends_s, missed
         return ("WAIT!! HOMING...",)
 
@@ -247,10 +225,9 @@ class AclController(Controller):
             raise Refusal("HOMING IN PROGRESS")
 
     def _go(self, goal: Array, seconds: float, now_s: float) -> None:
-        """Queue a movement, in the time asked for or, for 0, at the speed set, but never faster than the axes can."""
+        """Queue a movement, in the time asked for, but never faster than the axes can."""
         way = float(np.abs(goal - [axis.goal for axis in self._axes]).max())
-        share = 1.0 if seconds else self._speed / 100
-        seconds = max(seconds, least_seconds(way, FASTEST_RAD_S * share))
+        seconds = max(seconds, least_seconds(way, FASTEST_RAD_S))
         begins_s = max(now_s, self._axes[0].free_s)  # all go through their queues together, and after homing
         for axis, angle in zip(self._axes, goal, strict=True):
             axis.queue(float(angle), begins_s, seconds)
@@ -272,13 +249,8 @@ class AclController(Controller):
         self._outputs.clear()
         self._unsaid = _lines(*BOOT) + PROMPT
         self._line.clear()
-        self._echo, self._speed = True, 50
+        self._echo = True
         self._disabled = set()
-
-
-def _number(word: str) -> int | None:
-    """A whole number as typed; None: it is none."""
-    return int(word) if re.fullmatch(r"[+-]?\d{1,9}", word) else None
 
 
 def _lines(*lines: str) -> bytes:

@@ -1,12 +1,11 @@
-"""The camera: a server that sends what it sees, picture after picture, to whoever connects."""
+"""The camera: a server that draws what it sees, picture after picture, for whoever connects."""
 
 import socket
 import socketserver
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from contextlib import suppress
 from typing import final
 
 import cv2
@@ -21,112 +20,59 @@ BUFFER_BYTES = 65536
 
 
 @final
-@dataclass(frozen=True)
-class Snapshot:
-    """Where the arm went, and whether the laser was on at the end of it."""
-
-    path: Sequence[Array]  # joint angles that the encoders saw, one after the other, (j,) each [rad]
-    lit: bool
-
-
-@final
 class CameraServer:
-    """A camera in a world. One thread draws, one for each client sends; a client that is slow misses frames."""
+    """A camera in a world. A client's next frame is drawn when the last one is on its way: a slow one misses some."""
 
-    def __init__(self, world: EmulatedWorld, begin: Snapshot, rng: np.random.Generator) -> None:
-        self._world, self._rng = world, rng
-        self._snapshots: deque[Snapshot] = deque([begin])
-        self._frame, self._count = b"", 0
-        self._fresh = threading.Condition()
-        self._watched = 0
-        self._ended = False
+    def __init__(self, world: EmulatedWorld, rng: np.random.Generator) -> None:
+        self._world, self._rng, self._lit = world, rng, False
+        self._drawing = threading.Lock()
         self._broken: Exception | None = None
-        self._draw(begin)
-        self._server = _server(self._send_frames)
-        self.address = f"tcp://127.0.0.1:{self._server.server_address[1]}"
-        self._threads = [
-            threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True),
-            threading.Thread(target=self._watch, daemon=True),
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._ended = False
+        frames_to = self._send_frames
 
-    def tell(self, snapshot: Snapshot) -> None:
-        """Say how the arm went on.
+        class Client(socketserver.BaseRequestHandler):
+            def handle(self) -> None:
+                frames_to(self.request)
+
+        self._server = socketserver.ThreadingTCPServer(("127.0.0.1", 0), Client)
+        self._server.daemon_threads = True
+        self.address = f"tcp://127.0.0.1:{self._server.server_address[1]}"
+        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True)
+        self._thread.start()
+
+    def follow(self, path: Iterable[Array], *, lit: bool) -> None:
+        """Say where the encoders went, (j,) each [rad], and whether the laser is on at the end of it.
 
         Raises:
             Exception: Whatever broke while it drew.
         """
         if self._broken is not None:
             raise self._broken
-        if not self._ended:
-            self._snapshots.append(snapshot)
+        for motor in path:
+            self._world.follow(motor)
+        self._lit = lit
 
     def close(self) -> None:
         """Stop, and let go of everyone."""
-        self._end()
+        self._ended = True
         self._server.shutdown()
-        for thread in self._threads:
-            thread.join()
+        self._thread.join()
         self._server.server_close()
 
     def _send_frames(self, client: socket.socket) -> None:
-        with self._fresh:
-            sent = self._count
-            self._watched += 1
-        try:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
+        with suppress(OSError):  # the client left
             while not self._ended:
-                with self._fresh:
-                    while self._count == sent and not self._ended:
-                        self._fresh.wait()
-                    frame, sent = self._frame, self._count
+                began = time.monotonic()
+                try:
+                    frame = self._drawn()
+                except Exception as error:  # the one who tells of the arm must hear of it
+                    self._broken = error
+                    return
                 client.sendall(frame)
-        except OSError:
-            return
-        finally:
-            with self._fresh:
-                self._watched -= 1
+                time.sleep(max(0.0, began + 1 / FRAMES_A_S - time.monotonic()))
 
-    def _watch(self) -> None:
-        try:
-            self._go_on()
-        except Exception as error:  # the one who tells of the arm must hear of it
-            self._broken = error
-            self._end()
-
-    def _end(self) -> None:
-        with self._fresh:
-            self._ended = True
-            self._fresh.notify_all()
-
-    def _go_on(self) -> None:
-        snapshot = self._snapshots[-1]
-        while not self._ended:
-            began = time.monotonic()
-            while self._snapshots:
-                snapshot = self._snapshots.popleft()
-                for motor in snapshot.path:
-                    self._world.follow(motor)
-            if self._watched:
-                self._draw(snapshot)
-            time.sleep(max(0.0, began + 1 / FRAMES_A_S - time.monotonic()))
-
-    def _draw(self, snapshot: Snapshot) -> None:
-        for motor in snapshot.path[-1:]:
-            self._world.follow(motor)
-        image = self._world.photograph(self._rng, lit=snapshot.lit)
-        frame = cv2.imencode(".pgm", image)[1].tobytes()
-        with self._fresh:
-            self._frame, self._count = frame, self._count + 1
-            self._fresh.notify_all()
-
-
-def _server(frames_to: Callable[[socket.socket], None]) -> socketserver.ThreadingTCPServer:
-    class Client(socketserver.BaseRequestHandler):
-        def handle(self) -> None:
-            self.request.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
-            frames_to(self.request)
-
-    server = socketserver.ThreadingTCPServer(("127.0.0.1", 0), Client)
-    server.daemon_threads = True
-    return server
+    def _drawn(self) -> bytes:
+        with self._drawing:
+            image = self._world.photograph(self._rng, lit=self._lit)
+        return cv2.imencode(".pgm", image)[1].tobytes()

@@ -1,6 +1,7 @@
 """The far end of an arm's line: it receives bytes, answers, reports unasked, and turns motors."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from enum import Enum
 from typing import ClassVar
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
-from robolaser.emulator.joints import Axis, angles
+from robolaser.emulator.joints import Axis
 
 
 class ArmFault(Enum):
@@ -31,22 +32,23 @@ class Controller(ABC):
 
     command_mark: ClassVar[bytes] = b"\r"
     """What each command has once."""
+    _axes: Sequence[Axis]
 
     @abstractmethod
     def receive(self, data: bytes, now_s: float) -> bytes:
         """Take what came over the line, and give what it answers at once."""
 
-    @abstractmethod
     def poll(self, now_s: float) -> bytes:
         """What is due by now without being asked."""
+        return b""
 
-    @abstractmethod
     def motor(self, now_s: float) -> Array:
         """Joint angles as the encoders see them, (j,) [rad] or [m]."""
+        return np.array([axis.at(now_s) for axis in self._axes])
 
-    @abstractmethod
     def outputs(self, now_s: float) -> frozenset[int]:
         """The digital outputs that are on."""
+        return frozenset()
 
     @abstractmethod
     def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
@@ -64,18 +66,6 @@ class ServoChain(Controller):
         self._direction = np.array(arm.direction or [1.0] * count)
         self._lower, self._upper = robot.lower, robot.upper
         self._axes = [Axis(float(q)) for q in np.clip(self._reference, robot.lower, robot.upper)]
-
-    def poll(self, now_s: float) -> bytes:
-        """Nothing."""
-        return b""
-
-    def motor(self, now_s: float) -> Array:
-        """Joint angles as the encoders see them, (j,) [rad]."""
-        return angles(self._axes, now_s)
-
-    def outputs(self, now_s: float) -> frozenset[int]:
-        """None: servos have no outputs."""
-        return frozenset()
 
     def _turned(self, i: int, angle: float) -> float:
         """How far a servo is turned from its middle at a joint angle [rad]."""

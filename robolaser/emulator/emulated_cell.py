@@ -6,23 +6,24 @@ import select
 import signal
 import stat
 import time
+import tty
 from collections.abc import Sequence
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
-from robolaser.data.cell_config import Cell, load_cell
+from robolaser.data.cell_config import FILE, Cell, load_cell
+from robolaser.data.toml_schema import wrong
 from robolaser.emulator.acl import AclController
 from robolaser.emulator.bus_servos import BusServos
-from robolaser.emulator.camera_server import CameraServer, Snapshot
+from robolaser.emulator.camera_server import CameraServer
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.emulator.faults import ARM, Fault, FaultyController, not_a_fault, read_fault
 from robolaser.emulator.lss import LssController
-from robolaser.emulator.served_line import MOST_PENDING, ServedLine
 from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
-from robolaser.emulator.world.world_file import load_world
-from robolaser.errors import DataError, UsageError, near
+from robolaser.emulator.world.world import load_world
+from robolaser.errors import DataError, UsageError
 
 TICK_S, BUSY_TICK_S = 0.01, 0.002
 """How long it listens before it looks after everything else, and while it has something to say."""
@@ -30,6 +31,9 @@ LOOKS_A_S, MOST_LOOKS = 50.0, 400
 """How often, on its own clock, the arm is looked at; how often at most after a long moment."""
 BITS_A_BYTE = 10
 """Start, eight, stop."""
+LARGEST_READ = 4096
+MOST_PENDING = 65536
+"""Bytes kept for a client that does not read; what comes after is lost, as on a line without flow control."""
 
 
 CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
@@ -37,22 +41,14 @@ CONTROLLERS = ("acl", "dynamixel", "feetech", "lss")
 
 
 def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
-    """The controller that a cell's arm has.
-
-    Args:
-        cell: Names the arm's language.
-        loop: How its servos follow; None: exactly.
+    """The controller that a cell's arm has, and the loop by which its servos follow; None: exactly.
 
     Raises:
         DataError: No emulated controller speaks the arm's language, or it has no servos whose loops could be at fault.
     """
     if cell.arm.kind not in CONTROLLERS:
-        meant = near(cell.arm.kind, CONTROLLERS)
-        raise DataError(
-            f"cell.toml, [arm] kind: no emulated controller speaks '{cell.arm.kind}'.{meant}",
-            file="cell.toml",
-            column="kind",
-        )
+        expected = f"one that is emulated: {', '.join(CONTROLLERS)}"
+        raise wrong(FILE, ("arm", "kind"), cell.arm.kind, expected, CONTROLLERS)
     if cell.arm.kind in ("dynamixel", "feetech"):
         return BusServos(cell, loop)
     if loop is not None:
@@ -65,13 +61,50 @@ def controller_of(cell: Cell, loop: ServoLoop | None = None) -> Controller:
 
 
 @final
-class EmulatedCell:
-    """One emulated cell.
+class ServedLine:
+    """Bytes in, bytes out, never waiting."""
 
-    Attributes:
-        arm: Where the arm's line is.
-        camera: Where the camera is; None: there is none.
-    """
+    def __init__(self) -> None:
+        near, self._far = os.openpty()
+        self._near: int | None = near
+        tty.setraw(self._far)
+        os.set_blocking(near, False)
+        self.address = os.ttyname(self._far)
+        """What pyserial opens."""
+
+    def waits_on(self) -> list[int]:
+        """Descriptors that become readable when there is something to take."""
+        return [] if self._near is None else [self._near]
+
+    def take(self) -> bytes:
+        """What came since."""
+        if self._near is None:
+            return b""
+        try:
+            return os.read(self._near, LARGEST_READ)
+        except BlockingIOError:
+            return b""
+
+    def give(self, data: bytes) -> int:
+        """Send as much as fits now; how much that was. When the plug is pulled all of it is gone."""
+        if self._near is None:
+            return len(data)
+        try:
+            return os.write(self._near, data)
+        except BlockingIOError:
+            return 0
+
+    def hang_up(self) -> None:
+        """Pull the plug."""
+        if self._near is not None:
+            os.close(self._near)
+            os.close(self._far)
+            self._near = None
+
+
+@final
+class EmulatedCell:
+    """One emulated cell, with the addresses of the arm's line and of the camera; None: there is no camera."""
 
     def __init__(
         self,
@@ -98,8 +131,8 @@ class EmulatedCell:
         self.arm = self._line.address
         self._stream: CameraServer | None = None
         if seen is not None:
-            noise = np.random.default_rng([seed, 2])
-            self._stream = CameraServer(seen, self._snapshot(0.0), noise)
+            self._stream = CameraServer(seen, np.random.default_rng([seed, 2]))
+            self._watch(0.0, self._stream)
         self.camera = None if self._stream is None else self._stream.address
         self._began = time.monotonic()
 
@@ -111,7 +144,7 @@ class EmulatedCell:
             self._line.hang_up()
             time.sleep(TICK_S)
         if self._stream is not None:
-            self._stream.tell(self._snapshot(now_s))
+            self._watch(now_s, self._stream)
         if not self._pending:
             self._told_s = now_s
         said = self._controller.receive(self._line.take(), now_s) + self._controller.poll(now_s)
@@ -124,13 +157,13 @@ class EmulatedCell:
         if self._stream is not None:
             self._stream.close()
 
-    def _snapshot(self, now_s: float) -> Snapshot:
-        """How the arm went since it was last looked at, in steps so small that gears feel every turn."""
+    def _watch(self, now_s: float, camera: CameraServer) -> None:
+        """Tell how the arm went since it was last looked at, in steps so small that gears feel every turn."""
         steps = max(1, min(round((now_s - self._watched_s) * LOOKS_A_S), MOST_LOOKS))
-        path = [self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:]]
-        self._watched_s = now_s
+        path = (self._controller.motor(float(t)) for t in np.linspace(self._watched_s, now_s, steps + 1)[1:])
         lit = self._laser is None or self._laser in self._controller.outputs(now_s)
-        return Snapshot(path, lit)
+        camera.follow(path, lit=lit)
+        self._watched_s = now_s
 
     def _tell(self, now_s: float) -> None:
         """Send what the line carries in the time since it last carried something."""

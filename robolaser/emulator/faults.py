@@ -8,7 +8,6 @@ from typing import final
 
 import numpy as np
 
-from robolaser.arrays import Array
 from robolaser.emulator.controller import ArmFault, Controller
 from robolaser.errors import UsageError, near
 
@@ -35,19 +34,12 @@ LARGEST_FLOOD = 8192
 @final
 @dataclass(frozen=True)
 class Fault:
-    """One fault and when it is there.
+    """One fault and when it is there."""
 
-    Attributes:
-        kind: One of `KINDS`.
-        amount: A chance, seconds, an axis from 1, ... as the kind wants.
-        commands: From and up to which command that the controller hears.
-        seconds: From and up to when, on the controller's clock.
-    """
-
-    kind: str
-    amount: float
-    commands: tuple[float, float] = (0.0, np.inf)
-    seconds: tuple[float, float] = (0.0, np.inf)
+    kind: str  # one of `KINDS`
+    amount: float  # a chance, seconds, an axis from 1, ... as the kind wants
+    commands: tuple[float, float] = (0.0, np.inf)  # from and up to which command that the controller hears
+    seconds: tuple[float, float] = (0.0, np.inf)  # from and up to when, on the controller's clock
 
     def is_active(self, now_s: float, heard: int) -> bool:
         """Whether it is active now, after so many commands."""
@@ -85,11 +77,13 @@ def not_a_fault(text: str, reason: str) -> UsageError:
 
 
 @final
-class FaultyController(Controller):
-    """Passes on what another controller sends, with faults."""
+class FaultyController:
+    """Passes on what a controller sends, with faults; motors and outputs are the controller's own."""
 
     def __init__(self, controller: Controller, faults: Sequence[Fault], rng: np.random.Generator) -> None:
         self._controller = controller
+        self.command_mark, self.motor = controller.command_mark, controller.motor
+        self.outputs, self.inject = controller.outputs, controller.inject
         self._faults = tuple(faults)
         self._arm_faults = [fault for fault in faults if fault.kind in ARM]
         self._rng = rng
@@ -109,7 +103,7 @@ class FaultyController(Controller):
         misheard = self._there("misheard", now_s)
         if misheard is not None:
             data = self._thinned(data, misheard.amount)
-        self.heard += data.count(self._controller.command_mark)
+        self.heard += data.count(self.command_mark)
         answer = self._controller.receive(data, now_s)
         self._strike(now_s)
         return self._send(answer, now_s)
@@ -121,18 +115,6 @@ class FaultyController(Controller):
         while self._on_the_way and self._on_the_way[0][0] <= now_s:
             said += self._on_the_way.popleft()[1]
         return b"" if self.cut(now_s) else said + self._flood(now_s)
-
-    def motor(self, now_s: float) -> Array:
-        """As the controller behind."""
-        return self._controller.motor(now_s)
-
-    def outputs(self, now_s: float) -> frozenset[int]:
-        """As the controller behind."""
-        return self._controller.outputs(now_s)
-
-    def inject(self, fault: ArmFault, axis: int, now_s: float) -> None:
-        """As the controller behind."""
-        self._controller.inject(fault, axis, now_s)
 
     def _there(self, kind: str, now_s: float) -> Fault | None:
         return next((f for f in self._faults if f.kind == kind and f.is_active(now_s, self.heard)), None)

@@ -1,13 +1,10 @@
 """Motors that take their time: each axis goes through its queue of travels, ramps up and down, and can be stopped."""
 
 from collections import deque
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-
-from robolaser.arrays import Array
 
 RAMP = 0.25
 """Share of a travel's time in which it gains speed, and in which it loses it again."""
@@ -25,17 +22,15 @@ class Travel:
     """[rad]"""
     begins_s: float
     seconds: float
-    cut_s: float = np.inf
-    """When it was stopped on its way."""
 
     @property
     def ends_s(self) -> float:
-        """When it is there, or was stopped."""
-        return min(self.begins_s + self.seconds, self.cut_s)
+        """When it is there."""
+        return self.begins_s + self.seconds
 
     def at(self, now_s: float) -> float:
         """Where it is [rad]."""
-        gone = min(now_s, self.cut_s) - self.begins_s
+        gone = now_s - self.begins_s
         if gone >= self.seconds:
             return self.goal
         return self.start + (self.goal - self.start) * way_gone(max(gone, 0.0) / self.seconds)
@@ -71,7 +66,7 @@ class Axis:
     @property
     def goal(self) -> float:
         """Where it will be when it has gone through its queue [rad]."""
-        return self._travels[-1].at(np.inf)
+        return self._travels[-1].goal
 
     @property
     def free_s(self) -> float:
@@ -94,14 +89,9 @@ class Axis:
 
     def halt(self, now_s: float) -> None:
         """Stop here and forget the queue."""
-        last = self.travel(now_s)
-        self._travels = deque([replace(last, cut_s=min(now_s, last.cut_s))])
+        here = self.travel(now_s).at(now_s)
+        self._travels = deque([Travel(here, here, now_s, 0.0)])
 
     def jam(self, now_s: float) -> None:
         """Stick here, whatever it is told."""
         self._jammed = self.at(now_s)
-
-
-def angles(axes: Sequence[Axis], now_s: float) -> Array:
-    """Where all are, (j,) [rad]."""
-    return np.array([axis.at(now_s) for axis in axes])

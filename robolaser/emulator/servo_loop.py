@@ -19,9 +19,7 @@ SERVO_FAULTS: Final = ("dead_time", "lag", "dead_zone", "droop")
 class ServoLoop:
     """Joints that approach their commands, dead time ago and lowered by droop, as far as they are outside a dead zone.
 
-    Args:
-        arm: Its weight makes joints sink.
-        faults: Sizes by name and joint.
+    Faults are sizes by name and joint; the arm's weight makes joints sink.
     """
 
     def __init__(self, arm: ScrewArm, faults: Mapping[tuple[str, str], float]) -> None:

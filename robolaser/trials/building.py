@@ -51,13 +51,7 @@ class Ranges:
 
 
 def build(robot: Robot, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
-    """A cell of chance around any arm.
-
-    Args:
-        robot: The arm as drawn.
-        ranges: What is left to chance.
-        rng: Where it comes from.
-        moving: Whether the arm moves at the exposures.
+    """A cell of chance around any arm, which may be moving at the exposures.
 
     Raises:
         RobotError: The arm cannot look at a target often enough.

@@ -121,14 +121,9 @@ class Detectability:
 def sized_fault(
     world: World, name: str, places: tuple[str, ...], rng: np.random.Generator, *, least_misfit: float = DETECTABLE
 ) -> tuple[FaultModel, Detectability]:
-    """A fault of chance, nearly always large enough to be seen.
+    """A fault of chance, of a name of `FAULT_MODELS`, at one of some places, nearly always large enough to be seen.
 
-    Args:
-        world: The cell.
-        name: One of `FAULT_MODELS`.
-        places: Where it may be.
-        rng: Where chance comes from.
-        least_misfit: Squared whitened misfit that it should leave.
+    It should leave the least squared whitened misfit that is stated.
     """
     model = FAULT_MODELS[name]
     least, most = model.sizes

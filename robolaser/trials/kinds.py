@@ -9,10 +9,10 @@ import numpy as np
 from robolaser.errors import UsageError, near
 from robolaser.trials.synthetic.fault_model import FaultModel
 from robolaser.trials.synthetic.fault_models import DRAWN, FAULT_MODELS, OUTLIERS, PHYSICAL, UNMODELLED
-from robolaser.trials.synthetic.fault_models.camera import HigherRadialDistortion, LensDecentring
-from robolaser.trials.synthetic.fault_models.joint_loads import GearWindup
 from robolaser.trials.synthetic.fault_models.joints import PoseScatter, ShiftedZero
 from robolaser.trials.synthetic.fault_models.links import LinkError
+from robolaser.trials.synthetic.fault_models.loads import GearWindup
+from robolaser.trials.synthetic.fault_models.scanner import HigherRadialDistortion, LensDecentring
 from robolaser.trials.synthetic.mujoco_arm import mujoco
 from robolaser.trials.world import World
 

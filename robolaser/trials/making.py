@@ -199,15 +199,7 @@ def _described(world: World, fault: FaultModel, seen: Detectability, poses: Pose
 def _values(
     world: World, fault: FaultModel, effect: CandidateEffect, seen: Detectability, poses: Poses
 ) -> dict[str, float]:
-    """Of the library's parameters, small errors of the same kind and place added.
-
-    Args:
-        world: The cell.
-        fault: The fault.
-        effect: The library's name for it.
-        seen: The fault alone, without noise.
-        poses: With velocities and temperatures as they were recorded.
-    """
+    """Of the library's parameters, as the poses were recorded; small errors of the same kind and place are added."""
     recorded = replace(seen, dataset=replace(seen.dataset, poses=poses))
     values, run = recorded.nearest(effect, fault.values(world.cell.run)), world.cell.run
     same = [small for small in world.background if (small.effect, small.where) == (fault.effect, fault.where)]

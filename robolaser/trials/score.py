@@ -1,17 +1,187 @@
-"""The score of many diagnoses: shares with intervals, reliability of the stated probabilities."""
+"""Diagnoses compared with the truth, one by one, and the score of many: shares with intervals, and reliability."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
-from typing import Any
+from dataclasses import asdict, dataclass
+from itertools import pairwise, permutations
+from typing import Any, final
 
 import numpy as np
 
 from robolaser.benchmark.statistics.intervals import wilson
-from robolaser.trials.outcome import Outcome
+from robolaser.model.effects import EFFECTS
+from robolaser.trials.detectability import DETECTABLE
+from robolaser.trials.synthetic.fault_models import OUTLIERS
 
 FORMAT = "robolaser-score/1"
 GROUPS = ("one", "confusable", "none", "outliers", "several", "unknown")  # of worlds, by what counts as right
+COUNTED = ("stated", "stated_classes", "covered")  # over all worlds, and not listed for each
 BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)  # edges of the reliability curve
+FLOOR = 1.1  # times the noise floor: a gap that no reader would call one
+SURE = 0.9  # a probability by which people act
+LIKELY = 0.5
+NORMAL_95 = 1.959964
+CHANCE = (OUTLIERS, "pose_scatter")  # named, but no cause that an effect models
+UNKNOWN = "unknown"  # the class of causes that no effect of the library describes
+
+_CLASS_OF = {effect.name: effect.cause or effect.name for effect in EFFECTS}
+_AMPLITUDES = {effect.name: {each.name for each in effect.amplitudes()} for effect in EFFECTS}
+
+LocatedEffect = tuple[str, str]
+
+
+@final
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one world."""
+
+    kind: str  # of the world
+    # `none`, `outliers`, `one` (identifiable), `confusable`, `several`, `unknown`, or `faint`: with a known effect
+    # too small to be asked for
+    group: str
+    right: bool  # whether the diagnosis is what one may ask for in this group
+    # whether every true class is likely and no wrong one is sure; None where nothing may be asked for, or where the
+    # diagnosis states no classes
+    class_right: bool | None
+    verdict_right: bool | None  # whether the verdict is; None where nothing may be asked for
+    sure_and_wrong: bool  # whether a wrong name is all but certain
+    site_first: bool | None  # whether `where` begins with a true site; None where there is nothing to find
+    truth: tuple[LocatedEffect, ...]  # effects and places, outliers left out
+    # those of the diagnosis, likewise, first things first; small errors that are truly there left out
+    named: tuple[LocatedEffect, ...]
+    verdict: str  # of the diagnosis
+    stated: tuple[tuple[float, bool], ...]  # for each effect named, its probability and whether it is in the world
+    stated_classes: tuple[tuple[float, bool], ...]  # the same of classes
+    covered: tuple[bool, ...]  # for each number with a 95 % interval, whether that holds the truth
+
+
+def outcome(truth: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> Outcome:
+    """Hold a diagnosis (as in diagnosis.json) against the sealed truth of its data set.
+
+    Effects of the truth that were taken out of the library beforehand (`withheld`) count as unknown.
+    """
+    each = [item for item in truth["each"] if item["effect"] != OUTLIERS]
+    true = tuple((item["effect"], item["where"]) for item in each)
+    small = {tuple(place) for place in truth.get("background", [])}
+    as_good = {*true, *small, *(tuple(place) for item in each for place in item["also_right"])}
+    stated = tuple(
+        (float(item["probability"]), (item["effect"], item["where"]) in as_good)
+        for item in diagnosis["effects"]
+        if item["effect"] not in CHANCE
+    )
+    findings = [
+        item
+        for item in diagnosis["effects"]
+        if item["effect"] not in CHANCE and (item["effect"], item["where"]) not in small - set(true)
+    ]
+    named = tuple((item["effect"], item["where"]) for item in findings)
+    alike = [{place, *map(tuple, item["indistinguishable_from"])} for place, item in zip(named, findings, strict=True)]
+    group = _group(truth, each)
+    gap = diagnosis["gap_mm"]
+    after, floor = gap["after"], gap["noise_floor"]
+    at_floor = bool(floor) and after is not None and after / floor <= FLOOR
+    verdict = diagnosis["verdict"]
+    sure_and_wrong = any(p >= SURE and not held for p, held in stated)
+    sites = {site for item in each for site in item["sites"]}
+    where = diagnosis["where"]
+    classes = _expected_classes(each)
+    left_small = bool(small) and verdict == "unexplained"  # `where` and `unknown` speak of what the small errors leave
+    right_classes = {_CLASS_OF[effect] for effect, _ in small}.union(*classes)
+    probabilities = {
+        item["class"]: float(item["probability"])
+        for item in diagnosis.get("classes", [])
+        if not (left_small and item["class"] == UNKNOWN)
+    }
+    return Outcome(
+        kind=truth.get("kind", ""),
+        group=group,
+        right={
+            "none": not named and (verdict == "no_gap" or bool(small)),
+            "outliers": not named,
+            "one": named == true,
+            "confusable": any(true[0] in some for some in alike[:1]) if true else False,
+            "several": len(named) == len(true) and _matched(each, named, alike),
+            "unknown": (verdict == "unexplained" or at_floor) and not sure_and_wrong,
+            "faint": all(place in true for place in named),
+        }[group],
+        class_right=(
+            None
+            if group == "faint" or "classes" not in diagnosis
+            else all(any(probabilities.get(name, 0.0) >= LIKELY for name in some) for some in classes)
+            and all(p < SURE for name, p in probabilities.items() if name not in right_classes)
+        ),
+        verdict_right=_verdict_right(group, verdict, at_floor=at_floor, small=bool(small)),
+        sure_and_wrong=sure_and_wrong,
+        site_first=bool(where) and where[0]["site"] in sites if sites and group != "faint" and not left_small else None,
+        truth=true,
+        named=named,
+        verdict=verdict,
+        stated=stated,
+        stated_classes=tuple((p, name in right_classes) for name, p in probabilities.items()),
+        covered=tuple(_covered(each, findings)),
+    )
+
+
+def _is_unknown(item: Mapping[str, Any]) -> bool:
+    return item["effect"] not in _CLASS_OF or bool(item.get("withheld"))
+
+
+def _expected_classes(each: Sequence[Mapping[str, Any]]) -> list[set[str]]:
+    """Classes of which one must be likely, for each effect: those of its rivals are as good."""
+    return [
+        {*item["classes"], *(_CLASS_OF[name] for name, _ in item["rivals"]), *([UNKNOWN] if _is_unknown(item) else [])}
+        for item in each
+    ]
+
+
+def _verdict_right(group: str, verdict: str, *, at_floor: bool, small: bool) -> bool | None:
+    """Small errors may be left or explained, and may be all that there is."""
+    if group == "faint" or (small and group == "none"):
+        return None
+    if small:
+        return verdict != "no_gap"
+    if group == "unknown":
+        return verdict == "unexplained" or (verdict == "explained" and at_floor)
+    return verdict == ("no_gap" if group in ("none", "outliers") else "explained")
+
+
+def _group(truth: Mapping[str, Any], each: Sequence[Mapping[str, Any]]) -> str:
+    if any(_is_unknown(item) for item in each):
+        return "unknown"
+    if not each:
+        return "outliers" if truth["each"] else "none"
+    if any(item["misfit"] <= DETECTABLE for item in each):
+        return "faint"
+    if len(each) > 1:
+        return "several"
+    return "confusable" if each[0]["rivals"] else "one"
+
+
+def _matched(each: Sequence[Mapping[str, Any]], named: Sequence[LocatedEffect], alike: Sequence[set[Any]]) -> bool:
+    """Whether each true effect can be paired with one that was named: itself, or one of its class."""
+
+    def is_same(item: Mapping[str, Any], i: int) -> bool:
+        return (item["effect"], item["where"]) in alike[i] or list(named[i]) in item["rivals"]
+
+    return any(
+        all(is_same(item, i) for item, i in zip(each, order, strict=True)) for order in permutations(range(len(named)))
+    )
+
+
+def _covered(each: Sequence[Mapping[str, Any]], findings: Sequence[Mapping[str, Any]]) -> list[bool]:
+    """Of every amplitude of a true effect that was found; what the data do not determine has no interval."""
+    covered = []
+    for item in each:
+        for finding in findings:
+            if (finding["effect"], finding["where"]) != (item["effect"], item["where"]):
+                continue
+            for name, value in item["values"].items():
+                number = finding["parameters"].get(name)
+                if number is None or number["std"] is None or name not in _AMPLITUDES[item["effect"]]:
+                    continue
+                half = NORMAL_95 * number["std"]
+                low, high = number.get("ci95") or (number["value"] - half, number["value"] + half)
+                covered.append(low <= value <= high)
+    return covered
 
 
 def share(hits: Sequence[bool]) -> dict[str, Any]:
@@ -23,14 +193,7 @@ def share(hits: Sequence[bool]) -> dict[str, Any]:
 
 
 def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
-    """The score of a trial.
-
-    Args:
-        outcomes: By data set.
-
-    Returns:
-        What score.json holds.
-    """
+    """The score of a trial, as score.json holds it, of the outcomes by data set."""
     every = list(outcomes.values())
     by_kind = {kind: [o for o in every if o.kind == kind] for kind in sorted({o.kind for o in every})}
     return {
@@ -45,19 +208,7 @@ def compile_score(outcomes: Mapping[str, Outcome]) -> dict[str, Any]:
         "reliability": _reliability([pair for o in every for pair in o.stated]),
         "reliability_of_classes": _reliability([pair for o in every for pair in o.stated_classes]),
         "each": {
-            name: {
-                "kind": o.kind,
-                "group": o.group,
-                "right": o.right,
-                "class_right": o.class_right,
-                "verdict_right": o.verdict_right,
-                "sure_and_wrong": o.sure_and_wrong,
-                "site_first": o.site,
-                "truth": [list(place) for place in o.truth],
-                "named": [list(place) for place in o.named],
-                "verdict": o.verdict,
-            }
-            for name, o in outcomes.items()
+            name: {key: value for key, value in asdict(o).items() if key not in COUNTED} for name, o in outcomes.items()
         },
     }
 
@@ -67,7 +218,7 @@ def _shares(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return {
         "by_class": share([o.class_right for o in outcomes if o.class_right is not None]),
         "verdict": share([o.verdict_right for o in outcomes if o.verdict_right is not None]),
-        "site_first": share([bool(o.site) for o in outcomes if o.site is not None]),
+        "site_first": share([o.site_first for o in outcomes if o.site_first is not None]),
         "sure_and_wrong": share([o.sure_and_wrong for o in outcomes]),
         "coverage_95": share([held for o in outcomes for held in o.covered]),
     }

@@ -57,11 +57,7 @@ def keep_truth(
 
 
 def unseal(folder: Path, truth: Path) -> dict[str, dict[str, Any]]:
-    """The truth about each data set of a trial.
-
-    Args:
-        folder: Of the trial.
-        truth: Of its truth.
+    """The truth about each data set of a trial, of its folder and that of its truth.
 
     Raises:
         TrialError: There is no trial, its truth is not there, or truth or data were changed.

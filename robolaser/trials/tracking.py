@@ -22,14 +22,7 @@ BASE_M = (2.5, -1.5, 1.2)  # from the tracker, some decimetres more or less
 
 
 def build_tracked(source: Robot | ReferenceCell, ranges: Ranges, rng: np.random.Generator, *, moving: bool) -> World:
-    """A tracker in front of an arm, or in front of the arm, the poses and the reflectors of a data set.
-
-    Args:
-        source: The arm as drawn, or what to imitate.
-        ranges: What is left to chance.
-        rng: Where it comes from.
-        moving: Whether the arm moves at the measurements, where that is left to chance.
-    """
+    """A tracker before an arm, which may be moving, or before the arm, the poses and the reflectors of a data set."""
     if isinstance(source, ReferenceCell):
         robot, q, qd, time = source.visits
     else:

@@ -22,9 +22,8 @@ from robolaser.robot.kinematics import Robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.kinds import IN_IMAGES, USUAL, kinds_of
 from robolaser.trials.making import make
-from robolaser.trials.outcome import outcome
 from robolaser.trials.resampling import reference_of
-from robolaser.trials.score import compile_score
+from robolaser.trials.score import compile_score, outcome
 from robolaser.trials.sealed_truth import SEAL, keep_truth
 
 DIAGNOSIS = "diagnosis/diagnosis.json"
@@ -51,15 +50,12 @@ def new(
     """Make blind data sets in a folder, and keep the truth about them in another.
 
     Args:
-        folder: Each data set is put into it under a name that says nothing.
+        folder: Each data set is put into it under a name that says nothing; these names are returned.
         truth: Of the truth.
         sources: Arms, or data sets to imitate; they take turns.
         plan: Which data sets.
         claim: Of the folder.
         tell: Progress.
-
-    Returns:
-        The names of the data sets.
 
     Raises:
         UsageError: Not one of `KINDS`, nor a fault.
@@ -105,14 +101,7 @@ def diagnosis_files(folder: Path, names: Iterable[str], output: Path) -> dict[st
 
 
 def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, executor: Executor, tell: Progress) -> None:
-    """Diagnose the data sets of a trial that have no diagnosis yet.
-
-    Args:
-        folder: Of the trial.
-        files: Where each diagnosis is, or is to be, by data set.
-        seed: Of all diagnoses.
-        executor: Where they are made.
-        tell: Progress.
+    """Diagnose the data sets of a trial that have none of the files yet, which are named by data set.
 
     Raises:
         TrialError: One cannot be made.
@@ -130,14 +119,7 @@ def diagnose_missing(folder: Path, files: Mapping[str, Path], *, seed: int, exec
 
 
 def score(truths: Mapping[str, Mapping[str, Any]], files: Mapping[str, Path]) -> dict[str, Any]:
-    """Score the diagnoses of a trial.
-
-    Args:
-        truths: By data set.
-        files: Of the diagnoses, by data set.
-
-    Returns:
-        What score.json holds.
+    """Score the diagnoses of a trial, as score.json holds it; truths and files are by data set.
 
     Raises:
         TrialError: A file is no diagnosis.

@@ -13,9 +13,8 @@ from fake_ur import UrRig
 from virtual_cell import Bench, Jumping
 
 from robolaser.arrays import Array
-from robolaser.cell.arm import Arm
-from robolaser.cell.arms import ARMS
-from robolaser.cell.camera import Camera, no_more_images
+from robolaser.cell.arm import ARMS, Arm
+from robolaser.cell.camera import no_more_images
 from robolaser.cell.recording_writer import RecordingWriter
 from robolaser.cell.route import Waypoint, numbered
 from robolaser.cell.serial_line import SerialLine
@@ -66,7 +65,7 @@ class Watched:
             self.strayed = max(self.strayed, float(np.abs(q - start - share * way).max()))
 
 
-class Painted(Camera):
+class Painted:
     """A camera that shows where the arm is, in grey, and whether the laser is on."""
 
     def __init__(self, bench: Bench, size: tuple[int, int], breaks_at: int | None = None) -> None:
@@ -141,7 +140,7 @@ def session(
     cell: Cell,
     bench: Bench,
     writer: RecordingWriter,
-    camera: Camera | None = None,
+    camera: Any = None,
     *,
     position_confirmed: bool = False,
 ) -> Session:

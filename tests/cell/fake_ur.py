@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 from robolaser.arrays import Array
 from robolaser.data.cell_config import Cell
 from robolaser.emulator.faults import ARM, read_fault
-from robolaser.emulator.joints import Axis, angles
+from robolaser.emulator.joints import Axis
 
 COMMANDS = ("moveJ", "stopJ", "setStandardDigitalOut")
 DEAF = ("silent", "cut", "lost", "late")
@@ -33,7 +34,7 @@ class UrRig:
 
     def motor(self, now_s: float | None = None) -> Array:
         self._strike()
-        return angles(self._axes, self.clock.now() if now_s is None else now_s)
+        return np.array([axis.at(self.clock.now() if now_s is None else now_s) for axis in self._axes])
 
     def outputs(self, now_s: float) -> set[int]:
         return self._on

@@ -1,37 +1,52 @@
-"""An emulated arm in virtual time, and pictures for a camera."""
+"""An emulated arm in virtual time, and a camera that shows noise."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import bench
-import cv2
 import numpy as np
+import pytest
 from virtual_cell import in_virtual_time
 
 import robolaser
 from robolaser.cli import main
 from robolaser.emulator.emulated_cell import controller_of
+from robolaser.vision.board import Image
 
-SHOTS = 40
+
+class Shown:
+    """A camera of noise, with a stripe in every other image, or in all of them."""
+
+    def __init__(self, *, always: bool) -> None:
+        self._rng, self._number, self._always = np.random.default_rng(1), 0, always
+
+    def shot(self, settle_s: float) -> Image:
+        image = self._rng.integers(30, 60, (16, 24), dtype=np.uint8)
+        image[5] = 200 if self._always or self._number % 2 == 0 else 50
+        self._number += 1
+        return image
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+def recorded(words: Sequence[str], *, always: bool = False) -> int:
+    """`robolaser record` with such a camera."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("robolaser.cell.camera.open_camera", lambda *_: Shown(always=always))
+        return main(["record", *words])
 
 
 class Rig:
-    """A cell whose arm is emulated, and whose camera is a folder of pictures."""
+    """A cell whose arm is emulated, and whose camera shows noise."""
 
     def __init__(self, tmp_path: Path, kind: str) -> None:
         self.cell = bench.cell(tmp_path, kind)
         self.folder = self.cell.folder
         self.out = tmp_path / "recording"
-        self.pictures = tmp_path / "pictures"
-        self.pictures.mkdir()
         rng = np.random.default_rng(1)
-        for i in range(SHOTS):
-            image = rng.integers(30, 60, (16, 24), dtype=np.uint8)
-            image[5] = 200 if i % 2 == 0 or kind == "lss" else 50
-            cv2.imwrite(str(self.pictures / f"{i:03d}.png"), image)
-        said = (self.folder / "cell.toml").read_text()
-        said = said.replace("tcp://127.0.0.1:5001", str(self.pictures)).replace("settle_s = 0.3", "settle_s = 0.01")
+        said = (self.folder / "cell.toml").read_text().replace("settle_s = 0.3", "settle_s = 0.01")
         (self.folder / "cell.toml").write_text(said.replace("speed_rad_s = 0.3", "speed_rad_s = 1.0"))
         home = controller_of(self.cell).motor(0.0)
         q = home + rng.uniform(-0.1, 0.1, (3, len(home)))
@@ -41,7 +56,8 @@ class Rig:
         self.poses.write_text("\n".join([header, *rows]) + "\n")
 
     def record(self, *more: str, port: str) -> int:
-        return main(["record", str(self.folder), "--output", str(self.out), "--port", port, *more])
+        words = [str(self.folder), "--output", str(self.out), "--port", port, *more]
+        return recorded(words, always=self.cell.arm.kind == "lss")
 
     def home_first(self) -> None:
         said = (self.folder / "cell.toml").read_text()

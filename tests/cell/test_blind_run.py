@@ -14,7 +14,7 @@ from virtual_cell import in_virtual_time
 from robolaser.cli import main
 from robolaser.data.dataset_file import describe
 from robolaser.data.loading import load
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import load_world
 from robolaser.scan import Calibrated, prepare, read_calibration
 from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.quality import Measured, measure

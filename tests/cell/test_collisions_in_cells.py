@@ -32,9 +32,9 @@ def with_post(tmp_path: Path, text: str = POST) -> Path:
 def test_pose_bodies_and_depth_are_said_and_the_way_is_looked_at(tmp_path: Path) -> None:
     cell = load_cell(with_post(tmp_path))
     assert not RouteCheck.of(cell).violations(LEFT, ["left"], LEFT[None])
-    at_pose = {str(one) for one in RouteCheck.of(cell).violations(None, ["into"], INTO[None])}
+    at_pose = RouteCheck.of(cell).violations(None, ["into"], INTO[None])
     assert any(one.startswith("into: link_3 and post overlap by ") for one in at_pose), at_pose
-    on_the_way = [str(one) for one in RouteCheck.of(cell).violations(LEFT, ["right"], RIGHT[None])]
+    on_the_way = RouteCheck.of(cell).violations(LEFT, ["right"], RIGHT[None])
     assert on_the_way
     assert all(one.startswith("on the way to right: ") and "post" in one for one in on_the_way)
 
@@ -49,7 +49,7 @@ def test_a_body_nearer_than_the_margin_is_refused_and_none_slips_between_two_ste
     nearest = RouteCheck.of(cell).bodies.gaps(line).min(axis=1)
     beside = line[np.flatnonzero((nearest > 0) & (nearest < cell.limits.margin_m))[0]]
     (found,) = RouteCheck.of(cell).violations(None, ["p"], beside[None])
-    assert str(found).endswith("mm apart, limit 10 mm (margin_m)")
+    assert found.endswith("mm apart, limit 10 mm (margin_m)")
 
 
 def test_a_dry_run_and_a_recording_refuse_and_nothing_moves(tmp_path: Path, capsys) -> None:

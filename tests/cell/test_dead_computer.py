@@ -12,8 +12,8 @@ from emulated_cell import ARMS, cell_folder
 from emulator_process import EmulatorProcess
 from serial import Serial
 
-from robolaser.cell.arms import open_arm
-from robolaser.cell.clock import WallClock
+from robolaser.cell.arm import arm_class
+from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import load_cell
 from robolaser.emulator.emulated_cell import controller_of
 
@@ -24,13 +24,14 @@ MOVES = """
 import sys
 import numpy as np
 from dataclasses import replace
-from robolaser.cell.arms import open_arm
-from robolaser.cell.clock import WallClock
+from robolaser.cell.arm import arm_class
+from robolaser.cell.clock import Clock
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import load_cell
 
-cell, clock = load_cell(sys.argv[1]), WallClock()
-arm = open_arm(replace(cell, arm=replace(cell.arm, port=sys.argv[2])), clock)
+cell, clock = load_cell(sys.argv[1]), Clock()
+cell = replace(cell, arm=replace(cell.arm, port=sys.argv[2]))
+arm = arm_class(cell).open(cell, clock)
 mover = Mover(arm, cell.robot, float(sys.argv[3]), clock, cell.arm.unattended_s)
 at = mover.resting("before")
 read = arm.read
@@ -78,7 +79,7 @@ def test_after_kill_9_every_arm_stands_within_a_second(tmp_path: Path) -> None:
                     line.read_until(b">")
                     first, second = ((line.write(ASK), line.read_until(b">"), time.sleep(0.3))[1] for _ in range(2))
                     assert first == second
-            with closing(open_arm(cell, WallClock())) as arm:
+            with closing(arm_class(cell).open(cell, Clock())) as arm:
                 stands = arm.read()
                 time.sleep(0.3)
                 np.testing.assert_array_equal(arm.read(), stands)

@@ -8,7 +8,7 @@ import pytest
 from emulated_cell import ARMS as EMULATED
 from fake_ur import UrRig
 
-from robolaser.cell.arms import ARMS as KINDS
+from robolaser.cell.arm import ARMS as KINDS
 from robolaser.cell.failures import ArmAlarm
 from robolaser.cell.motion import Mover
 from robolaser.data.cell_config import Cell
@@ -30,7 +30,7 @@ def mover(rig: Rig, cell: Cell) -> Mover:
 
 
 def test_every_kind_of_arm_is_held_to_these_promises() -> None:
-    assert {bench.kind_of(name) for name in WIRED} == set(KINDS) - {"replay"}
+    assert {bench.kind_of(name) for name in WIRED} == set(KINDS)
 
 
 def test_opening_moves_nothing(cell: Cell) -> None:

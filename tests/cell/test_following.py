@@ -8,7 +8,7 @@ import bench
 import numpy as np
 import pytest
 
-from robolaser.cell.arms import arm_class
+from robolaser.cell.arm import arm_class
 from robolaser.cell.following import BEHIND, Follower, smooth
 from robolaser.cell.route import Waypoint, both_ways
 from robolaser.data.cell_config import Cell

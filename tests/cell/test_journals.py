@@ -16,7 +16,7 @@ from failing_disk import contents, restore, watched
 
 import robolaser
 from robolaser.cell.recording_writer import RecordingWriter, Sample
-from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table, numbered, read_route, route_text, way
+from robolaser.cell.route import Waypoint, both_ways, from_diagnosis, from_table, numbered, route_text, way
 from robolaser.data.atomic_write import STAGED
 from robolaser.data.cell_config import Cell
 from robolaser.data.result_folder import results_in
@@ -213,9 +213,8 @@ def test_a_pose_may_have_any_name(cell: Cell, tmp_path: Path) -> None:
 
 def test_a_route_reads_back_as_it_was_written(robot: Robot, tmp_path: Path) -> None:
     waypoints = (*both_ways(numbered(Q / 3), 0.1), Waypoint("last, one", Q[0]))
-    (tmp_path / "plan.csv").write_text(route_text(robot, waypoints, 3))
-    back, shots = read_route(tmp_path / "plan.csv", robot)
-    assert shots == 3
+    (tmp_path / "plan.csv").write_text(route_text(robot, waypoints))
+    back = from_table(tmp_path / "plan.csv", robot)
     assert [waypoint.name for waypoint in back] == [waypoint.name for waypoint in waypoints]
     np.testing.assert_array_equal(way(back)[1], way(waypoints)[1])
     assert way(back)[0] == way(waypoints)[0]

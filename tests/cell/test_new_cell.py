@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import robolaser
-from robolaser.cell.arms import arm_class
+from robolaser.cell.arm import arm_class
 from robolaser.cell.first_plan import layout
 from robolaser.cell.plan_validation import RouteCheck
 from robolaser.cell.route import from_table, way
@@ -21,7 +21,7 @@ from robolaser.data.board import Board
 from robolaser.data.cell_config import load_cell
 from robolaser.data.printed_board import board_pdf
 from robolaser.emulator.emulated_cell import CONTROLLERS
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import load_world
 from robolaser.robot.by_name import known_robots
 from robolaser.vision.target_corners import target_in
 

@@ -29,14 +29,14 @@ from robolaser.data.loading import load
 from robolaser.data.result_folder import MANIFEST, results_in
 from robolaser.data.stripe_file import STRIPE, open_stripes
 from robolaser.emulator.faults import read_fault
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import load_world
 from robolaser.errors import RobolaserError, UsageError
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
 from robolaser.scan import read_calibration
 from robolaser.scan.ply import VERTEX, map_ply, write_ply
 from robolaser.simulation.effect_specs import sizes_of
-from robolaser.trials.outcome import outcome
+from robolaser.trials.score import outcome
 from robolaser.trials.sealed_truth import unseal
 from robolaser.trials.trial import read_diagnosis
 from robolaser.vision.images import CameraImages

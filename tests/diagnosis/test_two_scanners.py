@@ -20,7 +20,7 @@ from robolaser.model.stages import Stage
 from robolaser.parameters import Parameter
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import IMAGE_PX, Ranges, build, in_sight
-from robolaser.trials.synthetic.fault_models.light import ProjectorRoll
+from robolaser.trials.synthetic.fault_models.scanner import ProjectorRoll
 
 ROLL = 0.01
 NAMES = ("laser_roll", "laser_curvature", "laser_drift", "stripe_bias", "joint_offset")

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.world.camera import CameraModel, CameraSettings
-from robolaser.emulator.world.scene import Image, Projector, Scene
+from robolaser.emulator.world.scene import CameraModel, CameraSettings, Image, Projector, Scene
 from robolaser.emulator.world.solids import Solid
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
@@ -16,8 +15,8 @@ TRUTH = {
     "f": 8e-3, "s_u": 7.4e-6, "s_v": 7.3e-6, "u_0": 322.0, "v_0": 238.0, "k": 800.0, "b": 0.14,
     "theta": float(np.radians(25.0)), "w": 0.01, "phi": -0.02, "psi": 0.03, "t_x": 0.07, "t_y": 0.0, "t_z": -0.06,
 }  # fmt: skip
-LENS_ERROR = (0.0, 0.0, 4e-4, -3e-4, 0.02)
-SPOTLESS = CameraSettings(ambient_grey=0.0, noise_grey=0.0, lens_error=LENS_ERROR)
+LENS_ERROR = np.array([0.0, 0.0, 4e-4, -3e-4, 0.02])
+SPOTLESS = CameraSettings(ambient_grey=0.0, noise_grey=0.0)
 """Without noise and the room's light."""
 MIDDLE = np.array([0.4, 0.0, 0.0])
 
@@ -27,18 +26,15 @@ def light(roll: float = 0.0, cone: float = 0.0) -> Light:
 
 
 def eye(stripe_axis: str = "v", **settings: float) -> CameraModel:
-    made = CameraModel(_optics(stripe_axis), settings=replace(SPOTLESS, **settings))
-    vars(made)["all_rays"] = _rays(stripe_axis)  # a second's work, the same whatever the settings are
+    made = replace(_spotless(stripe_axis), settings=replace(SPOTLESS, **settings))
+    vars(made)["all_rays"] = _spotless(stripe_axis).all_rays  # a second's work, the same whatever the settings are
     return made
 
 
-def _optics(stripe_axis: str) -> ScannerOptics:
-    return ScannerOptics(TRUTH, (0.0, 0.0, 0.0, 1.0), "xyz", stripe_axis)
-
-
 @cache
-def _rays(stripe_axis: str) -> Array:
-    return CameraModel(_optics(stripe_axis), settings=SPOTLESS).all_rays
+def _spotless(stripe_axis: str) -> CameraModel:
+    optics = ScannerOptics(TRUTH, (0.0, 0.0, 0.0, 1.0), "xyz", stripe_axis)
+    return CameraModel(optics, optics.lens + LENS_ERROR)
 
 
 def scene(*solids: Solid, stripe_axis: str = "v", projector: Projector | None = None, **settings: float) -> Scene:
@@ -50,7 +46,7 @@ def grey(scene: Scene, T_base_camera: Array, *, lit: bool = True) -> Array:
     """The image without noise, speckle and the sensor's end of range, (height, width)."""
     room, laser = scene.render(T_base_camera)
     settings = scene.eye.settings
-    return settings.exposure * (settings.ambient_grey * room + lit * laser)
+    return settings.ambient_grey * room + lit * laser
 
 
 def photograph(scene: Scene, T_base_camera: Array, *, lit: bool = True, seed: int = 1) -> Image:

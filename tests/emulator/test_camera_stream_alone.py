@@ -1,16 +1,17 @@
 """The stream behind the emulated camera, in a world of numbered frames."""
 
 import socket
-import threading
 import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
-from robolaser.emulator.camera_server import CameraServer, Snapshot
+from robolaser.emulator.camera_server import FRAMES_A_S, CameraServer
 
 SHAPE = (480, 640)
+LIT = 100
+"""How much brighter it is while the laser is on."""
 HEADER = len(b"P5\n640 480\n255\n")
 FRAME = HEADER + SHAPE[0] * SHAPE[1]
 LATE_S = 30.0
@@ -23,20 +24,13 @@ class Numbered:
     def __init__(self) -> None:
         self.went: list[float] = []
         self.drawn = 0
-        self.goes_on = threading.Event()
-        self.goes_on.set()
 
     def follow(self, motor: np.ndarray) -> None:
         self.went.append(float(motor[0]))
 
     def photograph(self, rng: np.random.Generator, *, lit: bool) -> np.ndarray:
-        self.goes_on.wait()
         self.drawn += 1
-        return np.full(SHAPE, self.drawn % 200 + (50 if lit else 0), np.uint8)
-
-
-def snapshot(*path: float) -> Snapshot:
-    return Snapshot([np.array([angle]) for angle in path], lit=False)
+        return np.full(SHAPE, self.drawn + (LIT if lit else 0), np.uint8)
 
 
 @pytest.fixture
@@ -46,9 +40,8 @@ def world() -> Numbered:
 
 @pytest.fixture
 def stream(world: Numbered) -> Iterator[CameraServer]:
-    made = CameraServer(world, snapshot(0.0), np.random.default_rng(1))
+    made = CameraServer(world, np.random.default_rng(1))
     yield made
-    world.goes_on.set()
     made.close()
 
 
@@ -74,9 +67,9 @@ def grey(client: socket.socket) -> int:
 def test_the_world_follows_every_turn_though_no_one_watches(stream: CameraServer, world: Numbered) -> None:
     path = [0.1, 0.2, 0.3, 0.2, 0.1, 0.0, 0.1]
     for angle in path:
-        stream.tell(snapshot(angle, angle + 0.05))
-    wait_for(lambda: [angle for angle in world.went if angle in path][-len(path) :] == path)
-    assert world.drawn == 1
+        stream.follow([np.array([angle]), np.array([angle + 0.05])], lit=False)
+    assert world.went == [angle for first in path for angle in (first, first + 0.05)]
+    assert not world.drawn
 
 
 def test_frames_come_one_after_the_other(stream: CameraServer) -> None:
@@ -85,15 +78,15 @@ def test_frames_come_one_after_the_other(stream: CameraServer) -> None:
     assert np.all(np.diff(seen) >= 1)
 
 
-def test_a_slow_client_misses_frames_and_soon_sees_the_present(stream: CameraServer, world: Numbered) -> None:
+def test_a_slow_client_misses_frames_and_soon_sees_the_present(stream: CameraServer) -> None:
     with watch(stream) as client:
+        assert grey(client) < LIT
+        time.sleep(18 / FRAMES_A_S)
+        stream.follow([], lit=True)
         waiting = [grey(client)]
-        wait_for(lambda: world.drawn > 18)
-        world.goes_on.clear()
-        while waiting[-1] < world.drawn:
+        while waiting[-1] < LIT:
             waiting.append(grey(client))
     assert len(waiting) <= 12
-    assert np.diff(waiting).max() > 1
 
 
 def test_several_clients_watch_at_once(stream: CameraServer) -> None:
@@ -103,11 +96,11 @@ def test_several_clients_watch_at_once(stream: CameraServer) -> None:
 
 
 def test_what_breaks_while_it_draws_is_heard(stream: CameraServer, world: Numbered) -> None:
-    def breaks(motor: np.ndarray) -> None:
+    def breaks(rng: np.random.Generator, *, lit: bool) -> np.ndarray:
         raise ZeroDivisionError
 
-    world.follow = breaks  # type: ignore[method-assign]
-    stream.tell(snapshot(0.1))
-    wait_for(lambda: stream._broken)
+    world.photograph = breaks  # type: ignore[method-assign]
+    with watch(stream):
+        wait_for(lambda: stream._broken)
     with pytest.raises(ZeroDivisionError):
-        stream.tell(snapshot(0.2))
+        stream.follow([], lit=False)

@@ -10,9 +10,9 @@ from robolaser.arrays import Array
 from robolaser.data.board import Board
 from robolaser.data.dataset import Dataset, Poses
 from robolaser.data.printed_board import board_print
-from robolaser.emulator.world.printed_board import PrintedBoard
-from robolaser.emulator.world.solids import Block, Floor, Solid, Sphere
+from robolaser.emulator.world.solids import Block, Floor, PrintedBoard, Solid, Sphere
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.trials.synthetic.scanner import Lens
 from robolaser.vision.recordings import points_from_images
 
 BALL = Sphere(near(0.012, 0.01, 0.018), 0.018)
@@ -27,6 +27,11 @@ def seen(*solids: Solid) -> tuple[Array, Array]:
     direction = camera.eye.all_rays @ T[:3, :3].T
     distance, index = camera.cast(T[:3, 3], direction)
     return T[:3, 3] + distance[:, None] * direction, index
+
+
+def shown(point: Array) -> Array:
+    """Where the camera shows points of its own frame, (n, 3) -> (n, 2)."""
+    return eye().optics.pixels(point, Lens(eye().lens))
 
 
 def corners() -> Array:
@@ -83,7 +88,7 @@ def test_of_two_solids_in_one_plane_the_later_one_is_seen() -> None:
 def test_corners_of_the_board_show_where_they_truly_are(tilt: tuple[float, float, float]) -> None:
     T = above(*tilt)
     image = photograph(scene(Floor(), BOARD, ambient_grey=140.0), T, lit=False)
-    true = eye().pixels((corners() - T[:3, 3]) @ T[:3, :3])
+    true = shown((corners() - T[:3, 3]) @ T[:3, :3])
     true = true[((true > 15) & (true < [624, 464])).all(axis=1)]
     assert len(true) > 40
     stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
@@ -97,7 +102,7 @@ def test_corners_of_the_board_show_where_they_truly_are(tilt: tuple[float, float
 def test_the_outward_square_at_the_origin_is_dark() -> None:
     squares = np.array([[-0.005, -0.005, 0], [0.005, -0.005, 0], [0.005, 0.005, 0]])
     points = squares @ BOARD.T_base_board[:3, :3].T + BOARD.T_base_board[:3, 3]
-    u, v = np.rint(eye().pixels((points - T[:3, 3]) @ T[:3, :3])).astype(int).T
+    u, v = np.rint(shown((points - T[:3, 3]) @ T[:3, :3])).astype(int).T
     dark, bright, inward = grey(scene(Floor(), BOARD, ambient_grey=140.0), T, lit=False)[v, u]
     assert dark < 0.3 * bright
     assert inward < 0.3 * bright

@@ -12,8 +12,7 @@ from robolaser.cli import main
 from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Dataset
 from robolaser.data.dataset_file import describe
-from robolaser.emulator.world.world import EmulatedWorld
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import EmulatedWorld, load_world
 from robolaser.errors import RobolaserError
 from robolaser.estimation.optimal_poses import planned
 from robolaser.geometry.rigid_motion import from_angles, pose
@@ -192,7 +191,7 @@ def test_the_stripe_passes_over_ball_and_step_of_the_other_example() -> None:
         (["[[sphere]]\ncentre_m = [0, 0, 0]\nradius_m = -1"], "radius_m"),
         (["[sphere]\nradius_m = 0.1"], r"\[\[sphere\]\]"),
         (["[truth]\nf = 'long'"], "f"),
-        (["[camera]\nlens_error = [1]"], "5"),
+        (["[camera]\nambient_grey = [1]"], "ambient_grey"),
         ([effect("backlsh", "joint_2", 0.1)], "backlash"),
         ([effect("backlash", "joint_9", 0.1)], "joint_2"),
         (["floor = 3"], "floor"),

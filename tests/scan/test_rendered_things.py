@@ -12,7 +12,7 @@ from robolaser.data.cell_config import load_cell
 from robolaser.data.dataset import Points
 from robolaser.data.loading import load
 from robolaser.data.writing import save
-from robolaser.emulator.world.world_file import load_world
+from robolaser.emulator.world.world import load_world
 from robolaser.scan import prepare, read_calibration
 from robolaser.scan.cloud_filters import Subsample
 from robolaser.scan.quality import measure

@@ -8,7 +8,7 @@ import pytest
 from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, PHYSICAL
-from robolaser.trials.synthetic.fault_models.springs import PlayUnderWeight
+from robolaser.trials.synthetic.fault_models.loads import PlayUnderWeight
 from robolaser.trials.synthetic.mujoco_arm import BRACKET, FOOT, MujocoArm, Spring
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed")

@@ -2,8 +2,7 @@
 
 import pytest
 
-from robolaser.trials.outcome import outcome
-from robolaser.trials.score import compile_score
+from robolaser.trials.score import compile_score, outcome
 
 GAP = {"nominal": 9.0, "calibrated": 1.0, "after": 0.1, "noise_floor": 0.1, "after_ci95": [0.09, 0.11]}
 
@@ -131,7 +130,7 @@ def test_small_errors_that_are_there_may_be_named_and_need_not_be():
 def test_what_small_errors_leave_may_be_left_unexplained():
     left = said(found(), verdict="unexplained", classes={"arm_geometry": 0.99, "unknown": 0.99}, where="joint_5")
     result = seen([true()], left, SMALL)
-    assert (result.verdict_right, result.class_right, result.site) == (True, True, None)
+    assert (result.verdict_right, result.class_right, result.site_first) == (True, True, None)
 
 
 def test_a_name_that_is_as_good_as_the_true_one_is_no_false_one():
@@ -165,8 +164,8 @@ def test_an_interval_that_is_stated_counts_more_than_the_standard_deviation():
 
 def test_an_unknown_effect_may_be_found_at_any_of_its_sites():
     hose = true("hose", "joint_4", sites=["joint_3", "joint_4", "joint_5"])
-    assert seen([hose], said(verdict="unexplained", where="joint_5")).site
-    assert not seen([hose], said(verdict="unexplained", where="joint_1")).site
+    assert seen([hose], said(verdict="unexplained", where="joint_5")).site_first
+    assert not seen([hose], said(verdict="unexplained", where="joint_1")).site_first
 
 
 def test_of_equal_numbers_twice_the_deviation_is_outside_the_interval():

@@ -13,9 +13,9 @@ from robolaser.robot.by_name import find_robot
 from robolaser.trials.building import Ranges
 from robolaser.trials.detectability import Detectability
 from robolaser.trials.synthetic.fault_models import FAULT_MODELS, MODELLED, OUTLIERS, PHYSICAL, UNMODELLED
-from robolaser.trials.synthetic.fault_models.base import WrongRefractiveIndex
-from robolaser.trials.synthetic.fault_models.joint_loads import HystereticWindup
 from robolaser.trials.synthetic.fault_models.joints import LedAlong, LostMotion, UncountedTurn
+from robolaser.trials.synthetic.fault_models.loads import HystereticWindup
+from robolaser.trials.synthetic.fault_models.surroundings import WrongRefractiveIndex
 from robolaser.trials.synthetic.scanner import Light
 from robolaser.trials.tracking import build_tracked
 

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from true_stripe import TrueStripe, true_stripe
 
-from robolaser.emulator.world.camera import CameraModel
-from robolaser.emulator.world.scene import Image, Projector, Scene
+from robolaser.emulator.world.scene import CameraModel, Image, Projector, Scene
 from robolaser.emulator.world.solids import Block, Floor, Sphere
 from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 from robolaser.vision.stripe_trace import trace
@@ -37,7 +36,8 @@ def looking_down(tilt_deg=(0.0, 0.0, 0.0)):
 
 FLAT = (Floor(0.0, 0.4),)
 THINGS = (*FLAT, Sphere((0.002, -0.03, 0.012), 0.018), Block((0.0, 0.03, 0.0), (0.03, 0.03, 0.01)))
-EYE = CameraModel(ScannerOptics(BUILT, (0.0, 0.0, 0.0, 1.0), "xyz", "u"))
+OPTICS = ScannerOptics(BUILT, (0.0, 0.0, 0.0, 1.0), "xyz", "u")
+EYE = CameraModel(OPTICS, OPTICS.lens)
 LIGHT = Light(BUILT["b"], np.array(BUILT["theta"]), np.array(0.0), np.array(0.0))
 
 

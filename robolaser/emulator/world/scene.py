@@ -1,6 +1,7 @@
 """What the emulated camera sees: solids in the light of the room and of the laser, and the noise of its sensor."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import cv2
@@ -9,9 +10,8 @@ from numpy.typing import NDArray
 
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.toml_schema import NotNegative, Positive
-from robolaser.emulator.world.camera import CameraModel
 from robolaser.emulator.world.solids import Solid
-from robolaser.trials.synthetic.scanner import Light
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
 Image = NDArray[np.uint8]
 LAMP = np.array([0.30, 0.20, 0.93]) / np.linalg.norm([0.30, 0.20, 0.93])
@@ -24,24 +24,61 @@ AWAY_M = 1e-7  # from the surface that a ray leaves
 TIE_M = 1e-9  # nearer together than this, the solid listed later is in front
 MIDDLE_GREY = 128.0
 GRAIN_PX = 0.7  # of the speckle
+UNTIL = (cv2.TERM_CRITERIA_MAX_ITER, 20, 0.0)
+"""Turns of the fixed point that takes the distortion off: to a millionth of a pixel, for k1 down to -0.3."""
+
+
+@final
+@dataclass(frozen=True)
+class CameraSettings:
+    """What the camera makes of light."""
+
+    ambient_grey: NotNegative = 110.0  # of white paper in the room's light
+    noise_grey: NotNegative = (
+        2.0  # of the noise at middle grey, one standard deviation; half its variance is the light's
+    )
+    blur_px: NotNegative = 0.6  # standard deviation of the lens's blur
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class CameraModel:
+    """A camera as it was built: which way each pixel looks, which pixel shows a point, how bright light appears."""
+
+    optics: ScannerOptics  # the fourteen numbers of the paper and the mount
+    lens: Array  # OpenCV's k1 k2 p1 p2 k3, (5,)
+    width_px: int = 640
+    height_px: int = 480
+    settings: CameraSettings = CameraSettings()
+
+    @property
+    def pixel_rad(self) -> float:
+        """How wide a pixel looks [rad]."""
+        f, s_u, s_v = (self.optics.truth[name] for name in ("f", "s_u", "s_v"))
+        return float(np.sqrt(s_u * s_v) / f)
+
+    def rays(self, pixel: Array) -> Array:
+        """Which way pixels look, (n, 2) [px] -> unit vectors of the camera frame, (n, 3)."""
+        x, y = cv2.undistortPoints(pixel[:, None], self.optics.pinhole, self.lens, criteria=UNTIL)[:, 0].T
+        ray = np.stack([y, -x, np.ones_like(x)] if self.optics.stripe_axis == "u" else [x, y, np.ones_like(x)], -1)
+        return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+
+    @cached_property
+    def all_rays(self) -> Array:
+        """Of every pixel, row by row, (height * width, 3)."""
+        u, v = np.meshgrid(np.arange(self.width_px), np.arange(self.height_px))
+        return self.rays(np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float64))
 
 
 @final
 @dataclass(frozen=True)
 class Projector:
-    """The laser: a sheet of light in the camera frame, with a Gaussian profile.
+    """The laser: a sheet of light in the camera frame, with a Gaussian profile."""
 
-    Attributes:
-        power_grey: Of its middle on white paper that faces it, at the distance, exposure 1.
-        width_m: Standard deviation of its thickness.
-        distance_m: From the projector; nearer it is brighter.
-        speckle: Contrast of its speckle: standard deviation over mean.
-    """
-
-    power_grey: Positive = 260.0
-    width_m: Positive = 0.4e-3
-    distance_m: Positive = 0.33
-    speckle: NotNegative = 0.1
+    power_grey: Positive = 260.0  # of its middle on white paper that faces it, at the distance
+    width_m: Positive = 0.4e-3  # standard deviation of its thickness
+    distance_m: Positive = 0.33  # from the projector; nearer it is brighter
+    speckle: NotNegative = 0.1  # its contrast: standard deviation over mean
 
     def grey(self, point: Array, light: Light) -> Array:
         """Grey of white paper that faces the laser at points of the camera frame, (n, 3) -> (n,)."""
@@ -53,19 +90,12 @@ class Projector:
 @final
 @dataclass(frozen=True)
 class Scene:
-    """Solids before a camera that carries a laser.
+    """Solids before a camera that carries a laser."""
 
-    Attributes:
-        solids: In the base frame; where two coincide, the later one is on top.
-        eye: The camera.
-        light: The laser's sheet, in the camera frame; None: there is no laser.
-        projector: How bright it is.
-    """
-
-    solids: tuple[Solid, ...]
+    solids: tuple[Solid, ...]  # in the base frame; where two coincide, the later one is on top
     eye: CameraModel
-    light: Light | None
-    projector: Projector = Projector()
+    light: Light | None  # the laser's sheet, in the camera frame; None: there is no laser
+    projector: Projector = Projector()  # how bright it is
 
     def cast(self, origin: Array, direction: Array) -> tuple[Array, Ints]:
         """What rays meet first.
@@ -118,7 +148,7 @@ class Scene:
         spread = np.sqrt(np.log1p(self.projector.speckle**2))
         field = cv2.GaussianBlur(grain.standard_normal(laser.shape, dtype=np.float32), (0, 0), GRAIN_PX)
         speckled = laser * np.exp(spread / field.std() * field - spread**2 / 2)
-        grey = self.eye.settings.exposure * (self.eye.settings.ambient_grey * room + speckled)
+        grey = self.eye.settings.ambient_grey * room + speckled
         variance = 0.5 * self.eye.settings.noise_grey**2 * (1.0 + grey / MIDDLE_GREY)
         grey += np.sqrt(variance) * rng.standard_normal(grey.shape, dtype=np.float32)
         return np.asarray(np.clip(np.rint(grey), 0, 255), dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""Bodies that the emulated camera can look at: the floor, a sphere and a block. All are in the base frame."""
+"""Bodies that the emulated camera can look at: floor, sphere, block and printed board. All are in the base frame."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -8,10 +8,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
+from robolaser.data.printed_board import BoardPrint
 from robolaser.data.toml_schema import NotNegative, Positive
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+BORDER_M = 0.01  # of a board's plate
+PAPER, INK = 0.85, 0.09  # shares of light that they reflect
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -93,17 +96,11 @@ class Sphere(Solid):
 @final
 @dataclass(frozen=True)
 class Block(Solid):
-    """A cuboid: on a floor its top is a step.
+    """A cuboid: on a floor its top is a step."""
 
-    Attributes:
-        origin_m: The middle of its underside.
-        size_m: Along its x, y and z.
-        quat: Its rotation (x, y, z, w).
-    """
-
-    origin_m: Vector
-    size_m: tuple[Positive, Positive, Positive]
-    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    origin_m: Vector  # the middle of its underside
+    size_m: tuple[Positive, Positive, Positive]  # along its x, y and z
+    quat: Quaternion = (0.0, 0.0, 0.0, 1.0)  # its rotation (x, y, z, w)
     tone: NotNegative = 0.6
 
     def hit(self, origin: Array, direction: Array) -> Array:
@@ -132,3 +129,57 @@ class Block(Solid):
         """Least and greatest coordinates in its own frame, (3,) each."""
         x, y, z = self.size_m
         return np.array([-x / 2, -y / 2, 0.0]), np.array([x / 2, y / 2, z])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PrintedBoard(Solid):
+    """A thin plate with a checkerboard, with or without markers, and a light border around it.
+
+    In its frame the origin is the inner corner whose outward diagonal square is dark, x runs along the columns, y along
+    the rows, z into the board.
+    """
+
+    T_base_board: Array  # (4, 4)
+    pattern: BoardPrint
+
+    def hit(self, origin: Array, direction: Array) -> Array:
+        """From either side."""
+        R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
+        start, along = (origin - t) @ R, direction @ R
+        cell = self.pattern.cell_m
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distance = -start[..., 2] / along[:, 2]
+            on = distance > 0
+            for i, count in enumerate(self.pattern.dark.shape[::-1]):
+                middle = (count / 2 - self.pattern.first) * cell
+                on &= np.abs(start[..., i] + distance * along[:, i] - middle) <= count / 2 * cell + BORDER_M
+        return np.where(on, distance, np.inf)
+
+    def normal(self, point: Array) -> Array:
+        """Out of the printed side."""
+        return np.broadcast_to(-self.T_base_board[:3, 2], point.shape)
+
+    def albedo(self, point: Array, eye: Array, breadth: float) -> Array:
+        """Paper and ink, mixed where a pixel sees both."""
+        R, t = self.T_base_board[:3, :3], self.T_base_board[:3, 3]
+        place, ray = (point - t) @ R / self.pattern.cell_m, (point - eye) @ R / self.pattern.cell_m
+        footprint = breadth * np.linalg.norm(ray, axis=-1)
+        lines, beyond, printed = [], [], np.ones(len(point))
+        for i, count in enumerate(self.pattern.dark.shape[::-1]):
+            x = place[:, i] + self.pattern.first
+            sharp = 1.0 / (footprint * np.hypot(1.0, ray[:, i] / ray[:, 2]))
+            line = np.clip(np.rint(x), 1.0, count - 1.0)
+            lines.append(line.astype(np.int64))
+            beyond.append(np.clip((x - line) * sharp + 0.5, 0.0, 1.0))
+            printed *= np.clip((count / 2 - np.abs(x - count / 2)) * sharp + 0.5, 0.0, 1.0)
+        (column, row), (right, below) = lines, beyond
+        ink = sum(
+            self.pattern.dark[row - up, column - left]
+            * np.where(up, 1.0 - below, below)
+            * np.where(left, 1.0 - right, right)
+            for up in (0, 1)
+            for left in (0, 1)
+        )
+        albedo: Array = PAPER + (INK - PAPER) * ink * printed
+        return albedo

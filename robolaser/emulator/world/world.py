@@ -1,30 +1,40 @@
-"""The world that an emulated cell holds: the true arm, scanner and solids, and where they are now."""
+"""The world that an emulated cell holds: the true arm, scanner and solids, where they are now, and its world.toml."""
 
 import zlib
-from collections.abc import Mapping
-from typing import final
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field, make_dataclass
+from pathlib import Path
+from typing import Any, Literal, final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from robolaser.arrays import Array
-from robolaser.emulator.servo_loop import ServoLoop
-from robolaser.emulator.world.scene import Image, Scene
+from robolaser.data.board import Board
+from robolaser.data.dataset import Dataset
+from robolaser.data.dataset_file import QUATERNION_SLACK, no_rotation
+from robolaser.data.printed_board import board_print
+from robolaser.data.toml_schema import Positive, read_toml, typed, wrong
+from robolaser.emulator.servo_loop import SERVO_FAULTS, ServoLoop
+from robolaser.emulator.world.scene import CameraModel, CameraSettings, Image, Projector, Scene
+from robolaser.emulator.world.solids import Block, Floor, PrintedBoard, Quaternion, Solid, Sphere, Vector
+from robolaser.errors import DataError, near
 from robolaser.trials.synthetic.arm import ScrewArm
+from robolaser.trials.synthetic.scanner import Light, ScannerOptics
 
+FORMAT = "robolaser-world/1"
+SCANNER = ("f", "s_u", "s_v", "u_0", "v_0", "k", "b", "theta", "w", "phi", "psi", "t_x", "t_y", "t_z")
+PINHOLE, LENS = ("fx", "fy", "cx", "cy"), ("k1", "k2", "p1", "p2", "k3")
+POSITIVE = ("f", "s_u", "s_v", "fx", "fy")
 SAME_PLACE_M = 1e-5  # the camera's place, and its turn in radians, within which speckle stays the same
 
 
 @final
 class EmulatedWorld:
-    """A world as it is; backlash remembers the way the arm came.
+    """A world as it is: its arm as drawn, solids, camera and laser, and the sensor's true numbers by name, SI.
 
-    Args:
-        arm: As its URDF has it.
-        scene: Solids, camera and laser.
-        truth: The sensor's true numbers, by name, SI.
-        faults: Sizes by name and joint [rad]: `joint_offset` of an encoder's zero, and `backlash`, by half of which the
-            link trails its motor on the side that it came from.
-        loop: How the joints follow their commands; None: exactly.
+    Faults are sizes by name and joint [rad]: `joint_offset` of an encoder's zero, and `backlash`, by half of which the
+    link trails its motor on the side that it came from. Without a loop the joints follow their commands exactly.
     """
 
     def __init__(
@@ -40,8 +50,9 @@ class EmulatedWorld:
             np.array([faults.get((name, joint), 0.0) for joint in arm.joints]) for name in ("joint_offset", "backlash")
         )
         self._half_play = play / 2
-        self._lag = np.zeros(arm.count)
-        self._motor: Array | None = None
+        self._none = np.zeros(arm.count)
+        self._at: tuple[Array, Array] | None = None
+        """Where the encoders are, and how far links trail; replaced as a whole, as images are taken meanwhile."""
         self._rendered: tuple[bytes, Array, Array] | None = None
 
     def follow(self, motor: Array) -> None:
@@ -49,15 +60,14 @@ class EmulatedWorld:
 
         The first call puts the arm there, in the middle of all play.
         """
-        if self._motor is not None:
-            self._lag = np.clip(self._lag + motor - self._motor, -self._half_play, self._half_play)
-        self._motor = np.array(motor, dtype=np.float64)
+        before, lag = self._at or (motor, self._none)
+        self._at = np.array(motor, dtype=np.float64), np.clip(lag + motor - before, -self._half_play, self._half_play)
 
     @property
     def q(self) -> Array:
         """True joint angles, (j,) [rad]; the arm is at zero until it was told to follow."""
-        motor = np.zeros(self.arm.count) if self._motor is None else self._motor
-        return np.asarray(motor + self._offset - self._lag)
+        motor, lag = self._at or (self._none, self._none)
+        return np.asarray(motor + self._offset - lag)
 
     @property
     def T_base_flange(self) -> Array:  # noqa: N802 - the field's symbol
@@ -72,15 +82,7 @@ class EmulatedWorld:
         return T
 
     def photograph(self, rng: np.random.Generator, *, lit: bool) -> Image:
-        """Take a picture from where the arm is: fresh noise in each, the same speckle while nothing moves.
-
-        Args:
-            rng: Source of the noise.
-            lit: Whether the laser is on.
-
-        Returns:
-            (height, width).
-        """
+        """A picture, (height, width), from where the arm is: noise is new, speckle the same while nothing moves."""
         T = self.T_base_camera
         place = T.tobytes()
         if self._rendered is None or self._rendered[0] != place:
@@ -88,3 +90,151 @@ class EmulatedWorld:
         _, room, laser = self._rendered
         grain = np.random.default_rng(zlib.crc32(np.rint(T / SAME_PLACE_M).astype(np.int64).tobytes()))
         return self.scene.expose(room, laser if lit else np.zeros_like(laser), rng=rng, grain=grain)
+
+
+@final
+@dataclass(frozen=True)
+class BoardTable:
+    """`[board]`; by default its pattern faces upwards: its z points into the board."""
+
+    origin_m: Vector
+    quat: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@final
+@dataclass(frozen=True)
+class Fault:
+    """`[[effect]]`."""
+
+    name: Literal["backlash", "joint_offset", "dead_time", "lag", "dead_zone", "droop"]
+    where: str
+    size: float
+
+
+@final
+@dataclass(frozen=True)
+class WorldFile:
+    """The whole file."""
+
+    format: str
+    truth: dict[str, Any] = field(default_factory=dict)
+    light: Projector = Projector()
+    camera: CameraSettings = CameraSettings()
+    floor: Floor | None = None
+    board: BoardTable | None = None
+    block: tuple[Block, ...] = ()
+    sphere: tuple[Sphere, ...] = ()
+    effect: tuple[Fault, ...] = ()
+
+
+def _table(name: str, *numbers: str, **tables: type) -> type:
+    """A table of numbers, None where they are nominal, and of tables."""
+    fields = [(key, (Positive if key in POSITIVE else float) | None, None) for key in numbers]
+    return make_dataclass(name, [*fields, *((key, table, table()) for key, table in tables.items())], frozen=True)
+
+
+TRUTHS: Mapping[str, type] = {
+    "stripe": _table("Scanner", *SCANNER),
+    "camera": _table("Camera", *PINHOLE, *LENS, hand_eye=_table("HandEye", "x", "y", "z", "w", "phi", "psi")),
+}
+"""`[truth]` by the kind of sensor."""
+
+
+def load_world(path: str | Path, description: Dataset) -> EmulatedWorld:
+    """Read and check a world.toml for the robot, scanner and board of a cell.
+
+    Raises:
+        RobolaserError: With file and key of what is wrong.
+    """
+    path = Path(path)
+    read = typed(read_toml(path, FORMAT), WorldFile, file=path.name)
+    robot, size = description.robot, description.image_px
+    fixed = description.kind == "camera" and description.options.mount == "base"
+    if robot is None or size is None or description.kind not in TRUTHS or fixed:
+        raise DataError(
+            f"{path.name} describes a world for a camera on an arm, but dataset.toml has no [robot], or its sensor is"
+            " neither a stripe scanner nor a camera on the flange, with an [image]. Emulate this cell without --world.",
+            file=path,
+        )
+    truth, light = _truth(path.name, read.truth, description), None
+    if description.kind == "stripe":
+        optics = ScannerOptics(truth, description.bracket_quat, description.angles, description.stripe_axis)
+        flat = np.array(0.0)
+        light = Light(truth["b"], np.array(truth["theta"]), flat, flat)
+        eye = CameraModel(optics, optics.lens, *size, read.camera)
+    else:
+        eye = CameraModel(_optics_of_camera(truth), np.array([truth[name] for name in LENS]), *size, read.camera)
+    scene = Scene(tuple(_solids(path.name, read, description.board)), eye, light, read.light)
+    arm = ScrewArm(robot)
+    faults = _faults(path.name, read.effect, arm)
+    in_servos = any(name in SERVO_FAULTS for name, _ in faults)
+    return EmulatedWorld(arm, scene, truth, faults, ServoLoop(arm, faults) if in_servos else None)
+
+
+def _truth(file: str, stated: Mapping[str, Any], description: Dataset) -> dict[str, float]:
+    """The sensor's numbers, as stated, else nominal; of a lens of which nothing is said, 0."""
+    values = asdict(typed(stated, TRUTHS[description.kind], file=file, at=("truth",)))
+    values |= {f"hand_eye.{name}": value for name, value in values.pop("hand_eye", {}).items()}
+    truth = {}
+    for name, value in values.items():
+        nominal = description.parameters[name].nominal if name in description.parameters else None
+        one = nominal if value is None else value
+        if one is None and name not in LENS:
+            raise wrong(file, ("truth", name), one, "a finite number")
+        truth[name] = one or 0.0
+    return truth
+
+
+def _optics_of_camera(truth: Mapping[str, float]) -> ScannerOptics:
+    """A camera as a scanner of focal length 1 m without distortion."""
+    pinhole = {
+        "f": 1.0,
+        "s_u": 1 / truth["fx"],
+        "s_v": 1 / truth["fy"],
+        "u_0": truth["cx"],
+        "v_0": truth["cy"],
+        "k": 0.0,
+    }
+    turns = {name: truth[f"hand_eye.{name}"] for name in ("w", "phi", "psi")}
+    place = {f"t_{name}": truth[f"hand_eye.{name}"] for name in "xyz"}
+    return ScannerOptics({**pinhole, **turns, **place}, (0.0, 0.0, 0.0, 1.0), "xyz", "v")
+
+
+def _solids(file: str, read: WorldFile, described: Board | None) -> Iterator[Solid]:
+    if read.floor is not None:
+        yield read.floor
+    for block in read.block:
+        _check_rotation(file, "[[block]] quat", block.quat)
+        yield block
+    yield from read.sphere
+    if read.board is not None:
+        if described is None:
+            raise DataError(
+                f"{file} has a [board], but dataset.toml has none, so its corners and squares are not known: add"
+                " [board] with columns, rows and square_m there.",
+                file=file,
+                column="board",
+            )
+        yield _printed_board(file, read.board, described)
+
+
+def _printed_board(file: str, board: BoardTable, described: Board) -> PrintedBoard:
+    _check_rotation(file, "[board] quat", board.quat)
+    T: Array = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.from_quat(board.quat).as_matrix(), board.origin_m
+    return PrintedBoard(T, board_print(described))
+
+
+def _faults(file: str, stated: Iterable[Fault], arm: ScrewArm) -> dict[tuple[str, str], float]:
+    """Sizes by name and joint."""
+    for fault in stated:
+        if fault.where not in arm.joints:
+            reason = f"{fault.name} cannot be at '{fault.where}'.{near(fault.where, arm.joints)}"
+            raise DataError(f"{file}, [[effect]] where: {reason}", file=file, column="where")
+    return {(fault.name, fault.where): fault.size for fault in stated}
+
+
+def _check_rotation(file: str, key: str, quat: Quaternion) -> None:
+    length = float(np.linalg.norm(quat))
+    if abs(length - 1) > QUATERNION_SLACK:
+        raise no_rotation(f"{file}, {key}", length, file)

@@ -136,7 +136,7 @@ class CollisionScene:
 
     def at(self, q: Array) -> tuple[str, tuple[Shape, ...]]:
         """What is too near to what at one configuration (j,), in words, and the shapes to be shown there."""
-        hits = collisions(self.model, self.margin_m, "here", q[None])
+        hits = [what for _, what in collisions(self.model, self.margin_m, q[None])]
         near = np.flatnonzero(self.model.gaps(q[None])[0] < self.margin_m)
         red = {i for k in near for i in self.model.pairs[k]}
         boxes = {i for i, body in enumerate(self.model.bodies) if body.kind == "box" and body.name != body.link}
@@ -146,7 +146,7 @@ class CollisionScene:
             for i in sorted(red | boxes)
             for shape in _solids(f"bodies/{i}", self.model.bodies[i], T[i], is_hit=i in red)
         ]
-        return "; ".join(str(hit).removeprefix("here: ") for hit in hits) or "nothing is hit", tuple(shapes)
+        return "; ".join(hits) or "nothing is hit", tuple(shapes)
 
 
 def _solids(name: str, body: Body, T: Array, *, is_hit: bool) -> Iterator[Shape]:

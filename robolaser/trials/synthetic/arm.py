@@ -17,11 +17,7 @@ SCANNER_AT = np.array([0.06, 0.0, 0.04])  # centre of the payload in the flange 
 
 @final
 class ScrewArm:
-    """The arm of a URDF, links and all.
-
-    Args:
-        robot: Names the URDF, the joints that are read and the flange.
-    """
+    """The arm of a URDF, links and all."""
 
     def __init__(self, robot: Robot) -> None:
         arm = robot.by_pinocchio

@@ -45,28 +45,17 @@ class FaultModel(ABC):
 
     What all faults of a class have in common follows its name. Subclasses are dataclasses; their fields are the fault's
     form, each annotated with the `Draw` that samples it.
-
-    Args:
-        effect: Its name in the truth, the effect library's where that has such an effect.
-        form: Its name among the kinds of worlds; the effect's where that is empty.
-        sizes: Usual in industry, least and most.
-        signed: Whether a sampled size may be negative.
-        location: Where it always is; None: at one of `places`.
-        places: Where else it can be in a run; at every joint that moves the flange, unless stated.
-        parameter: The effect library's parameter that `size` is the value of.
-        classes: Classes of causes that are right for an effect that the library lacks, beside `unknown`.
-        also: Effects of the library, and their locations (None: its own), whose names are as good.
     """
 
-    effect: ClassVar[str]
-    form: ClassVar[str]
-    sizes: ClassVar[tuple[float, float]]
-    signed: ClassVar[bool]
-    location: ClassVar[str | None]
-    places: ClassVar[Places] = lambda run: run.arm.joints
-    parameter: ClassVar[str]
-    classes: ClassVar[tuple[str, ...]]
-    also: ClassVar[tuple[tuple[str, str | None], ...]]
+    effect: ClassVar[str]  # its name in the truth, the effect library's where that has such an effect
+    form: ClassVar[str]  # its name among the kinds of worlds; the effect's where that is empty
+    sizes: ClassVar[tuple[float, float]]  # usual in industry, least and most
+    signed: ClassVar[bool]  # whether a sampled size may be negative
+    location: ClassVar[str | None]  # where it always is; None: at one of `places`
+    places: ClassVar[Places] = lambda run: run.arm.joints  # where else it can be in a run; by default at every joint
+    parameter: ClassVar[str]  # the effect library's parameter that `size` is the value of
+    classes: ClassVar[tuple[str, ...]]  # right for an effect that the library lacks, beside `unknown`
+    also: ClassVar[tuple[tuple[str, str | None], ...]]  # effects, and locations (None: its own), that are as right
 
     where: str  # the location that the truth names
     size: float  # its principal number in SI units; its other numbers are its form

@@ -7,7 +7,7 @@ import pytest
 from scanned import calibrated as made
 from scanned import dataset
 
-from robolaser.cell.cell_collisions import collision_model
+from robolaser.cell.plan_validation import collision_model
 from robolaser.data.cell_config import Box, Limits
 from robolaser.data.dataset import Points, Poses
 from robolaser.errors import DataError

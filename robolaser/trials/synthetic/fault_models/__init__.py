@@ -5,7 +5,7 @@ import pkgutil
 from typing import Final
 
 from robolaser.trials.synthetic.fault_model import FaultModel
-from robolaser.trials.synthetic.fault_models.springs import SpringFault
+from robolaser.trials.synthetic.fault_models.loads import SpringFault
 
 for _module in pkgutil.iter_modules(__path__):
     importlib.import_module(f"{__name__}.{_module.name}")
