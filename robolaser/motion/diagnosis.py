@@ -71,12 +71,12 @@ def diagnose_motion(
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
     findings.sort(key=lambda one: one.judged.without.score, reverse=True)
-    places = [] if verdict == "no_gap" else _places(parts, verdict)
+    places = [] if verdict == "no_gap" else _places(parts, log.joints, verdict)
     fit = MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 
-def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
+def _places(parts: Sequence[Part], joints: Sequence[str], verdict: str) -> list[Place]:
     """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
     for part in parts:
         if part.verdict != verdict:
@@ -94,7 +94,7 @@ def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
                 float(share),
                 _chance(errors[:, j], part.run, gap.noise_floor[j]),
             )
-            for j, (name, share) in enumerate(zip(part.joints, excess / excess.sum(), strict=True))
+            for j, (name, share) in enumerate(zip(joints, excess / excess.sum(), strict=True))
         ]
         return sorted((place for place in places if place.share > 0.01), key=lambda place: -place.share)
     return []

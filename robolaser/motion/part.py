@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.motion.effect import TIMING, At, Kind
+from robolaser.motion.effect import TIMING, At
 from robolaser.motion.gap import KindGap, root_mean_squares
 from robolaser.motion.selection import Judged
 
@@ -42,7 +42,6 @@ class Finding:
     """An effect that is at work."""
 
     judged: Judged
-    kind: Kind  # of rows
     numbers: dict[str, tuple[float, float, str]]  # value, standard deviation and unit of each
     gained: Array  # mean squares that it explains at each joint, (j,)
 
@@ -69,7 +68,6 @@ class Finding:
 class Part:
     """What the rows of one kind say."""
 
-    joints: tuple[str, ...]
     gap: KindGap
     candidates: tuple[At, ...]
     findings: tuple[Finding, ...]
@@ -107,7 +105,7 @@ class Part:
         before, rest = self._above_noise
         share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
         gained = np.nan_to_num(one.gained)
-        if not gained.any() or (one.kind == "tracking" and (gained > 0.0).sum() > 1):
+        if not gained.any() or (one.at.effect.rows == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
         if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:

@@ -98,9 +98,11 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     recorded, clocks = log, None
     rows, candidates, starts = _begun(log, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
-        more = SeriesClocks.of(rows.lateness(list(enumerate(starts))), clocks)
+        fits = rows.fit(list(enumerate(starts)))
+        more = SeriesClocks.of(rows.lateness(fits), clocks)
         if more is not None and rows.used < len(log):
-            more = SeriesClocks.of(_of_all_runs(log, rows, starts).lateness(list(enumerate(starts))), more)
+            whole, fits = _of_all_runs(log, rows, fits)
+            more = SeriesClocks.of(whole.lateness(fits), more)
         if more is None:
             break
         clocks, log = more.beside(clocks), more.corrected(log)
@@ -109,10 +111,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     if not _agree([one.model for one in selected]):
         candidates = [[at for at in each if at.effect is not CLOCK] for each in candidates]
         selected = _selected(rows, candidates, rows.usual(candidates), searching)
-    models = [(joint, one.model) for joint, one in zip(rows.joints.tolist(), selected, strict=True)]
-    whole = TrackingRows(log)
-    whole.independent = rows.independent * len(log) / max(1, rows.used)
-    refined = whole.refined(models, rows)
+    whole, refined = _of_all_runs(log, rows, [one.model for one in selected])
     ideal = np.where(np.isfinite(recorded.command), recorded.q - recorded.command, np.nan)
     ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
     after = np.full_like(ideal, np.nan)
@@ -120,9 +119,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     for number in np.unique(fold):
         held = fold == number
         part = whole.without(held)
-        again = part.refined(list(zip(rows.joints.tolist(), refined, strict=True)), whole)
-        paths = part.predicted(list(zip(rows.joints.tolist(), again, strict=True)))
-        after[held] = (log.q - paths)[held]
+        after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
     calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
     after = _less_constants(log, after) if log.offset_per_series else after
     step = log.encoder_step_rad or resolution(log.q)
@@ -135,7 +132,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
             continue
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
-        found = [_finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged]
+        found = [_finding(judged, refined[number], deviations, one.model, count) for judged in one.judged]
         findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
         holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
         told = np.nan_to_num(log.command[:, joint])
@@ -146,16 +143,14 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
-    return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+    return Part(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
-def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[tuple[At, ...]]) -> TrackingRows:
-    """All rows of a log, with models that were found in some of its runs."""
+def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
+    """All rows of a log, and models of them that were found in some of its runs."""
     whole = TrackingRows(log)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
-    fits = rows.fit(list(enumerate(models)))
-    whole.refined(list(zip(rows.joints.tolist(), fits, strict=True)), rows)
-    return whole
+    return whole, whole.refined(models, rows)
 
 
 def _selected(
@@ -225,7 +220,7 @@ def _linear(
     findings = [
         one
         for judged in selected.judged
-        for one in [_finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
+        for one in [_finding(judged, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
         if _helps(one, before, worse)
     ]
     places = {
@@ -234,11 +229,11 @@ def _linear(
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    return Part(of.log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+    return Part(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
 
 
 def _finding(
-    judged: Judged, kind: Kind, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
+    judged: Judged, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
 ) -> Finding:
     at = fitted.effects.index(judged.at)
     numbers = {
@@ -246,7 +241,7 @@ def _finding(
         for number, value, deviation in zip(judged.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
     }
     gained = np.maximum(judged.without.squares - model.squares, 0.0) / count
-    return Finding(judged, kind, numbers, gained)
+    return Finding(judged, numbers, gained)
 
 
 def _helps(one: Finding, before: Array, worse: Bools) -> bool:

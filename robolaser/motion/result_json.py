@@ -26,7 +26,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "kind": "motion",
         "verdict": found.verdict,
         "sentence": sentence(found),
-        "gap_mm": gap_mm(found.fit),
+        "gap_mm": found.fit.gap_mm,
         "step_s": found.fit.log.step_s,
         "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
         "where": [
@@ -48,7 +48,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
 
 def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
     """The contents of calibration.json: the numbers of the effects that were asked for."""
-    gap = gap_mm(fit)
+    gap = fit.gap_mm
     return {
         "format": CALIBRATION,
         "dataset": fit.log.name,
@@ -78,19 +78,6 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
     }
 
 
-def gap_mm(fit: MotionFit) -> dict[str, Any]:
-    """The tracking error at the flange, as JSON files give it [mm]."""
-    gap = fit.gap("tracking")
-    if gap is None or fit.at_flange is None:
-        return dict.fromkeys(("nominal", "calibrated", "after", "noise_floor")) | {"after_ci95": [None, None]}
-    low, high = fit.interval_mm or (None, None)
-    return {
-        **fit.flange_mm,
-        "noise_floor": fit.at_flange.noise_mm(gap.noise_floor),
-        "after_ci95": [low, high],
-    }
-
-
 def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
     names = ("nominal", "calibrated", "after", "noise_floor")
     there = np.flatnonzero(np.isfinite(gap.calibrated)).tolist()
@@ -105,19 +92,17 @@ def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
 
 def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
     """The gap at the flange with some effects taken out again, as if what they explain were independent [mm]."""
-    gap = fit.gap("tracking")
-    if gap is None or fit.at_flange is None:
+    if fit.gap_mm["after"] is None:
         return None
-    gained = sum((one.gained for one in findings if one.kind == "tracking"), start=np.zeros(len(gap.after)))
-    return float(np.sqrt(fit.flange_mm["after"] ** 2 + np.nansum(gained * fit.at_flange.levers_mm() ** 2)))
+    gained = [one.gained for one in findings if one.at.effect.rows == "tracking"]
+    return float(np.sqrt(fit.gap_mm["after"] ** 2 + np.nansum(sum(gained) * fit.levers_mm**2)))
 
 
 def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
-    gap = gap_mm(fit)
     return _numbers(one) | {
         "probability": round(one.judged.probability, 4),
-        "gap_mm_before": gap["calibrated"],
-        "gap_mm_after": gap["after"],
+        "gap_mm_before": fit.gap_mm["calibrated"],
+        "gap_mm_after": fit.gap_mm["after"],
         "gap_mm_without": _without(fit, [one]),
         "indistinguishable_from": [rival.pair for rival in one.judged.rivals],
     }
@@ -127,7 +112,7 @@ def _numbers(one: Finding) -> dict[str, Any]:
     return {
         "effect": one.at.effect.name,
         "where": one.at.where,
-        "rows": one.kind,
+        "rows": one.at.effect.rows,
         "parameters": {
             name: {"value": value, "std": deviation if np.isfinite(deviation) else None, "unit": unit}
             for name, (value, deviation, unit) in one.numbers.items()
@@ -166,7 +151,7 @@ def _is_open(group: Sequence[Finding]) -> bool:
 
 
 def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
-    after = gap_mm(found.fit)["after"]
+    after = found.fit.gap_mm["after"]
     classes = [
         {
             "class": name,

@@ -121,4 +121,4 @@ class SeriesClocks:
             )
         }
         without = Fitted((), (), (), float(np.sum((self.delay / self.deviation) ** 2)), gained)
-        return Finding(Judged(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, ()), "tracking", numbers, gained)
+        return Finding(Judged(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, ()), numbers, gained)

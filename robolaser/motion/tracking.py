@@ -191,13 +191,17 @@ class TrackingRows:
         self._found.update({key: min(group, key=lambda fit: fit.cost) for key, group in fits.items()})
         return [self._as_fitted(self._found[key]) for key in keys]
 
-    def refined(self, models: Sequence[tuple[int, Fitted]], like: "TrackingRows") -> list[Fitted]:
-        """Models that other rows of the same log have led to, fitted to these."""
-        fits = [_Fit(joint, fitted.effects, like._found[joint, fitted.names].x) for joint, fitted in models]
+    def refined(self, models: Sequence[Fitted], like: "TrackingRows") -> list[Fitted]:
+        """Models of all joints that other rows of the same log have led to, fitted to these."""
+        fits = [_Fit(found.joint, found.effects, found.x) for found in like._fits(models)]
         self._forget_unseen(fits)
         self._improve(fits, MORE_ROUNDS)
         self._found.update({(fit.joint, frozenset(map(str, fit.effects))): fit for fit in fits})
         return [self._as_fitted(fit) for fit in fits]
+
+    def _fits(self, models: Sequence[Fitted]) -> list[_Fit]:
+        """What was found for a model of each joint."""
+        return [self._found[joint, one.names] for joint, one in zip(self.joints.tolist(), models, strict=True)]
 
     def _forget_unseen(self, fits: Sequence[_Fit]) -> None:
         """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
@@ -285,12 +289,12 @@ class TrackingRows:
         (found,) = self._computed([(_Fit(at.joint, (at,), first), [size * first for size in sizes])])
         return list(found.T)
 
-    def lateness(self, models: Sequence[tuple[int, tuple[At, ...]]]) -> list[Lateness]:
+    def lateness(self, models: Sequence[Fitted]) -> list[Lateness]:
         """What each joint's readings say of delays, by a model of it that was fitted."""
-        fits = [self._found[int(self.joints[number]), frozenset(map(str, effects))] for number, effects in models]
+        fits = self._fits(models)
         servos = [fit.servo(fit.x) for fit in fits]
         moved = [{**servo, "delay": servo.get("delay", 0.0) + DELAY_STEP_S} for servo in servos]
-        paths = self._runs.simulate(np.array([fit.joint for fit in fits], dtype=np.int64), moved)
+        paths = self._runs.simulate(self.joints, moved)
         found = []
         for m, (fit, servo) in enumerate(zip(fits, servos, strict=True)):
             at, s, run = self._kept[fit.joint]
@@ -321,13 +325,11 @@ class TrackingRows:
         std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
         return tuple(np.split(std, np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]))
 
-    def predicted(self, models: Sequence[tuple[int, Fitted]]) -> Array:
-        """Where joints go by models of some of them, (n, j) in the rows of the log; the command for the others."""
+    def predicted(self, models: Sequence[Fitted]) -> Array:
+        """Where joints go by their models, (n, j) in the rows of the log; the command for joints that have none."""
         out = np.where(np.isfinite(self.log.command), self.log.command, np.nan)
-        fits = [self._found[joint, fitted.names] for joint, fitted in models]
-        paths = self._runs.simulate(
-            np.array([fit.joint for fit in fits], dtype=np.int64), [fit.servo(fit.x) for fit in fits]
-        )
+        fits = self._fits(models)
+        paths = self._runs.simulate(self.joints, [fit.servo(fit.x) for fit in fits])
         for m, fit in enumerate(fits):
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]

@@ -11,7 +11,7 @@ from robolaser.motion.gap import KindGap
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Finding
 from robolaser.motion.plan import MotionLimit, MotionPlan
-from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
+from robolaser.motion.result_json import kinds_json, next_motions, sentence
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, percent, plain, with_unit
 from robolaser.report.document import (
@@ -101,7 +101,7 @@ def _figures(fit: MotionFit) -> list[Figure]:
             rows.append(
                 Figure(kind, label, plain(value, gap.unit, SIGNIFICANT), WHAT[gap.kind], 100.0 * value / largest)
             )
-    at_flange = gap_mm(fit)
+    at_flange = fit.gap_mm
     if at_flange["after"] is not None:
         low, high = at_flange["after_ci95"]
         text = f"{at_flange['calibrated']:.3g} mm before; 95 %: {low:.3g} to {high:.3g} mm"
@@ -203,17 +203,17 @@ NAMES = ("nominal", "calibrated", "after", "noise_floor")
 
 def _along_time(fit: MotionFit) -> Chart | None:
     """Tracking errors of the joint with the largest gap in its worst run, before and after."""
-    gap, log = fit.gap("tracking"), fit.log
-    if gap is None or fit.left is None:
+    part, log = next((part for part in fit.parts if part.gap.kind == "tracking"), None), fit.log
+    if part is None:
         return None
-    joint = int(np.nanargmax(gap.calibrated))
+    joint = int(np.nanargmax(part.gap.calibrated))
     error = log.q[:, joint] - log.command[:, joint]
     rows = max(log.rows_of_runs, key=lambda part: float(np.nanmean(error[part] ** 2)))
     kept = slice(rows.start, rows.stop, max(1, (rows.stop - rows.start) // SHOWN_ROWS))
     time, n = log.time_s[kept], len(log.time_s[kept])
     data = records(
         time=np.tile(time, 2),
-        error=TURN * np.concatenate([error[kept], fit.left[kept, joint]]),
+        error=TURN * np.concatenate([error[kept], part.after[kept, joint]]),
         series=["before"] * n + ["after, unseen"] * n,
     )
     name = log.series[log.run[rows.start]]
