@@ -110,7 +110,7 @@ def _figures(fit: MotionFit) -> list[Figure]:
 
 
 def _kinds(found: MotionDiagnosis) -> Table:
-    clauses = {one.at.effect.name: one.at.effect.title for one in found.fit.findings}
+    clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     rows = [
         (
             Cell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
