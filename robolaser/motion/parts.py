@@ -208,7 +208,7 @@ def _linear(
     fold = folds(of.run)
     for number in np.unique(fold):
         part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
-        (again,) = part.fit([(0, selected.model.effects)])
+        again = part.fitted(selected.model.effects, selected.model.shapes)
         after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
     before, then = root_mean_squares(ideal), root_mean_squares(after)
     worse = ~(then < before)
