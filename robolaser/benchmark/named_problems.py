@@ -86,12 +86,12 @@ def _named(text: str, name: str) -> ProblemSpec:
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
     from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems.calibration import ReducedModel  # noqa: PLC0415
+    from robolaser.problems import ReducedCalibration  # noqa: PLC0415
 
     found, dataset = _dataset(whole)
     check_bounds(Model(dataset), "compare")
     reduced = text != whole
-    if reduced and not len(ReducedModel(Model(dataset)).parameters):
+    if reduced and not ReducedCalibration(Model(dataset)).n_var:
         raise BenchmarkError(
             f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
             " Only stripe scanners have a reduced problem worth comparing on."
