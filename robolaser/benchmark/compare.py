@@ -91,8 +91,14 @@ def compare(
     plan = BenchmarkPlan.of(problems, algorithms, terms)
     with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
         try:
-            with engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine:
-                fill(journal, plan, engine, progress)
+            with (
+                engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine,
+                tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills,
+            ):
+                journal.begin(plan.to_dict(engine.label, engine.workers))
+                began = time.monotonic()
+                for run in _runs(plan, engine, journal.done(), Path(spills), progress):
+                    journal.add(run, after_s=time.monotonic() - began)
         except (KeyboardInterrupt, CancelledError) as stopped:
             result, why = (
                 journal.result(plan.to_dict()),
@@ -106,20 +112,6 @@ def compare(
         where = f" They are in {folder}: continue with --resume." if folder else ""
         raise Interrupted(f"{why}, after {len(result.runs)} of {len(plan.tasks)} runs.{where}") from None
     return result
-
-
-def fill(journal: Journal, plan: BenchmarkPlan, engine: Engine, progress: Progress | None = None) -> None:
-    """Make all runs of a plan that a journal lacks.
-
-    Raises:
-        BenchmarkError: The runs in the journal were made under other conditions.
-        OutputError: The journal cannot be written.
-    """
-    journal.begin(plan.to_dict(engine.label, engine.workers))
-    began = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills:
-        for run in _runs(plan, engine, journal.done(), Path(spills), progress):
-            journal.add(run, after_s=time.monotonic() - began)
 
 
 def _runs(

@@ -199,10 +199,7 @@ def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:
     module, settings = STOCK_ALGORITHMS[name]
     calls, n_obj = [0], 1 if module.startswith("soo.") else 2
     try:
-        kind = getattr(import_module(f"pymoo.algorithms.{module}"), name)
-    except Exception as error:  # pymoo asks for some libraries with a plain Exception
-        return MISSING, str(error)
-    try:
+        kind = _class(module, name)
         algorithms = [kind(**settings, **{slot: _counted(operator, calls)}) for _ in range(2)]
     except ImportError as error:
         return MISSING, str(error)
@@ -219,6 +216,13 @@ def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:
     if not calls[0]:
         return IGNORED, ""
     return (WORKS, "") if np.array_equal(X, again) else (FAILS, "two runs of the same seed differ")
+
+
+def _class(module: str, name: str) -> Any:
+    try:
+        return getattr(import_module(f"pymoo.algorithms.{module}"), name)
+    except Exception as error:  # pymoo asks for some libraries with a plain Exception
+        raise ImportError(str(error)) from error
 
 
 def _counted(operator: Any, calls: list[int]) -> Any:
