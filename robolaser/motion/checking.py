@@ -20,16 +20,14 @@ LACKING: dict[Kind, str] = {
 
 def comparable(log: MotionLog) -> dict[Kind, str]:
     """Why there are no rows of a kind; "" where there are some."""
-    read = log.has("q")
-    there: dict[Kind, bool] = {
-        "tracking": bool((log.has("command") & read).any()),
-        "torque": bool(log.has("tau").any()),
-        "load": bool((log.has("load") & read).any()),
-    }
-    reasons = {kind: "" if there[kind] else lack for kind, lack in LACKING.items()}
-    if there["tracking"] and not log.has_own_readings:
-        reasons["tracking"] = "the readings are the commands, digit by digit"
-    return reasons | ({"torque": _unusable_torque(log)} if there["torque"] else {})
+    reasons, read = dict(LACKING), log.has("q")
+    if (log.has("command") & read).any():
+        reasons["tracking"] = "" if log.has_own_readings else "the readings are the commands, digit by digit"
+    if log.has("tau").any():
+        reasons["torque"] = _unusable_torque(log)
+    if (log.has("load") & read).any():
+        reasons["load"] = ""
+    return reasons
 
 
 def _unusable_torque(log: MotionLog) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
-from robolaser.motion.effect import MOVES_RAD, MotionEffect
+from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Part
@@ -43,7 +43,7 @@ class MotionDiagnosis:
 
 def diagnose_motion(
     log: MotionLog,
-    effects: Sequence[MotionEffect | str] | None = None,
+    effects: Sequence[str] | None = None,
     without: Sequence[str] = (),
     seed: int | None = None,
     progress: Progress | None = None,
@@ -52,7 +52,7 @@ def diagnose_motion(
 
     Args:
         log: Commands, encoders and torques along time.
-        effects: The library; all of `MOTION_EFFECTS` by default.
+        effects: Names of those in the library; all of `MOTION_EFFECTS` by default.
         without: Names of effects to leave out.
         seed: Of the resampling of runs.
         progress: Called with the current step and its finished share.

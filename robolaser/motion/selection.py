@@ -4,8 +4,10 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, final
 
+import numpy as np
+
 from robolaser.motion.effect import At
-from robolaser.motion.evidence import Fitted, probabilities
+from robolaser.motion.evidence import Fitted
 
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
 TRIED = 3  # candidates, the best of the round before, that are fitted before all are
@@ -136,7 +138,9 @@ def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
 
 def _judged(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Judged:
     instead = [(rival, fit) for rival, fit in instead if rival.effect.name != one.effect.name]
-    share = probabilities([model.score, without.score, *(fit.score for _, fit in instead)])
+    scores = np.array([model.score, without.score, *(fit.score for _, fit in instead)])
+    evidence = np.exp(-0.5 * (scores - scores.min()))
+    share = evidence / evidence.sum()
     near = [rival for rival, fit in instead if fit.score < model.score + INDISTINGUISHABLE]
     return Judged(one, float(share[0]), float(share[1]), without, tuple(near))
 

@@ -322,7 +322,8 @@ class TrackingRows:
         slopes = (aside - fit.residual[:, None]) / STEP
         weight = self.independent[joint] / max(fit.cost, 1e-24)
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
-        std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
+        with np.errstate(invalid="ignore"):  # NaN: the rows do not show the number
+            std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
         return tuple(np.split(std, np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]))
 
     def predicted(self, models: Sequence[Fitted]) -> Array:
