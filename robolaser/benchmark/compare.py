@@ -14,7 +14,7 @@ from statistics import fmean
 from typing import Any, Literal
 
 from robolaser.arrays import Progress
-from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
 from robolaser.benchmark.journal import NAME, Journal
 from robolaser.benchmark.plan import BenchmarkPlan, Terms

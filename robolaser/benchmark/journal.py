@@ -193,12 +193,6 @@ def _texts(paths: Sequence[str | Path]) -> Iterable[tuple[str, str]]:
         yield str(file), file.read_text(encoding="utf-8")
 
 
-def summary_of(problem: ProblemSummary) -> dict[str, Any]:
-    """A problem as a journal has it: what is known before any run."""
-    said = asdict(problem)
-    return {name: value for name, value in said.items() if name != "best"}
-
-
 def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else str(value)
 

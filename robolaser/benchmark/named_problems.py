@@ -68,9 +68,7 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
 
 def _named(text: str, name: str) -> ProblemSpec:
     if text.startswith(f"{SUITE}:"):
-        make = partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:"))
-        make()
-        return ProblemSpec(name or text, (make,))
+        return _checked(name or text, partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:")))
     whole = text.removeprefix(REDUCED)
     if ":" in whole and not Path(whole).exists():
         if whole != text:
@@ -84,20 +82,10 @@ def _named(text: str, name: str) -> ProblemSpec:
             of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
             return ProblemSpec(name, tuple(spec.makers[0] for spec in of_each))
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
-    from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
-    from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems import ReducedCalibration  # noqa: PLC0415
-
     found, dataset = _dataset(whole)
-    check_bounds(Model(dataset), "compare")
     reduced = text != whole
-    if reduced and not ReducedCalibration(Model(dataset)).n_var:
-        raise BenchmarkError(
-            f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
-            " Only stripe scanners have a reduced problem worth comparing on."
-        )
     name = name or (REDUCED + found if reduced else found)
-    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),))
+    return _checked(name, partial(_calibration, name, dataset, reduced=reduced))
 
 
 def _dataset(text: str) -> tuple[str, Any]:
@@ -122,11 +110,22 @@ def _dataset(text: str) -> tuple[str, Any]:
 
 
 def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
-    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others."""
+    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others.
+
+    Raises:
+        BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
+    """
+    from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
     from robolaser.problems import ReducedCalibration, ScannerCalibration  # noqa: PLC0415
 
-    question = ReducedCalibration(Model(dataset)) if reduced else ScannerCalibration(dataset)
+    check_bounds(model := Model(dataset), "compare")
+    question = ReducedCalibration(model) if reduced else ScannerCalibration(dataset)
+    if not question.n_var:
+        raise BenchmarkError(
+            f"{name}: every parameter follows from the data in closed form, so nothing is left to search for."
+            " Only stripe scanners have a reduced problem worth comparing on."
+        )
     return _of_model(name, question, "parameters left by the closed form" if reduced else "parameters")
 
 

@@ -4,13 +4,12 @@ import pickle
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
 from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.executors import PACKAGES
-from robolaser.benchmark.journal import summary_of
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec, ProblemSummary
 from robolaser.benchmark.run import Task, fingerprint
@@ -27,17 +26,9 @@ SLOW_S = 0.02
 @final
 @dataclass(frozen=True)
 class Terms:
-    """What is asked of every run.
+    """What is asked of every run, as `compare` takes it."""
 
-    Attributes:
-        seeds: The same for all: solvers that draw their first candidates alike begin with the same ones.
-        budget: Evaluations of a run: a number, or "1000d" for a thousand times the number of variables.
-        target: The tolerance by which solvers are ranked; None: the usual one of the problems.
-        time_limit_s: Wall time of a run [s].
-        on_error: Whether a candidate whose evaluation raises makes the run fail or costs infinity.
-    """
-
-    seeds: tuple[int, ...]
+    seeds: tuple[int, ...]  # the same for all: solvers that draw their first candidates alike begin with the same ones
     budget: int | str
     target: float | None
     time_limit_s: float
@@ -130,7 +121,10 @@ class BenchmarkPlan:
                 "on_error": self.terms.on_error,
                 **{f"version of {package}": _version(package) for package in packages},
             },
-            "problems": [summary_of(one) for one in self.problems],
+            "problems": [
+                {name: value for name, value in asdict(one).items() if name != "best"}  # which is known after the runs
+                for one in self.problems
+            ],
             "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
