@@ -1,7 +1,6 @@
 """The problems that can be named: data sets, the paper's experiment, test functions, and the users' own."""
 
 import copy
-import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import imported, made, named
+from robolaser.algorithms.user_code import by_name, imported, made, named, title_of
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import (
     CALIBRATION,
@@ -46,27 +45,18 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
         BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
         DataError: A data set cannot be read.
     """
-    pairs = list(problems.items()) if isinstance(problems, Mapping) else [("", problem) for problem in problems]
-    if (whole := ("", SUITE)) in pairs:
+    if not isinstance(problems, Mapping) and SUITE in problems:
         from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
-        at = pairs.index(whole)
-        pairs[at : at + 1] = [("", f"{SUITE}:{one}") for one in suite().ids]
-    found: dict[str, ProblemSpec] = {}
-    given: dict[str, object] = {}
-    for name, problem in pairs:
-        spec = _named(problem, str(name)) if isinstance(problem, str) else _own(problem, str(name))
-        if spec.name in given and not (given[spec.name] is problem or given[spec.name] == problem):
-            raise UsageError(
-                f"{given[spec.name]} and {problem} are both called '{spec.name}', and results are stored by name. Name"
-                ' them: compare({"small": …, "large": …}, …); a data set by the `name` in its dataset.toml.'
-            )
-        found.setdefault(spec.name, spec)
-        given.setdefault(spec.name, problem)
-    return tuple(found.values())
+        at, whole = problems.index(SUITE), [f"{SUITE}:{one}" for one in suite().ids]
+        problems = [*problems[:at], *whole, *problems[at + 1 :]]
+    hint = 'compare({"small": …, "large": …}, …); a data set by the `name` in its dataset.toml'
+    return tuple(by_name(problems, _found, hint).values())
 
 
-def _named(text: str, name: str) -> ProblemSpec:
+def _found(text: object, name: str) -> ProblemSpec:
+    if not isinstance(text, str):
+        return _own(text, name)
     if text.startswith(f"{SUITE}:"):
         return _checked(name or text, partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:")))
     whole = text.removeprefix(REDUCED)
@@ -79,7 +69,7 @@ def _named(text: str, name: str) -> ProblemSpec:
             if low > high:
                 raise UsageError(f"{text}: there is no instance from {low} to {high}.")
             name = name or RANGE.sub("", text)
-            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
+            of_each = [_found(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
             return ProblemSpec(name, tuple(spec.makers[0] for spec in of_each))
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
     found, dataset = _dataset(whole)
@@ -314,5 +304,4 @@ def _unknown(text: str) -> UsageError:
 def _title(problem: Any, name: str) -> str:
     if name.startswith(PYMOO):
         return f"pymoo's {name.removeprefix(PYMOO).split(':')[0].split('-')[0]} function"
-    documented = inspect.cleandoc(vars(type(problem)).get("__doc__") or "")
-    return getattr(problem, "title", "") or (documented.splitlines()[0].rstrip(".") if documented else name)
+    return getattr(problem, "title", "") or title_of(problem, name)

@@ -64,9 +64,8 @@ def diagnose_motion(
     began, tell = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     parts, missing, remarks = parts_of(log, library, search, tell)
-    named = {finding.at.effect.name for part in parts for finding in part.shown}
-    tested = {at.effect.name for part in parts for at in part.candidates}
-    missing = {name: reason for name, reason in missing.items() if name not in named | tested}
+    tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
+    missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
@@ -91,7 +90,7 @@ def _places(parts: Sequence[Part], joints: Sequence[str], verdict: str) -> list[
             Place(
                 name,
                 f"{part.places[name]} of {name}" if part.places.get(name) else "",
-                float(share),
+                round(float(share), 4),
                 _chance(errors[:, j], part.run, gap.noise_floor[j]),
             )
             for j, (name, share) in enumerate(zip(joints, excess / excess.sum(), strict=True))

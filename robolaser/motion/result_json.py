@@ -1,6 +1,7 @@
 """A diagnosis of a moving arm as diagnosis.json, and in a sentence."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -29,10 +30,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "gap_mm": found.fit.gap_mm,
         "step_s": found.fit.log.step_s,
         "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
-        "where": [
-            {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": one.p_value}
-            for one in found.places
-        ],
+        "where": [asdict(one) for one in found.places],
         "effects": [_effect(one, found.fit) for one in found.fit.findings],
         "kinds": kinds_json(found.fit),
         "classes": _classes(found),

@@ -40,7 +40,6 @@ class _Fit:
     x: Array  # in usual sizes
     cost: float = np.inf
     residual: Array = field(default_factory=lambda: np.empty(0))
-    slopes: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     @property
     def numbers(self) -> list[Number]:
@@ -246,9 +245,10 @@ class TrackingRows:
             fit.cost = float(fit.residual @ fit.residual)
         moving = [fit for fit in fits if fit.effects]
         for _ in range(rounds):
-            for fit, aside in zip(moving, self._aside(moving), strict=True):
-                fit.slopes = (aside - fit.residual[:, None]) / STEP
-            steps = [(fit, [fit.within(fit.x + step) for step in _steps(fit)]) for fit in moving]
+            steps = [
+                (fit, [fit.within(fit.x + step) for step in _steps(slopes, fit.residual)])
+                for fit, slopes in zip(moving, self._slopes(moving), strict=True)
+            ]
             going = []
             for (fit, tried), residual in zip(steps, self._computed(steps), strict=True):
                 costs = (residual**2).sum(axis=0)
@@ -261,9 +261,10 @@ class TrackingRows:
             if not moving:
                 break
 
-    def _aside(self, fits: Sequence[_Fit]) -> list[Array]:
-        """Residuals of each fit with one of its numbers after the other a step further, (kept, d)."""
-        return self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))]) for fit in fits])
+    def _slopes(self, fits: Sequence[_Fit]) -> list[Array]:
+        """Derivatives of each fit's residuals by its numbers, (kept, d)."""
+        aside = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))]) for fit in fits])
+        return [(each - fit.residual[:, None]) / STEP for fit, each in zip(fits, aside, strict=True)]
 
     def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[Array]:
         """Residuals at the kept rows for some numbers of each fit, (kept, m)."""
@@ -318,8 +319,7 @@ class TrackingRows:
         fit = self._found[joint, fitted.names]
         if not fit.effects:
             return ()
-        (aside,) = self._aside([fit])
-        slopes = (aside - fit.residual[:, None]) / STEP
+        (slopes,) = self._slopes([fit])
         weight = self.independent[joint] / max(fit.cost, 1e-24)
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
         with np.errstate(invalid="ignore"):  # NaN: the rows do not show the number
@@ -377,9 +377,9 @@ def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:
     return tuple(one for one in candidates if one.effect.name in names)
 
 
-def _steps(fit: _Fit) -> list[Array]:
+def _steps(slopes: Array, residual: Array) -> list[Array]:
     """Gauss-Newton steps, damped less and more."""
-    H, g = fit.slopes.T @ fit.slopes, fit.slopes.T @ fit.residual
+    H, g = slopes.T @ slopes, slopes.T @ residual
     diagonal = np.diag(np.diag(H) + 1e-12 * max(1e-12, float(np.trace(H))))
     return [np.asarray(-np.linalg.solve(H + damping * diagonal, g), np.float64) for damping in DAMPINGS]
 
