@@ -13,9 +13,9 @@ from robolaser.motion.effect import At
 from robolaser.motion.effects import library_of
 from robolaser.motion.gap import KindGap, at_flange
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Finding, Part
+from robolaser.motion.part import Part
 from robolaser.motion.parts import parts_of
-from robolaser.motion.selection import Search, chosen
+from robolaser.motion.selection import Finding, Search, chosen
 
 
 @final
@@ -99,7 +99,7 @@ def merged(findings: Sequence[Finding]) -> list[Finding]:
         groups.setdefault((one.at.effect.rows, one.at.effect.name, one.at.where), []).append(one)
     whole = []
     for group in groups.values():
-        best = max(group, key=lambda one: one.judged.probability)
+        best = max(group, key=lambda one: one.probability)
         numbers = {name: number for one in group for name, number in one.numbers.items()}
         common = [one.numbers["delay"] for one in group if "delay" in one.numbers]
         if len(common) > 1:

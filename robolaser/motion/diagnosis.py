@@ -69,7 +69,7 @@ def diagnose_motion(
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
-    findings.sort(key=lambda one: one.judged.without.score, reverse=True)
+    findings.sort(key=lambda one: one.without.score, reverse=True)
     places = [] if verdict == "no_gap" else _places(parts, log.joints, verdict)
     fit = MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))

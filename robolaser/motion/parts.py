@@ -14,9 +14,9 @@ from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part, coordinate
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Part, coordinate
 from robolaser.motion.quantities import Quantities, quantities
-from robolaser.motion.selection import Judged, Search, Selected, side_by_side
+from robolaser.motion.selection import Finding, Search, Selected, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
 
@@ -127,12 +127,12 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     before, then = root_mean_squares(calibrated), root_mean_squares(after)
     findings, places = [], {}
     for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
-        if one.judged and not then[joint] < before[joint]:
+        if one.findings and not then[joint] < before[joint]:
             after[:, joint], then[joint] = calibrated[:, joint], before[joint]
             continue
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
-        found = [_finding(judged, refined[number], deviations, one.model, count) for judged in one.judged]
+        found = [_fitted(each, refined[number], deviations, one.model, count) for each in one.findings]
         findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
         holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
         told = np.nan_to_num(log.command[:, joint])
@@ -219,8 +219,8 @@ def _linear(
     deviations = rows.deviations(selected.model)
     findings = [
         one
-        for judged in selected.judged
-        for one in [_finding(judged, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
+        for found in selected.findings
+        for one in [_fitted(found, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
         if _helps(one, before, worse)
     ]
     places = {
@@ -232,16 +232,15 @@ def _linear(
     return Part(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
 
 
-def _finding(
-    judged: Judged, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
-) -> Finding:
-    at = fitted.effects.index(judged.at)
+def _fitted(one: Finding, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float) -> Finding:
+    """An effect with its numbers and what it explains."""
+    at = fitted.effects.index(one.at)
     numbers = {
         number.name: (float(value), float(deviation), number.unit)
-        for number, value, deviation in zip(judged.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
+        for number, value, deviation in zip(one.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
     }
-    gained = np.maximum(judged.without.squares - model.squares, 0.0) / count
-    return Finding(judged, numbers, gained)
+    gained = np.maximum(one.without.squares - model.squares, 0.0) / count
+    return replace(one, numbers=numbers, gained=gained)
 
 
 def _helps(one: Finding, before: Array, worse: Bools) -> bool:
@@ -255,8 +254,8 @@ def _within_rows(one: Finding, candidates: Sequence[At], step_s: float) -> Findi
     late = [at for at in candidates if at.effect.name == "dead_time"]
     if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
         return one
-    rivals = dict.fromkeys((*one.judged.rivals, *late))
-    return replace(one, judged=replace(one.judged, probability=min(one.judged.probability, EVEN), rivals=tuple(rivals)))
+    rivals = dict.fromkeys((*one.rivals, *late))
+    return replace(one, probability=min(one.probability, EVEN), rivals=tuple(rivals))
 
 
 def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
@@ -270,10 +269,10 @@ def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]
     late = [one for one in findings if one.at.effect.name == "dead_time"]
     delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)
     if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
-        least = min(late, key=lambda one: one.judged.probability)
-        clock = [one for one in least.judged.rivals if one.effect.name == "clock_shift"]
-        return [replace(one, judged=one.judged.beside(least.judged, clock)) if one in late else one for one in findings]
-    return [replace(one, judged=one.judged.less("clock_shift")) if one in late else one for one in findings]
+        least = min(late, key=lambda one: one.probability)
+        clock = [one for one in least.rivals if one.effect.name == "clock_shift"]
+        return [one.beside(least, clock) if one in late else one for one in findings]
+    return [one.less("clock_shift") if one in late else one for one in findings]
 
 
 def _less_constants(log: MotionLog, errors: Array) -> Array:

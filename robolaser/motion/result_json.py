@@ -11,7 +11,8 @@ from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, Finding
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
+from robolaser.motion.selection import Finding
 
 DIAGNOSIS = "robolaser-diagnosis/1"
 CERTAIN = 0.9
@@ -98,11 +99,11 @@ def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
 
 def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
     return _numbers(one) | {
-        "probability": round(one.judged.probability, 4),
+        "probability": round(one.probability, 4),
         "gap_mm_before": fit.gap_mm["calibrated"],
         "gap_mm_after": fit.gap_mm["after"],
         "gap_mm_without": _without(fit, [one]),
-        "indistinguishable_from": [rival.pair for rival in one.judged.rivals],
+        "indistinguishable_from": [rival.pair for rival in one.rivals],
     }
 
 
@@ -135,8 +136,8 @@ def _groups(fit: MotionFit, by: str) -> dict[str, list[Finding]]:
 
 
 def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
-    probabilities = [one.judged.probability for one in group]
-    shared = set.intersection(*({rival.where for rival in one.judged.rivals} for one in group))
+    probabilities = [one.probability for one in group]
+    shared = set.intersection(*({rival.where for rival in one.rivals} for one in group))
     one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
     whole = max(probabilities) if one_rival or _is_open(group) else 1.0 - float(np.prod([1 - p for p in probabilities]))
     return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
@@ -144,8 +145,8 @@ def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
 
 def _is_open(group: Sequence[Finding]) -> bool:
     """Whether effects are no likelier than a rival that all of them have: at all places it is the one or the other."""
-    shared = set.intersection(*({rival.effect.name for rival in one.judged.rivals} for one in group))
-    return bool(shared) and max(one.judged.probability for one in group) <= EVEN
+    shared = set.intersection(*({rival.effect.name for rival in one.rivals} for one in group))
+    return bool(shared) and max(one.probability for one in group) <= EVEN
 
 
 def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
@@ -157,10 +158,10 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
             "gap_mm_without": _without(found.fit, group),
             "gap_mm_with": after,
             "members": [
-                {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.judged.probability, 4)}
+                {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.probability, 4)}
                 for one in group
             ],
-            "credible_sets": [[one.at.pair, *(rival.pair for rival in one.judged.rivals)] for one in group],
+            "credible_sets": [[one.at.pair, *(rival.pair for rival in one.rivals)] for one in group],
         }
         for name, group in _groups(found.fit, "cause").items()
     ]
@@ -173,18 +174,18 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
 
 def _of_class(name: str, group: Sequence[Finding]) -> float:
     """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
-    if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.judged.rivals):
-        return max(one.judged.probability for one in group)
+    if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.rivals):
+        return max(one.probability for one in group)
     none = 1.0
     for one in group:
-        inside = not one.judged.rivals or all(rival.effect.cause == name for rival in one.judged.rivals)
-        none *= 1.0 - (max(one.judged.probability, 1.0 - one.judged.none) if inside else one.judged.probability)
+        inside = not one.rivals or all(rival.effect.cause == name for rival in one.rivals)
+        none *= 1.0 - (max(one.probability, 1.0 - one.none) if inside else one.probability)
     return float(1.0 - none)
 
 
 def next_motions(found: MotionDiagnosis) -> list[str]:
     """Motions that would distinguish what these do not."""
-    return motion_between((one.at, rival) for one in found.fit.findings for rival in one.judged.rivals)
+    return motion_between((one.at, rival) for one in found.fit.findings for rival in one.rivals)
 
 
 def motion_between(rivals: Iterable[tuple[At, At]]) -> list[str]:

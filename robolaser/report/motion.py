@@ -9,9 +9,9 @@ from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Finding
 from robolaser.motion.plan import MotionLimit, MotionPlan
 from robolaser.motion.result_json import kinds_json, next_motions, sentence
+from robolaser.motion.selection import Finding
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, percent, plain, with_unit
 from robolaser.report.document import (
@@ -126,9 +126,9 @@ def _kinds(found: MotionDiagnosis) -> Table:
 def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     rows: list[tuple[Cell | str, ...]] = [
         (
-            Cell(_at(one.at), below=[_rivals(one)] if one.judged.rivals else []),
+            Cell(_at(one.at), below=[_rivals(one)] if one.rivals else []),
             _numbers(one),
-            *([Cell(percent(one.judged.probability), order=one.judged.probability)] if sure else []),
+            *([Cell(percent(one.probability), order=one.probability)] if sure else []),
         )
         for one in fit.findings
     ]
@@ -141,7 +141,7 @@ def _at(at: At) -> str:
 
 
 def _rivals(one: Finding) -> str:
-    return "these motions do not distinguish it from " + " or ".join(map(_at, one.judged.rivals))
+    return "these motions do not distinguish it from " + " or ".join(map(_at, one.rivals))
 
 
 def _numbers(one: Finding) -> str:
