@@ -179,7 +179,7 @@ def refuse_to_mix(folder: Path, *, resume: bool, force: bool) -> None:
     """Raise if runs would be overwritten."""
     if resume or force or not (folder / NAME).is_file():
         return
-    runs = len(Journal.read({str(folder / NAME): (folder / NAME).read_text(encoding="utf-8")}))
+    runs = len(Journal.read([folder / NAME]))
     if runs:
         raise OutputError(
             f"{folder} holds {runs} runs of a comparison. Continue or extend it with --resume; start over with --force."

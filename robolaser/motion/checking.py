@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
+import numpy as np
+
 from robolaser.motion.effect import At, Kind
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import candidates_of
@@ -22,7 +24,8 @@ def comparable(log: MotionLog) -> dict[Kind, str]:
     """Why there are no rows of a kind; "" where there are some."""
     reasons, read = dict(LACKING), log.has("q")
     if (log.has("command") & read).any():
-        reasons["tracking"] = "" if log.has_own_readings else "the readings are the commands, digit by digit"
+        measured = np.isfinite(log.command) & np.isfinite(log.q) & (log.command != log.q)
+        reasons["tracking"] = "" if measured.any() else "the readings are the commands, digit by digit"
     if log.has("tau").any():
         reasons["torque"] = _unusable_torque(log)
     if (log.has("load") & read).any():

@@ -176,13 +176,10 @@ def _column(run: RecordedRun, name: str) -> Array:
 
 def _wanted(run: RecordedRun, quantity: str, joint: str, number: int, columns: Mapping[str, str]) -> str | None:
     """The column that holds a quantity of a joint."""
-    own = f"{quantity}_{joint}"
-    if own in columns:
-        _column(run, columns[own])
-        return columns[own]
-    if quantity in columns:
-        _column(run, f"{columns[quantity]}[{number}]")
-        return f"{columns[quantity]}[{number}]"
+    whole = f"{columns[quantity]}[{number}]" if quantity in columns else None
+    if stated := columns.get(f"{quantity}_{joint}", whole):
+        _column(run, stated)
+        return stated
     called = (columns.get(joint, joint), OTHER_NAMES.get(joint, joint))
     names = (*(f"{quantity}_{name}" for name in called), f"{quantity}[{number}]")
     return next((name for name in names if name in run.columns), None)

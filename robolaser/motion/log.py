@@ -74,11 +74,6 @@ class MotionLog:
         return tuple(slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True))
 
     @cached_property
-    def has_own_readings(self) -> bool:
-        """Whether any reading differs from its command: else none was measured."""
-        return bool((np.isfinite(self.command) & np.isfinite(self.q) & (self.command != self.q)).any())
-
-    @cached_property
     def has_signs(self) -> bool:
         """Whether torques have a sign: it is not said that they have none, and of several joints some are negative."""
         several = self.tau[:, self.has("tau")]

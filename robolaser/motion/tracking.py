@@ -90,8 +90,9 @@ class TrackingRows:
             self._q[:, : lengths[s], s] = log.q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
         sent = runs_of_commands(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
-        places = [[_first(self._q[j, :, s], sent.start[j, s]) for s in range(count)] for j in range(joints)]
-        self._runs = replace(sent, start=np.array(places))
+        read = np.isfinite(self._q)
+        first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
+        self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start))
         self._used = np.ones((longest, count), dtype=bool)
         self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
@@ -382,8 +383,3 @@ def _steps(slopes: Array, residual: Array) -> list[Array]:
     H, g = slopes.T @ slopes, slopes.T @ residual
     diagonal = np.diag(np.diag(H) + 1e-12 * max(1e-12, float(np.trace(H))))
     return [np.asarray(-np.linalg.solve(H + damping * diagonal, g), np.float64) for damping in DAMPINGS]
-
-
-def _first(values: Array, otherwise: float) -> float:
-    known = values[np.isfinite(values)]
-    return float(known[0]) if len(known) else otherwise
