@@ -120,8 +120,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
         held = fold == number
         part = whole.without(held)
         after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
-    calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
-    after = _less_constants(log, after) if log.offset_per_series else after
+    calibrated, after = (_less_constants(log, errors) for errors in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     floor = np.minimum(np.minimum(white_noise(after, log.run, step), MOST_NOISE_RAD), root_mean_squares(after))
     before, then = root_mean_squares(calibrated), root_mean_squares(after)
@@ -276,8 +275,9 @@ def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]
 
 
 def _less_constants(log: MotionLog, errors: Array) -> Array:
+    """Errors less those of the encoders' zeros, where these differ from run to run."""
     out = errors.copy()
-    for rows in log.rows_of_runs:
+    for rows in log.rows_of_runs if log.offset_per_series else ():
         there = np.isfinite(out[rows])
         out[rows] -= np.where(there, out[rows], 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
     return out
