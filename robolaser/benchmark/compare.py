@@ -90,22 +90,20 @@ def compare(
         refuse_to_mix(folder, resume=resume, force=force)
     plan = BenchmarkPlan.of(problems, algorithms, terms)
     with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
+        planned, why = plan.to_dict(), ""
         try:
             with (
                 engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine,
                 tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills,
             ):
-                journal.begin(plan.to_dict(engine.label, engine.workers))
+                planned |= {"engine": engine.label, "workers": engine.workers}
+                journal.begin(planned)
                 began = time.monotonic()
                 for run in _runs(plan, engine, journal.done(), Path(spills), progress):
                     journal.add(run, after_s=time.monotonic() - began)
         except (KeyboardInterrupt, CancelledError) as stopped:
-            result, why = (
-                journal.result(plan.to_dict()),
-                "Stopped" if isinstance(stopped, KeyboardInterrupt) else "The cluster is lost",
-            )
-        else:
-            result, why = journal.result(plan.to_dict(engine.label, engine.workers)), ""
+            why = "Stopped" if isinstance(stopped, KeyboardInterrupt) else "The cluster is lost"
+        result = journal.result(planned)
     if folder is not None:
         write(result, folder)
     if why:

@@ -35,11 +35,7 @@ class Terms:
     on_error: Literal["fail", "inf"]
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            UsageError: One makes no sense.
-        """
+        """Raise a `UsageError` if a number makes no sense."""
         for what, value in (("seeds", len(self.seeds)), ("time_limit_s", self.time_limit_s), ("target", self.target)):
             if value is not None and not value > 0:
                 raise UsageError(f"compare: {what} is {value!r}, expected more than 0.")
@@ -110,8 +106,8 @@ class BenchmarkPlan:
         tasks = tuple(replace(task, seed=seed) for seed in terms.seeds for task in first)
         return cls(terms, tuple(summaries), solvers, refused, tasks)
 
-    def to_dict(self, engine: str = "", workers: int = 0) -> dict[str, Any]:
-        """As a journal has it."""
+    def to_dict(self) -> dict[str, Any]:
+        """As a journal has it, but for the engine."""
         names = {name.partition(":")[0] for name in self.solvers}
         packages = [*PACKAGES, *(["cma"] if names & {"pycma", "cmaes"} else [])]
         return {
@@ -129,8 +125,6 @@ class BenchmarkPlan:
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
             "target": self.terms.target,
-            "engine": engine,
-            "workers": workers,
         }
 
 

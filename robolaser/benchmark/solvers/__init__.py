@@ -6,7 +6,15 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from robolaser.algorithms.registry import ALGORITHMS, EXPECTED, algorithms, maker_of, pymoos, unknown_algorithm
+from robolaser.algorithms.registry import (
+    ALGORITHMS,
+    EXPECTED,
+    SCREENING,
+    algorithms,
+    maker_of,
+    pymoos,
+    unknown_algorithm,
+)
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import by_name, check_settings, imported, title_of
 from robolaser.benchmark.solvers.pymoo_algorithm import pymoo_solver, restarted
@@ -14,8 +22,11 @@ from robolaser.benchmark.solvers.searches import SEARCHES
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 
-_FIRST, *_OTHERS = [(name, one.title) for name, one in SEARCHES.items()]
-SOLVERS: Mapping[str, str] = dict([_FIRST, *((name, one.title) for name, one in ALGORITHMS.items()), *_OTHERS])
+SOLVERS: Mapping[str, str] = {
+    SCREENING: SEARCHES[SCREENING].title,
+    **{name: one.title for name, one in ALGORITHMS.items()},
+    **{name: one.title for name, one in SEARCHES.items()},
+}
 """Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)
 """Solvers that take part if none are named."""
