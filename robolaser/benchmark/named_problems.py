@@ -8,7 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pymoo.core.problem import Problem
+from pymoo.problems import get_problem
+from pymoo.problems.dyn import DynamicProblem
+from pymoo.problems.functional import FunctionalProblem
 
+from robolaser.algorithms.registry import reference_directions
 from robolaser.algorithms.spec import AlgorithmSpec
 from robolaser.algorithms.user_code import by_name, imported, made, named, title_of
 from robolaser.arrays import Array
@@ -174,8 +179,6 @@ def _function(text: str, name: str) -> ProblemSpec:
 
 def _own(given: object, name: str) -> ProblemSpec:
     """A user's problem: an import path with settings, or the thing itself; what was built here is sent to workers."""
-    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
-
     if isinstance(given, str):
         spec = AlgorithmSpec.of(given)
         name, found = name or given, imported(spec)
@@ -203,9 +206,6 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
     Raises:
         UsageError: It is no pymoo problem with bounds, or changes with time.
     """
-    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
-    from pymoo.problems.dyn import DynamicProblem  # noqa: PLC0415
-
     problem = make()
     if not isinstance(problem, Problem):
         raise UsageError(
@@ -239,8 +239,6 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
 
 def _front(problem: Any) -> Array | None:
     """The best front that theory knows, thinned evenly; None where it is not known."""
-    from robolaser.algorithms.registry import reference_directions  # noqa: PLC0415
-
     try:
         known = problem.pareto_front()
     except Exception:  # some want to be told in which directions
@@ -255,8 +253,6 @@ def _front(problem: Any) -> Array | None:
 
 
 def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
-    from pymoo.problems import get_problem  # noqa: PLC0415 - pymoo takes a second to import
-
     try:
         problem = get_problem(function, **settings)
         if function == "zdt5":
@@ -272,8 +268,6 @@ def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
 
 def _bbobs(text: str, function: str, settings: Mapping[str, Any]) -> Any:
     """One of BBOB's 24 functions, above its lowest value."""
-    from pymoo.problems.functional import FunctionalProblem  # noqa: PLC0415
-
     try:
         import ioh  # noqa: PLC0415 - an extra
     except ImportError:
