@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -42,7 +41,6 @@ class MotionLog:
     notes: Mapping[str, Any] = field(default_factory=dict)  # further keys of [motion]
     source: str = ""
     licence: str = ""
-    folder: Path | None = None
     warnings: tuple[str, ...] = ()
 
     kind = "motion"

@@ -110,7 +110,7 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
     log = MotionLog(
         name=described.name or folder.resolve().name, robot=robot, series=labels, run=run[order], time_s=time_s[order],
         notes={key: v for key, v in described.motion.items() if key not in known},
-        source=described.source, licence=described.licence, folder=folder, **recorded, **asdict(table),
+        source=described.source, licence=described.licence, **recorded, **asdict(table),
     )  # fmt: skip
     for name in table.payload_kg:
         if name not in labels:
