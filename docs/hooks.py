@@ -64,7 +64,7 @@ def _moving() -> str:
     lines = ["| effect | class | parameters | what | alternatives |", "|---" * 5 + "|"]
     for effect in MOTION_EFFECTS:
         numbers, rivals = ", ".join(map(_number, effect.numbers)), ", ".join(f"`{rival}`" for rival in effect.rivals)
-        lines.append(f"| `{effect.name}` ({effect.rows}) | `{effect.cause}` | {numbers} | {effect.title} | {rivals} |")
+        lines.append(f"| `{effect.name}` ({effect.rows}) | `{effect.cause}` | {numbers} | {effect.clause} | {rivals} |")
     lines += ["", "Usual sizes are those of the first parameter; fits and first steps are relative to them.", ""]
     lines += ["| effect | usual size | remedy | source |", "|---" * 4 + "|"]
     for effect in MOTION_EFFECTS:

@@ -18,17 +18,15 @@ from robolaser.diagnosis.pose_plan import PosePlan, examine_plan
 from robolaser.errors import UsageError
 from robolaser.model.effects import EFFECTS, unknown_effect
 from robolaser.model.effects.effect import Effect
-from robolaser.motion.calibration import calibrate_motion
-from robolaser.motion.diagnosis import diagnose_motion
 from robolaser.motion.log import MotionLog
 from robolaser.motion.reading import is_motion, load_motion
 from robolaser.results.calibration import CalibrationResult
 from robolaser.results.diagnosis import DiagnosisResult
-from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
 if TYPE_CHECKING:
     from robolaser.benchmark.result import BenchmarkResult
     from robolaser.results.comparison import ComparisonResult
+    from robolaser.results.motion import MotionCalibrationResult, MotionResult
 
 Data = Dataset | str | Path
 """A data set, or the folder that it is in."""
@@ -66,7 +64,7 @@ def calibrate(
     weights: str | None = None,
     seed: int | None = None,
     progress: Progress | None = None,
-) -> CalibrationResult | MotionCalibrationResult:
+) -> "CalibrationResult | MotionCalibrationResult":
     """Estimate the parameters of a data set's sensor, and of effects added to the model.
 
     Args:
@@ -92,6 +90,9 @@ def calibrate(
     plan = plan if weights is None else replace(plan, weights=weights)
     plan = plan if seed is None else replace(plan, seed=seed)
     if _is_motion(data):
+        from robolaser.motion.calibration import calibrate_motion  # noqa: PLC0415 - measured poses need none of it
+        from robolaser.results.motion import MotionCalibrationResult  # noqa: PLC0415
+
         usual = Plan(effects=plan.effects, seed=plan.seed)
         if unused := [name for name, value in vars(plan).items() if value != getattr(usual, name)]:
             raise UsageError(f"A log of a moving arm is fitted by least squares: leave out {', '.join(unused)}.")
@@ -107,7 +108,7 @@ def diagnose(
     *,
     validate: Sequence[Data] = (),
     progress: Progress | None = None,
-) -> DiagnosisResult | MotionResult:
+) -> "DiagnosisResult | MotionResult":
     """Say where the gap lies, which effects cause it, and how far it shrinks.
 
     Args:
@@ -130,6 +131,9 @@ def diagnose(
         'no_gap'
     """
     if _is_motion(data):
+        from robolaser.motion.diagnosis import diagnose_motion  # noqa: PLC0415 - measured poses need none of it
+        from robolaser.results.motion import MotionResult  # noqa: PLC0415
+
         if validate:
             raise UsageError("`validate` predicts measured poses: leave it out for the log of a moving arm.")
         log = _motion_log(data)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, final
 
 from robolaser.algorithms.spec import AlgorithmSpec, Value
-from robolaser.algorithms.user_code import imported, keywords, made, named
+from robolaser.algorithms.user_code import imported, keywords, made, named, title_of
 from robolaser.errors import AlgorithmError, UsageError, near
 from robolaser.plugins import announced
 
@@ -67,10 +67,9 @@ def algorithms() -> Mapping[str, NamedAlgorithm]:
     from pymoo.core.algorithm import Algorithm  # noqa: PLC0415 - pymoo takes a second to import
 
     kinds = announced(GROUP, Algorithm, taken=[SCREENING, *ALGORITHMS, POLISH_ONLY], name="")
-    titles = {name: (inspect.getdoc(kind) or name).splitlines()[0].rstrip(".") for name, kind in kinds.items()}
     return {
         **ALGORITHMS,
-        **{n: NamedAlgorithm(titles[n], f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()},
+        **{n: NamedAlgorithm(title_of(k, n), f"{k.__module__}:{k.__qualname__}") for n, k in kinds.items()},
     }
 
 

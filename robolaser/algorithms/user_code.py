@@ -3,7 +3,7 @@
 import importlib
 import inspect
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -62,6 +62,30 @@ def check_settings(spec: AlgorithmSpec, settings: Mapping[str, Any], make: Calla
     for name in settings:
         if name not in known[first:] and not takes_all:
             raise UsageError(f"{spec.path} has no setting '{name}'.{near(name, known[first:])}")
+
+
+def by_name(
+    given: Sequence[object] | Mapping[str, object], find: Callable[[Any, str], Any], hint: str
+) -> dict[str, Any]:
+    """What a user lists, or names himself, each once, by the `name` that it is found with.
+
+    Raises:
+        UsageError: Two have one name; `hint` says how to name them.
+    """
+    found: dict[str, tuple[object, Any]] = {}
+    for name, one in given.items() if isinstance(given, Mapping) else [("", one) for one in given]:
+        thing = find(one, str(name))
+        first, _ = found.setdefault(thing.name, (one, thing))
+        if not (first is one or first == one):
+            both = " and ".join(each if isinstance(each, str) else named(each) for each in (first, one))
+            raise UsageError(f"{both} are called '{thing.name}', and results are stored by name. Name them: {hint}.")
+    return {name: thing for name, (_, thing) in found.items()}
+
+
+def title_of(thing: object, name: str) -> str:
+    """The first line of its docstring, of an instance that of its class; else the name."""
+    text = inspect.cleandoc(thing.__doc__ or "")
+    return text.splitlines()[0].rstrip(".") if text else name
 
 
 def named(thing: object) -> str:

@@ -14,7 +14,7 @@ from statistics import fmean
 from typing import Any, Literal
 
 from robolaser.arrays import Progress
-from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.benchmark.executors import Engine, WorkerLost, engine_of
 from robolaser.benchmark.journal import NAME, Journal
 from robolaser.benchmark.plan import BenchmarkPlan, Terms
@@ -90,36 +90,26 @@ def compare(
         refuse_to_mix(folder, resume=resume, force=force)
     plan = BenchmarkPlan.of(problems, algorithms, terms)
     with _journal(folder, _inputs(problems), resume=resume, force=force) as journal:
+        planned, why = plan.to_dict(), ""
         try:
-            with engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine:
-                fill(journal, plan, engine, progress)
+            with (
+                engine_of(jobs, scheduler, time_limit_s=time_limit_s + GRACE_S) as engine,
+                tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills,
+            ):
+                planned |= {"engine": engine.label, "workers": engine.workers}
+                journal.begin(planned)
+                began = time.monotonic()
+                for run in _runs(plan, engine, journal.done(), Path(spills), progress):
+                    journal.add(run, after_s=time.monotonic() - began)
         except (KeyboardInterrupt, CancelledError) as stopped:
-            result, why = (
-                journal.result(plan.to_dict()),
-                "Stopped" if isinstance(stopped, KeyboardInterrupt) else "The cluster is lost",
-            )
-        else:
-            result, why = journal.result(plan.to_dict(engine.label, engine.workers)), ""
+            why = "Stopped" if isinstance(stopped, KeyboardInterrupt) else "The cluster is lost"
+        result = journal.result(planned)
     if folder is not None:
         write(result, folder)
     if why:
         where = f" They are in {folder}: continue with --resume." if folder else ""
         raise Interrupted(f"{why}, after {len(result.runs)} of {len(plan.tasks)} runs.{where}") from None
     return result
-
-
-def fill(journal: Journal, plan: BenchmarkPlan, engine: Engine, progress: Progress | None = None) -> None:
-    """Make all runs of a plan that a journal lacks.
-
-    Raises:
-        BenchmarkError: The runs in the journal were made under other conditions.
-        OutputError: The journal cannot be written.
-    """
-    journal.begin(plan.to_dict(engine.label, engine.workers))
-    began = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="robolaser-runs-") as spills:
-        for run in _runs(plan, engine, journal.done(), Path(spills), progress):
-            journal.add(run, after_s=time.monotonic() - began)
 
 
 def _runs(
@@ -187,7 +177,7 @@ def refuse_to_mix(folder: Path, *, resume: bool, force: bool) -> None:
     """Raise if runs would be overwritten."""
     if resume or force or not (folder / NAME).is_file():
         return
-    runs = len(Journal.read({str(folder / NAME): (folder / NAME).read_text(encoding="utf-8")}))
+    runs = len(Journal.read([folder / NAME]))
     if runs:
         raise OutputError(
             f"{folder} holds {runs} runs of a comparison. Continue or extend it with --resume; start over with --force."

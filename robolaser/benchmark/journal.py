@@ -47,21 +47,17 @@ class Journal:
             self._read(whole, str(path))
 
     @classmethod
-    def read(cls, texts: Mapping[str, str]) -> "Journal":
-        """Of the texts of several journals, by where they come from."""
+    def read(cls, files: Iterable[Path]) -> "Journal":
+        """Of several files together, which stay as they are."""
         journal = cls()
-        for where, text in texts.items():
-            journal._read(text[: text.rfind("\n") + 1], where)
+        for file in files:
+            text = file.read_text(encoding="utf-8")
+            journal._read(text[: text.rfind("\n") + 1], str(file))
         return journal
 
     def __len__(self) -> int:
         """Number of runs."""
         return len(self._runs)
-
-    @property
-    def text(self) -> str:
-        """All lines."""
-        return "".join(self._lines)
 
     def done(self) -> Mapping[Key, float]:
         """How long each run took that did not fail and need not be made again [s]."""
@@ -127,7 +123,7 @@ class Journal:
             engine=last.get("engine", ""),
             workers=last.get("workers", 0),
             seconds=sum(self._sessions),
-            journal=self.text,
+            journal="".join(self._lines),
         )
 
     def _read(self, text: str, where: str) -> None:
@@ -182,21 +178,11 @@ def merge(paths: Sequence[str | Path]) -> BenchmarkResult:
     Raises:
         BenchmarkError: One of them has no runs, or they were made under other conditions.
     """
-    return Journal.read(dict(_texts(paths))).result()
-
-
-def _texts(paths: Sequence[str | Path]) -> Iterable[tuple[str, str]]:
-    for path in map(Path, paths):
-        file = path / NAME if path.is_dir() else path
+    files = [path / NAME if path.is_dir() else path for path in map(Path, paths)]
+    for path, file in zip(paths, files, strict=True):
         if not file.is_file():
             raise BenchmarkError(f"No runs in {path}: expected the folder of a comparison, or the file {NAME} in it.")
-        yield str(file), file.read_text(encoding="utf-8")
-
-
-def summary_of(problem: ProblemSummary) -> dict[str, Any]:
-    """A problem as a journal has it: what is known before any run."""
-    said = asdict(problem)
-    return {name: value for name, value in said.items() if name != "best"}
+    return Journal.read(files).result()
 
 
 def _plain(value: Any) -> Any:

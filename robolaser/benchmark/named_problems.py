@@ -1,7 +1,6 @@
 """The problems that can be named: data sets, the paper's experiment, test functions, and the users' own."""
 
 import copy
-import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -9,9 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pymoo.core.problem import Problem
+from pymoo.problems import get_problem
+from pymoo.problems.dyn import DynamicProblem
+from pymoo.problems.functional import FunctionalProblem
 
+from robolaser.algorithms.registry import reference_directions
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import imported, made, named
+from robolaser.algorithms.user_code import by_name, imported, made, named, title_of
 from robolaser.arrays import Array
 from robolaser.benchmark.problem import (
     CALIBRATION,
@@ -46,31 +50,20 @@ def specs_of(problems: Sequence[object] | Mapping[str, object]) -> tuple[Problem
         BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
         DataError: A data set cannot be read.
     """
-    pairs = list(problems.items()) if isinstance(problems, Mapping) else [("", problem) for problem in problems]
-    if (whole := ("", SUITE)) in pairs:
+    if not isinstance(problems, Mapping) and SUITE in problems:
         from robolaser.problems import suite  # noqa: PLC0415 - test functions need no models
 
-        at = pairs.index(whole)
-        pairs[at : at + 1] = [("", f"{SUITE}:{one}") for one in suite().ids]
-    found: dict[str, ProblemSpec] = {}
-    given: dict[str, object] = {}
-    for name, problem in pairs:
-        spec = _named(problem, str(name)) if isinstance(problem, str) else _own(problem, str(name))
-        if spec.name in given and not (given[spec.name] is problem or given[spec.name] == problem):
-            raise UsageError(
-                f"{given[spec.name]} and {problem} are both called '{spec.name}', and results are stored by name. Name"
-                ' them: compare({"small": …, "large": …}, …); a data set by the `name` in its dataset.toml.'
-            )
-        found.setdefault(spec.name, spec)
-        given.setdefault(spec.name, problem)
-    return tuple(found.values())
+        at, whole = problems.index(SUITE), [f"{SUITE}:{one}" for one in suite().ids]
+        problems = [*problems[:at], *whole, *problems[at + 1 :]]
+    hint = 'compare({"small": …, "large": …}, …); a data set by the `name` in its dataset.toml'
+    return tuple(by_name(problems, _found, hint).values())
 
 
-def _named(text: str, name: str) -> ProblemSpec:
+def _found(text: object, name: str) -> ProblemSpec:
+    if not isinstance(text, str):
+        return _own(text, name)
     if text.startswith(f"{SUITE}:"):
-        make = partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:"))
-        make()
-        return ProblemSpec(name or text, (make,))
+        return _checked(name or text, partial(_of_suite, name or text, text.removeprefix(f"{SUITE}:")))
     whole = text.removeprefix(REDUCED)
     if ":" in whole and not Path(whole).exists():
         if whole != text:
@@ -81,23 +74,13 @@ def _named(text: str, name: str) -> ProblemSpec:
             if low > high:
                 raise UsageError(f"{text}: there is no instance from {low} to {high}.")
             name = name or RANGE.sub("", text)
-            of_each = [_named(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
+            of_each = [_found(RANGE.sub(f":instance={i}", text), name) for i in range(low, high + 1)]
             return ProblemSpec(name, tuple(spec.makers[0] for spec in of_each))
         return _function(text, name) if text.startswith((PYMOO, BBOB)) else _own(text, name)
-    from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
-    from robolaser.model.forward_model import Model  # noqa: PLC0415
-    from robolaser.problems.calibration import ReducedModel  # noqa: PLC0415
-
     found, dataset = _dataset(whole)
-    check_bounds(Model(dataset), "compare")
     reduced = text != whole
-    if reduced and not len(ReducedModel(Model(dataset)).parameters):
-        raise BenchmarkError(
-            f"{text}: every parameter follows from the data in closed form, so nothing is left to search for."
-            " Only stripe scanners have a reduced problem worth comparing on."
-        )
     name = name or (REDUCED + found if reduced else found)
-    return ProblemSpec(name, (partial(_calibration, name, dataset, reduced=reduced),))
+    return _checked(name, partial(_calibration, name, dataset, reduced=reduced))
 
 
 def _dataset(text: str) -> tuple[str, Any]:
@@ -122,11 +105,22 @@ def _dataset(text: str) -> tuple[str, Any]:
 
 
 def _calibration(name: str, dataset: Any, *, reduced: bool) -> BenchmarkProblem:
-    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others."""
+    """Minimise J, eq. 18, within bounds: in all parameters, or in those that do not follow from others.
+
+    Raises:
+        BenchmarkError: It is reduced, and every parameter follows from the data in closed form.
+    """
+    from robolaser.estimation.multistart import check_bounds  # noqa: PLC0415 - test functions need no models
     from robolaser.model.forward_model import Model  # noqa: PLC0415
     from robolaser.problems import ReducedCalibration, ScannerCalibration  # noqa: PLC0415
 
-    question = ReducedCalibration(Model(dataset)) if reduced else ScannerCalibration(dataset)
+    check_bounds(model := Model(dataset), "compare")
+    question = ReducedCalibration(model) if reduced else ScannerCalibration(dataset)
+    if not question.n_var:
+        raise BenchmarkError(
+            f"{name}: every parameter follows from the data in closed form, so nothing is left to search for."
+            " Only stripe scanners have a reduced problem worth comparing on."
+        )
     return _of_model(name, question, "parameters left by the closed form" if reduced else "parameters")
 
 
@@ -185,8 +179,6 @@ def _function(text: str, name: str) -> ProblemSpec:
 
 def _own(given: object, name: str) -> ProblemSpec:
     """A user's problem: an import path with settings, or the thing itself; what was built here is sent to workers."""
-    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
-
     if isinstance(given, str):
         spec = AlgorithmSpec.of(given)
         name, found = name or given, imported(spec)
@@ -214,9 +206,6 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
     Raises:
         UsageError: It is no pymoo problem with bounds, or changes with time.
     """
-    from pymoo.core.problem import Problem  # noqa: PLC0415 - pymoo takes a second to import
-    from pymoo.problems.dyn import DynamicProblem  # noqa: PLC0415
-
     problem = make()
     if not isinstance(problem, Problem):
         raise UsageError(
@@ -250,8 +239,6 @@ def _built(name: str, make: Callable[[], Any], family: str) -> BenchmarkProblem:
 
 def _front(problem: Any) -> Array | None:
     """The best front that theory knows, thinned evenly; None where it is not known."""
-    from robolaser.algorithms.registry import reference_directions  # noqa: PLC0415
-
     try:
         known = problem.pareto_front()
     except Exception:  # some want to be told in which directions
@@ -266,8 +253,6 @@ def _front(problem: Any) -> Array | None:
 
 
 def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
-    from pymoo.problems import get_problem  # noqa: PLC0415 - pymoo takes a second to import
-
     try:
         problem = get_problem(function, **settings)
         if function == "zdt5":
@@ -283,8 +268,6 @@ def _pymoos(text: str, function: str, settings: Mapping[str, Any]) -> Any:
 
 def _bbobs(text: str, function: str, settings: Mapping[str, Any]) -> Any:
     """One of BBOB's 24 functions, above its lowest value."""
-    from pymoo.problems.functional import FunctionalProblem  # noqa: PLC0415
-
     try:
         import ioh  # noqa: PLC0415 - an extra
     except ImportError:
@@ -315,5 +298,4 @@ def _unknown(text: str) -> UsageError:
 def _title(problem: Any, name: str) -> str:
     if name.startswith(PYMOO):
         return f"pymoo's {name.removeprefix(PYMOO).split(':')[0].split('-')[0]} function"
-    documented = inspect.cleandoc(vars(type(problem)).get("__doc__") or "")
-    return getattr(problem, "title", "") or (documented.splitlines()[0].rstrip(".") if documented else name)
+    return getattr(problem, "title", "") or title_of(problem, name)

@@ -4,13 +4,12 @@ import pickle
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal, final
 
 from robolaser.benchmark.evaluator import RunLimits
 from robolaser.benchmark.executors import PACKAGES
-from robolaser.benchmark.journal import summary_of
 from robolaser.benchmark.named_problems import specs_of
 from robolaser.benchmark.problem import BenchmarkProblem, ProblemSpec, ProblemSummary
 from robolaser.benchmark.run import Task, fingerprint
@@ -27,28 +26,16 @@ SLOW_S = 0.02
 @final
 @dataclass(frozen=True)
 class Terms:
-    """What is asked of every run.
+    """What is asked of every run, as `compare` takes it."""
 
-    Attributes:
-        seeds: The same for all: solvers that draw their first candidates alike begin with the same ones.
-        budget: Evaluations of a run: a number, or "1000d" for a thousand times the number of variables.
-        target: The tolerance by which solvers are ranked; None: the usual one of the problems.
-        time_limit_s: Wall time of a run [s].
-        on_error: Whether a candidate whose evaluation raises makes the run fail or costs infinity.
-    """
-
-    seeds: tuple[int, ...]
+    seeds: tuple[int, ...]  # the same for all: solvers that draw their first candidates alike begin with the same ones
     budget: int | str
     target: float | None
     time_limit_s: float
     on_error: Literal["fail", "inf"]
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            UsageError: One makes no sense.
-        """
+        """Raise a `UsageError` if a number makes no sense."""
         for what, value in (("seeds", len(self.seeds)), ("time_limit_s", self.time_limit_s), ("target", self.target)):
             if value is not None and not value > 0:
                 raise UsageError(f"compare: {what} is {value!r}, expected more than 0.")
@@ -119,8 +106,8 @@ class BenchmarkPlan:
         tasks = tuple(replace(task, seed=seed) for seed in terms.seeds for task in first)
         return cls(terms, tuple(summaries), solvers, refused, tasks)
 
-    def to_dict(self, engine: str = "", workers: int = 0) -> dict[str, Any]:
-        """As a journal has it."""
+    def to_dict(self) -> dict[str, Any]:
+        """As a journal has it, but for the engine."""
         names = {name.partition(":")[0] for name in self.solvers}
         packages = [*PACKAGES, *(["cma"] if names & {"pycma", "cmaes"} else [])]
         return {
@@ -130,13 +117,14 @@ class BenchmarkPlan:
                 "on_error": self.terms.on_error,
                 **{f"version of {package}": _version(package) for package in packages},
             },
-            "problems": [summary_of(one) for one in self.problems],
+            "problems": [
+                {name: value for name, value in asdict(one).items() if name != "best"}  # which is known after the runs
+                for one in self.problems
+            ],
             "solvers": [[name, solver.title, solver.knows_budget] for name, solver in self.solvers.items()],
             "refused": [[problem, name, reason] for (problem, name), reason in self.refused.items()],
             "seeds": list(self.terms.seeds),
             "target": self.terms.target,
-            "engine": engine,
-            "workers": workers,
         }
 
 

@@ -1,6 +1,6 @@
 """What came of a comparison: its problems, its solvers, and every run, as they are and as arrays."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, final
@@ -37,44 +37,6 @@ class ResultArrays:
     final: Array  # tolerance of the lowest cost; infeasible: `INFEASIBLE` times (1 + the violation), (p, a, s)
     failed: Bools  # (p, a, s)
     noisy: Bools  # problems whose runs are ranked by what they returned alone, (p,)
-
-    @classmethod
-    def of(
-        cls,
-        runs: Sequence[BenchmarkRun],
-        problems: Sequence[ProblemSummary],
-        algorithms: Sequence[str],
-        seeds: Sequence[int],
-        *,
-        target: float | None = None,
-    ) -> "ResultArrays":
-        """Count the runs on problems of one family; those by other algorithms are left out."""
-        aims = tolerances(problems[0].family, target)
-        shape = (len(problems), len(algorithms), len(seeds))
-        evaluations = np.full((*shape, len(aims)), np.nan)
-        total_evaluations, total_s, final = (np.full(shape, np.nan) for _ in range(3))
-        failed = np.zeros(shape, dtype=bool)
-        names = [problem.name for problem in problems]
-        of_problem, of_algorithm, of_seed = (
-            {one: i for i, one in enumerate(some)} for some in (names, algorithms, seeds)
-        )
-        for run in runs:
-            if run.problem not in of_problem or run.algorithm not in of_algorithm or run.seed not in of_seed:
-                continue
-            at = of_problem[run.problem], of_algorithm[run.algorithm], of_seed[run.seed]
-            problem = problems[at[0]]
-            evaluations[at] = run.trace.first_hits(problem.best + aims * problem.scale)[0]
-            failed[at] = run.state == FAILED
-            total_evaluations[at] = problem.budget if failed[at] else run.evaluations
-            total_s[at] = run.seconds
-            found = run.trace.final
-            final[at] = (found - problem.best) / problem.scale if np.isfinite(found) else np.inf
-            if run.violation and not np.isfinite(found):
-                final[at] = INFEASIBLE * (1.0 + run.violation)
-        wanted = TOLERANCE if target is None else target
-        headline = int(np.argmin(np.abs(np.log(aims / wanted))))
-        counted = (aims, headline, evaluations, total_evaluations, total_s, final, failed)
-        return cls(tuple(names), tuple(algorithms), tuple(seeds), *counted, np.array([one.noisy for one in problems]))
 
     @property
     def there(self) -> Bools:
@@ -159,8 +121,39 @@ class BenchmarkResult:
     def arrays(self, family: str) -> ResultArrays:
         """Runs on the problems of a family as arrays, without solvers that apply to none of them."""
         problems = self.of(family)
-        taking_part = [name for name in self.solvers if any((one.name, name) not in self.refused for one in problems)]
-        return ResultArrays.of(self.runs, problems, taking_part, self.seeds, target=self.target)
+        names = [problem.name for problem in problems]
+        algorithms = [one for one in self.solvers if any((name, one) not in self.refused for name in names)]
+        aims = tolerances(family, self.target)
+        shape = (len(names), len(algorithms), len(self.seeds))
+        evaluations = np.full((*shape, len(aims)), np.nan)
+        total_evaluations, total_s, final = (np.full(shape, np.nan) for _ in range(3))
+        failed = np.zeros(shape, dtype=bool)
+        for run in self.runs:
+            if run.problem not in names or run.algorithm not in algorithms or run.seed not in self.seeds:
+                continue
+            at = names.index(run.problem), algorithms.index(run.algorithm), self.seeds.index(run.seed)
+            problem = problems[at[0]]
+            evaluations[at] = run.trace.first_hits(problem.best + aims * problem.scale)[0]
+            failed[at] = run.state == FAILED
+            total_evaluations[at] = problem.budget if failed[at] else run.evaluations
+            total_s[at] = run.seconds
+            found = run.trace.final
+            final[at] = (found - problem.best) / problem.scale if np.isfinite(found) else np.inf
+            if run.violation and not np.isfinite(found):
+                final[at] = INFEASIBLE * (1.0 + run.violation)
+        return ResultArrays(
+            problems=tuple(names),
+            algorithms=tuple(algorithms),
+            seeds=self.seeds,
+            tolerances=aims,
+            headline=int(np.argmin(np.abs(np.log(aims / (self.target or TOLERANCE))))),
+            evaluations=evaluations,
+            total_evaluations=total_evaluations,
+            total_s=total_s,
+            final=final,
+            failed=failed,
+            noisy=np.array([one.noisy for one in problems]),
+        )
 
     def to_frame(self, of: Literal["runs", "targets"] = "runs") -> "pd.DataFrame":
         """The runs as a table.

@@ -50,14 +50,17 @@ def calibrate(
     from robolaser.calibration.pymoo_search import CHECKPOINT
     from robolaser.data.loading import load
     from robolaser.data.result_folder import results_in, write_results
-    from robolaser.motion.calibration import calibrate_motion
     from robolaser.motion.log import MotionLog
     from robolaser.motion.reading import is_motion, load_motion
     from robolaser.results.calibration import CALIBRATION_FILES, CalibrationResult
-    from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
 
+    files: tuple[str, ...] = CALIBRATION_FILES
     is_stopped = (output / CHECKPOINT).exists()
     if moves := is_motion(dataset):
+        from robolaser.motion.calibration import calibrate_motion
+        from robolaser.results.motion import MOTION_CALIBRATION_FILES, MotionCalibrationResult
+
+        files = MOTION_CALIBRATION_FILES
         idle = {"--algorithm": algorithm, "--generations": generations, "--resume": resume, "--no-polish": not polish,
                 "--weights": weights != "plain"}  # fmt: skip
         refuse("A log of a moving arm is fitted by least squares", idle)
@@ -78,7 +81,6 @@ def calibrate(
         seed=seed,
         generations=generations or GENERATIONS,
     )
-    files = MOTION_CALIBRATION_FILES if moves else CALIBRATION_FILES
     with results_in(output, command="calibrate", files=files, state=(CHECKPOINT,), inputs=[dataset], force=force):
         try:
             with terminal.progress() as progress:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from robolaser.benchmark.defaults import BUDGET, SEEDS, TIME_LIMIT_S
+from robolaser.benchmark import BUDGET, SEEDS, TIME_LIMIT_S
 from robolaser.commands.terminal import (
     RESULT,
     TERMINAL,

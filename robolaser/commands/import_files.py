@@ -169,16 +169,15 @@ def _import_motion(
     from robolaser.motion.importing import import_motion
     from robolaser.motion.reading import MOTION_FOLDER, motion_texts
 
-    found = import_motion(sources, arm, options)
-    log = found.log
+    log, columns = import_motion(sources, arm, options)
     if not dry_run:
         with results_in(output, command="import", files=MOTION_FOLDER, inputs=sources, force=force):
             write_results(output, dict(motion_texts(log)))
     done = "" if dry_run else f" Wrote {output}"
-    lines = [f"{column}: {source}" for column, source in found.read_from.items()]
+    lines = [f"{column}: {source}" for column, source in columns.items()]
     lines.append(f"{len(log)} rows in {len(log.series)} series of {arm.name}.{done}")
     terminal.show(
-        {"dataset": str(output), "rows": len(log), "series": len(log.series), "columns": dict(found.read_from)},
+        {"dataset": str(output), "rows": len(log), "series": len(log.series), "columns": columns},
         lambda: say("\n".join(lines)),
     )
 

@@ -45,7 +45,7 @@ def _effects() -> Iterable[tuple[str, ...]]:
     yield outliers.NAME, outliers.TITLE, "share of the points"
     for moving in MOTION_EFFECTS:
         numbers = ", ".join(f"{one.name} [{one.unit}]" if one.unit else one.name for one in moving.numbers)
-        yield moving.name, f"moving arm: {moving.title}", numbers
+        yield moving.name, f"moving arm: {moving.clause}", numbers
 
 
 def _algorithms() -> Iterable[tuple[str, ...]]:

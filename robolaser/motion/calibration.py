@@ -1,9 +1,9 @@
 """A model of a moving arm with the effects that a user names: their numbers, and errors on motions not seen by fits."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -11,11 +11,11 @@ from robolaser.arrays import Array, Progress
 from robolaser.errors import EffectError, near
 from robolaser.motion.effect import At
 from robolaser.motion.effects import library_of
-from robolaser.motion.gap import AtFlange, KindGap
+from robolaser.motion.gap import KindGap, at_flange
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Finding, Part
+from robolaser.motion.part import Part
 from robolaser.motion.parts import parts_of
-from robolaser.motion.selection import Search, chosen
+from robolaser.motion.selection import Finding, Search, chosen
 
 
 @final
@@ -24,12 +24,10 @@ class MotionFit:
     """Effects with their numbers, and errors."""
 
     log: MotionLog
-    gaps: tuple[KindGap, ...]
+    parts: tuple[Part, ...]
     findings: tuple[Finding, ...]
-    at_flange: AtFlange | None
-    left: Array | None  # tracking errors on unseen motions, (n, j) [rad]
-    flange_mm: Mapping[str, float]  # nominal, calibrated and after, of the tracking
-    interval_mm: tuple[float, float] | None
+    gap_mm: dict[str, Any]  # the tracking error at the flange, as JSON files give it
+    levers_mm: Array  # how far the flange moves with each joint, (j,) [mm/rad]
     seconds: float
 
     @classmethod
@@ -37,22 +35,17 @@ class MotionFit:
         cls, log: MotionLog, parts: Sequence[Part], findings: Sequence[Finding], seed: int | None, seconds: float
     ) -> "MotionFit":
         """From what each kind of rows says."""
-        at_flange = interval = left = None
-        flange_mm: dict[str, float] = {}
+        gap_mm: dict[str, Any] = dict.fromkeys(("nominal", "calibrated", "after", "noise_floor"))
+        gap_mm["after_ci95"], levers_mm = [None, None], np.zeros(len(log.joints))
         for part in parts:
             if part.gap.kind == "tracking":
-                at_flange = AtFlange.of(log, np.asarray(np.isfinite(part.after).any(axis=1)))
-                left = part.after
-                errors = {"nominal": log.q - log.command, "calibrated": part.before, "after": left}
-                flange_mm = {name: at_flange.error_mm(each) for name, each in errors.items()}
-                interval = at_flange.interval(left, log.run, np.random.default_rng(seed))
-        return cls(
-            log, tuple(part.gap for part in parts), tuple(findings), at_flange, left, flange_mm, interval, seconds
-        )
+                gap_mm, levers_mm = at_flange(log, part.gap, part.before, part.after, seed)
+        return cls(log, tuple(parts), tuple(findings), gap_mm, levers_mm, seconds)
 
-    def gap(self, kind: str) -> KindGap | None:
-        """Of the rows of a kind, if there are any."""
-        return next((gap for gap in self.gaps if gap.kind == kind), None)
+    @property
+    def gaps(self) -> list[KindGap]:
+        """Errors of each kind of rows."""
+        return [part.gap for part in self.parts]
 
 
 def calibrate_motion(
@@ -103,10 +96,10 @@ def merged(findings: Sequence[Finding]) -> list[Finding]:
     """One entry for an effect of the same rows at the same place that several joints show: clocks."""
     groups: dict[tuple[str, str, str], list[Finding]] = {}
     for one in findings:
-        groups.setdefault((one.kind, one.at.effect.name, one.at.where), []).append(one)
+        groups.setdefault((one.at.effect.rows, one.at.effect.name, one.at.where), []).append(one)
     whole = []
     for group in groups.values():
-        best = max(group, key=lambda one: one.judged.probability)
+        best = max(group, key=lambda one: one.probability)
         numbers = {name: number for one in group for name, number in one.numbers.items()}
         common = [one.numbers["delay"] for one in group if "delay" in one.numbers]
         if len(common) > 1:

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
+import numpy as np
+
 from robolaser.motion.effect import At, Kind
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.linear_rows import candidates_of
@@ -20,16 +22,15 @@ LACKING: dict[Kind, str] = {
 
 def comparable(log: MotionLog) -> dict[Kind, str]:
     """Why there are no rows of a kind; "" where there are some."""
-    read = log.has("q")
-    there: dict[Kind, bool] = {
-        "tracking": bool((log.has("command") & read).any()),
-        "torque": bool(log.has("tau").any()),
-        "load": bool((log.has("load") & read).any()),
-    }
-    reasons = {kind: "" if there[kind] else lack for kind, lack in LACKING.items()}
-    if there["tracking"] and not log.has_own_readings:
-        reasons["tracking"] = "the readings are the commands, digit by digit"
-    return reasons | ({"torque": _unusable_torque(log)} if there["torque"] else {})
+    reasons, read = dict(LACKING), log.has("q")
+    if (log.has("command") & read).any():
+        measured = np.isfinite(log.command) & np.isfinite(log.q) & (log.command != log.q)
+        reasons["tracking"] = "" if measured.any() else "the readings are the commands, digit by digit"
+    if log.has("tau").any():
+        reasons["torque"] = _unusable_torque(log)
+    if (log.has("load") & read).any():
+        reasons["load"] = ""
+    return reasons
 
 
 def _unusable_torque(log: MotionLog) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints, Progress
 from robolaser.motion.calibration import MotionFit, merged
-from robolaser.motion.effect import MOVES_RAD, MotionEffect
+from robolaser.motion.effect import MOVES_RAD
 from robolaser.motion.effects import library_of
 from robolaser.motion.log import MotionLog
 from robolaser.motion.part import Part
@@ -43,7 +43,7 @@ class MotionDiagnosis:
 
 def diagnose_motion(
     log: MotionLog,
-    effects: Sequence[MotionEffect | str] | None = None,
+    effects: Sequence[str] | None = None,
     without: Sequence[str] = (),
     seed: int | None = None,
     progress: Progress | None = None,
@@ -52,7 +52,7 @@ def diagnose_motion(
 
     Args:
         log: Commands, encoders and torques along time.
-        effects: The library; all of `MOTION_EFFECTS` by default.
+        effects: Names of those in the library; all of `MOTION_EFFECTS` by default.
         without: Names of effects to leave out.
         seed: Of the resampling of runs.
         progress: Called with the current step and its finished share.
@@ -64,19 +64,18 @@ def diagnose_motion(
     began, tell = time.monotonic(), progress or (lambda what, share: None)
     library = library_of(effects, without)
     parts, missing, remarks = parts_of(log, library, search, tell)
-    named = {finding.at.effect.name for part in parts for finding in part.shown}
-    tested = {at.effect.name for part in parts for at in part.candidates}
-    missing = {name: reason for name, reason in missing.items() if name not in named | tested}
+    tested = {at.effect.name for part in parts for at in (*part.candidates, *(one.at for one in part.shown))}
+    missing = {name: reason for name, reason in missing.items() if name not in tested}
     verdicts = [part.verdict for part in parts]
     verdict = "unexplained" if "unexplained" in verdicts else "explained" if "explained" in verdicts else "no_gap"
     findings = [] if verdict == "no_gap" else merged([finding for part in parts for finding in part.shown])
-    findings.sort(key=lambda one: one.judged.without.score, reverse=True)
-    places = [] if verdict == "no_gap" else _places(parts, verdict)
+    findings.sort(key=lambda one: one.without.score, reverse=True)
+    places = [] if verdict == "no_gap" else _places(parts, log.joints, verdict)
     fit = MotionFit.of(log, parts, findings, seed, time.monotonic() - began)
     return MotionDiagnosis(fit, verdict, tuple(places), missing, (*remarks, *_remarks(log)))
 
 
-def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
+def _places(parts: Sequence[Part], joints: Sequence[str], verdict: str) -> list[Place]:
     """Joints by their share of the gap, or of what is left of it: of the first kind of rows that has one."""
     for part in parts:
         if part.verdict != verdict:
@@ -91,10 +90,10 @@ def _places(parts: Sequence[Part], verdict: str) -> list[Place]:
             Place(
                 name,
                 f"{part.places[name]} of {name}" if part.places.get(name) else "",
-                float(share),
+                round(float(share), 4),
                 _chance(errors[:, j], part.run, gap.noise_floor[j]),
             )
-            for j, (name, share) in enumerate(zip(part.joints, excess / excess.sum(), strict=True))
+            for j, (name, share) in enumerate(zip(joints, excess / excess.sum(), strict=True))
         ]
         return sorted((place for place in places if place.share > 0.01), key=lambda place: -place.share)
     return []

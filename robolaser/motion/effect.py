@@ -79,8 +79,7 @@ class MotionEffect:
     """One effect: an entry in one of the files beside this one."""
 
     name: str
-    title: str
-    clause: str  # goes on from "The gap is explained:"
+    clause: str  # what happens; goes on from "The gap is explained:"
     cause: str  # its class
     rows: Kind
     numbers: tuple[Number, ...]

@@ -1,6 +1,5 @@
 """How much rows with memory say: independent values among correlated ones, and the score of a model."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -69,9 +68,3 @@ def score_of(squares: Array, rows: Array, independent: Array, form: Array, numbe
     there = rows > 0
     mean = np.maximum(squares[there] / rows[there], np.maximum(form[there] ** 2, 1e-24))
     return float(independent[there] @ np.log(mean) + numbers * np.log(max(independent.sum(), np.e)))
-
-
-def probabilities(scores: Sequence[float]) -> Array:
-    """Of models, from their scores."""
-    evidence = np.exp(-0.5 * (np.array(scores) - min(scores)))
-    return np.asarray(evidence / evidence.sum())

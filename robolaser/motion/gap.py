@@ -1,11 +1,11 @@
 """How far a moving arm is from its model on motions that no fit has seen, in its rows' unit and at the flange."""
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
-from robolaser.arrays import Array, Bools, Ints
+from robolaser.arrays import Array, Ints
 from robolaser.motion.log import MotionLog
 
 FOLDS = 4
@@ -74,47 +74,38 @@ def resolution(readings: Array) -> float | None:
     return step if float(np.mean(off < 0.05)) > 0.95 else None
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class AtFlange:
-    """Errors of joints as errors of the flange's place."""
+def at_flange(
+    log: MotionLog, gap: KindGap, before: Array, after: Array, seed: int | None
+) -> tuple[dict[str, Any], Array]:
+    """The tracking error as that of the flange's place, in the words of JSON files.
 
-    rows: Ints  # at which it is computed
-    jacobian: Array  # (r, 3, j)
+    Args:
+        log: Commands and readings.
+        gap: Of the tracking rows.
+        before: Errors of an ideal arm, (n, j) [rad].
+        after: Errors on unseen motions, (n, j) [rad].
+        seed: Of the resampling for the interval: of runs, or of blocks of rows where there are too few.
 
-    @classmethod
-    def of(cls, log: MotionLog, usable: Bools) -> "AtFlange":
-        """At some of the usable rows, (n,)."""
-        rows = np.flatnonzero(usable)
-        rows = rows[:: max(1, len(rows) // FLANGE_ROWS)]
-        return cls(rows, log.robot.jacobian(np.nan_to_num(log.q[rows])[None])[0, :, :3])
-
-    def _squares(self, errors: Array) -> Array:
-        """Of the flange's distance from where it should be, by errors of the joints, (n, j) -> (r,) [mm²]."""
-        moved = 1e3 * np.einsum("rkj,rj->rk", self.jacobian, np.nan_to_num(errors[self.rows]))
-        return np.asarray((moved**2).sum(axis=1))
-
-    def error_mm(self, errors: Array) -> float:
-        """Root mean square of the flange's error, by errors of the joints, (n, j) [rad]."""
-        return float(np.sqrt(self._squares(errors).mean()))
-
-    def interval(self, errors: Array, run: Ints, rng: np.random.Generator) -> tuple[float, float]:
-        """Of the flange's root-mean-square error [mm], 95 %, by resampling runs, or blocks where there are too few."""
-        squares = self._squares(errors)
-        of_row = run[self.rows]
-        if len(np.unique(of_row)) < FEWEST_RUNS:
-            of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)
-        groups = [squares[of_row == name] for name in np.unique(of_row)]
-        sums, counts = np.array([g.sum() for g in groups]), np.array([len(g) for g in groups])
-        drawn = rng.integers(0, len(groups), (RESAMPLED, len(groups)))
-        means = np.sqrt(sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1))
-        low, high = np.percentile(means, [2.5, 97.5])
-        return float(low), float(high)
-
-    def noise_mm(self, sigma: Array) -> float:
-        """Of independent errors of the joints, (j,) [rad]."""
-        return float(1e3 * np.sqrt((self.jacobian**2 * np.nan_to_num(sigma) ** 2).sum(axis=(1, 2)).mean()))
-
-    def levers_mm(self) -> Array:
-        """Root mean square of how far the flange moves with each joint, (j,) [mm/rad]."""
-        return np.asarray(1e3 * np.sqrt((self.jacobian**2).sum(axis=1).mean(axis=0)))
+    Returns:
+        Root mean squares [mm], and how far the flange moves with each joint, (j,) [mm/rad].
+    """
+    rows = np.flatnonzero(np.isfinite(after).any(axis=1))
+    rows = rows[:: max(1, len(rows) // FLANGE_ROWS)]
+    jacobian = log.robot.jacobian(np.nan_to_num(log.q[rows])[None])[0, :, :3]
+    squares: dict[str, Array] = {}
+    for name, errors in {"nominal": log.q - log.command, "calibrated": before, "after": after}.items():
+        moved = 1e3 * np.einsum("rkj,rj->rk", jacobian, np.nan_to_num(errors[rows]))
+        squares[name] = (moved**2).sum(axis=1)
+    of_row = log.run[rows]
+    if len(np.unique(of_row)) < FEWEST_RUNS:
+        of_row = np.arange(len(of_row)) * BLOCKS // len(of_row)
+    groups = [squares["after"][of_row == name] for name in np.unique(of_row)]
+    sums, counts = np.array([g.sum() for g in groups]), np.array([len(g) for g in groups])
+    drawn = np.random.default_rng(seed).integers(0, len(groups), (RESAMPLED, len(groups)))
+    means = np.sqrt(sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1))
+    noise = (jacobian**2 * np.nan_to_num(gap.noise_floor) ** 2).sum(axis=(1, 2))
+    return {
+        **{name: float(np.sqrt(each.mean())) for name, each in squares.items()},
+        "noise_floor": float(1e3 * np.sqrt(noise.mean())),
+        "after_ci95": np.percentile(means, [2.5, 97.5]).tolist(),
+    }, 1e3 * np.sqrt((jacobian**2).sum(axis=1).mean(axis=0))

@@ -36,15 +36,6 @@ GRIPPER: Final = "gripper"
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class ImportedMotion:
-    """A log, and where each of its columns is from."""
-
-    log: MotionLog
-    read_from: Mapping[str, str]
-
-
-@final
 @dataclass(frozen=True)
 class _Angles:
     """What turns numbers of a file into radians."""
@@ -83,7 +74,7 @@ class _Angles:
         return side * half * counted / 100.0
 
 
-def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions) -> ImportedMotion:
+def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions) -> tuple[MotionLog, dict[str, str]]:
     """Read logs of one arm; each folder or file is a series, unless its rows say more.
 
     Args:
@@ -93,6 +84,9 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
         options: `columns` are the file's names by `time_s`, `series`, QUANTITY_JOINT, or a joint alone where a file
             names joints; of arrays NAME[i], or NAME for all joints in the robot's order. `units` of angles and times,
             where the files do not say them. `further` has those of `FURTHER`.
+
+    Returns:
+        The log, and where each of its columns is from.
 
     Raises:
         UsageError: A unit or option is not known, or not stated where the files do not say it.
@@ -126,24 +120,18 @@ def import_motion(sources: Sequence[Path], robot: Robot, options: ImportOptions)
             f"No column is the reading of a joint ({', '.join(robot.joints)}). The files have: {', '.join(known[:20])}."
             " Name one, such as --column q_JOINT=NAME."
         )
-    labels = [run.series for run in runs]
-    names = tuple(dict.fromkeys(labels))
-    counts = [len(part["time_s"]) for part in parts]
-    number = np.repeat([names.index(label) for label in labels], counts).astype(np.int64)
-    whole = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
-    order = np.argsort(number, kind="stable")
-    at: dict[str, Any] = {key: values[order] for key, values in whole.items()}
+    whole: dict[str, Any] = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     units = {run.torque_unit for run in runs}
     log = MotionLog(
         name=options.name,
         robot=robot,
-        series=names,
-        run=number[order],
+        series=tuple(run.series for run in runs),
+        run=np.repeat(np.arange(len(runs)), [len(part["time_s"]) for part in parts]),
         torque_unit=torque_unit or ("A" if "A" in units else "Nm"),
         torque_signed=all(run.torque_signed for run in runs),
-        **at,
+        **whole,
     )
-    return ImportedMotion(log, read_from)
+    return log, read_from
 
 
 def _part(
@@ -188,13 +176,10 @@ def _column(run: RecordedRun, name: str) -> Array:
 
 def _wanted(run: RecordedRun, quantity: str, joint: str, number: int, columns: Mapping[str, str]) -> str | None:
     """The column that holds a quantity of a joint."""
-    own = f"{quantity}_{joint}"
-    if own in columns:
-        _column(run, columns[own])
-        return columns[own]
-    if quantity in columns:
-        _column(run, f"{columns[quantity]}[{number}]")
-        return f"{columns[quantity]}[{number}]"
+    whole = f"{columns[quantity]}[{number}]" if quantity in columns else None
+    if stated := columns.get(f"{quantity}_{joint}", whole):
+        _column(run, stated)
+        return stated
     called = (columns.get(joint, joint), OTHER_NAMES.get(joint, joint))
     names = (*(f"{quantity}_{name}" for name in called), f"{quantity}[{number}]")
     return next((name for name in names if name in run.columns), None)

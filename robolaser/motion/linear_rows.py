@@ -25,7 +25,7 @@ class LinearRows:
         values: What is to be explained, (n, j); NaN where there is none.
         candidates: Effects that may explain it.
         used: Rows that count, (n,); all by default.
-        like: The same rows, all of them, whose worth, form and shapes of effects hold here, too.
+        like: The same rows, all of them, whose worth and form hold here, too.
         form: What models may err by besides, (j,).
     """
 
@@ -62,8 +62,7 @@ class LinearRows:
             self.rows.copy() if like is None else like.independent * self.rows / np.maximum(like.rows, 1)
         )
         """Values that each joint's rows are worth, (j,)."""
-        self._shapes: dict[str, int] = {} if like is None else dict(like._shapes)
-        self._is_part = like is not None
+        self._shapes: dict[str, int] = {}
         self._form: Array = np.hypot(FORM_SHARE * root_mean_squares(values), form) if like is None else like._form
 
     def _prior_of(self, block: Array) -> Array:
@@ -96,7 +95,7 @@ class LinearRows:
     def count_memory(self) -> None:
         """Find how much the rows are worth: from what a model with every effect leaves."""
         full = [one for one in self.candidates if one.effect.name not in ("gear_ripple", "payload")]
-        left = self.residuals(self._fitted(tuple(full), (0,) * len(full)))
+        left = self.residuals(self.fitted(tuple(full), (0,) * len(full)))
         for joint in np.flatnonzero(self.rows > 0):
             there = self._there[:, joint]
             self.independent[joint] = independent_values(left[there, joint], self.of.run[there])
@@ -107,19 +106,17 @@ class LinearRows:
 
     def _best(self, effects: tuple[At, ...]) -> Fitted:
         """The last effect's shape is looked for, those of the others were found before."""
-        known = [self._shapes.get(str(one), 0) for one in effects]
         if not effects:
-            return self._fitted((), ())
-        last = str(effects[-1])
-        if self._is_part:
-            return self._fitted(effects, tuple(known))
-        shapes = [shape for name, shape in self._blocks if name == last]
-        fits = [self._fitted(effects, (*known[:-1], shape)) for shape in shapes]
+            return self.fitted((), ())
+        *others, last = map(str, effects)
+        known = [self._shapes.get(name, 0) for name in others]
+        fits = [self.fitted(effects, (*known, shape)) for name, shape in self._blocks if name == last]
         best = min(fits, key=lambda fit: fit.score)
         self._shapes[last] = best.shapes[-1]
         return best
 
-    def _fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
+    def fitted(self, effects: tuple[At, ...], shapes: tuple[int, ...]) -> Fitted:
+        """The model with some effects, each in one of its shapes."""
         chosen, ends = self._chosen(effects, shapes)
         squares = np.array([yy for *_, yy in self._grams])
         x, std, P, worth = np.empty(0), np.empty(0), np.diag(self._prior[chosen]), 0.0

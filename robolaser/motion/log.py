@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -42,7 +41,6 @@ class MotionLog:
     notes: Mapping[str, Any] = field(default_factory=dict)  # further keys of [motion]
     source: str = ""
     licence: str = ""
-    folder: Path | None = None
     warnings: tuple[str, ...] = ()
 
     kind = "motion"
@@ -72,11 +70,6 @@ class MotionLog:
         """The rows of each run."""
         ends = [*self.starts[1:].tolist(), len(self)]
         return tuple(slice(start, end) for start, end in zip(self.starts.tolist(), ends, strict=True))
-
-    @cached_property
-    def has_own_readings(self) -> bool:
-        """Whether any reading differs from its command: else none was measured."""
-        return bool((np.isfinite(self.command) & np.isfinite(self.q) & (self.command != self.q)).any())
 
     @cached_property
     def has_signs(self) -> bool:

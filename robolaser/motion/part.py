@@ -1,15 +1,15 @@
 """What the rows of one kind say: the gap, the effects that are at work, and what is left."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.motion.effect import TIMING, At, Kind
+from robolaser.motion.effect import TIMING, At
 from robolaser.motion.gap import KindGap, root_mean_squares
-from robolaser.motion.selection import Judged
+from robolaser.motion.selection import Finding
 
 FOLLOWS_RAD = 5e-4
 """Error of a joint, up to which an arm follows its command as arms do. A judgement: 0.03°."""
@@ -38,38 +38,9 @@ ACTS = 0.001
 
 @final
 @dataclass(frozen=True, eq=False)
-class Finding:
-    """An effect that is at work."""
-
-    judged: Judged
-    kind: Kind  # of rows
-    numbers: dict[str, tuple[float, float, str]]  # value, standard deviation and unit of each
-    gained: Array  # mean squares that it explains at each joint, (j,)
-
-    @property
-    def at(self) -> At:
-        """Effect and place."""
-        return self.judged.at
-
-    @property
-    def is_on_bound(self) -> bool:
-        """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
-        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return len(named) > 1 and any(-np.inf < self.numbers[one.name][0] <= one.lower for one in named)
-
-    @property
-    def is_large(self) -> bool:
-        """Whether one of its numbers is so large that nothing else takes that form."""
-        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
-        return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
-
-
-@final
-@dataclass(frozen=True, eq=False)
 class Part:
     """What the rows of one kind say."""
 
-    joints: tuple[str, ...]
     gap: KindGap
     candidates: tuple[At, ...]
     findings: tuple[Finding, ...]
@@ -95,8 +66,8 @@ class Part:
             if one.at.effect.site == TIMING or (self.has_gap & (np.nan_to_num(one.gained) > least)).any()
         ]
         at_work = [one for one in at_work if one.is_large and not one.is_on_bound]
-        doubted = [replace(one, judged=one.judged.doubted(self._credibility(one))) for one in at_work]
-        return tuple(one for one in doubted if one.judged.none < 1.0 - LISTED)
+        doubted = [one.doubted(self._credibility(one)) for one in at_work]
+        return tuple(one for one in doubted if one.none < 1.0 - LISTED)
 
     def _credibility(self, one: Finding) -> float:
         """Of an effect, by what is left at the joints where it acts.
@@ -107,7 +78,7 @@ class Part:
         before, rest = self._above_noise
         share = np.minimum(rest / np.maximum(before, 1e-24), 1.0)
         gained = np.nan_to_num(one.gained)
-        if not gained.any() or (one.kind == "tracking" and (gained > 0.0).sum() > 1):
+        if not gained.any() or (one.at.effect.rows == "tracking" and (gained > 0.0).sum() > 1):
             return 1.0  # joints that agree imitate no cause of one of them
         explained = 1.0 - float(share @ gained / gained.sum())
         if one.at.effect.rarity >= RARE and explained < 1.0 - FORM_SHARE:

@@ -14,9 +14,9 @@ from robolaser.motion.evidence import Fitted
 from robolaser.motion.gap import KindGap, folds, resolution, root_mean_squares, white_noise
 from robolaser.motion.linear_rows import LinearRows, candidates_of
 from robolaser.motion.log import OTHER_UNIT, MotionLog
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Finding, Part, coordinate
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST, Part, coordinate
 from robolaser.motion.quantities import Quantities, quantities
-from robolaser.motion.selection import Judged, Search, Selected, side_by_side
+from robolaser.motion.selection import Finding, Search, Selected, side_by_side
 from robolaser.motion.series_clocks import SeriesClocks
 from robolaser.motion.tracking import ONE_CLOCK_S, ONE_CLOCK_SHARE, TrackingRows
 
@@ -98,9 +98,11 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     recorded, clocks = log, None
     rows, candidates, starts = _begun(log, library, missing)
     for _ in range(CLOCK_PASSES if CLOCK in library else 0):
-        more = SeriesClocks.of(rows.lateness(list(enumerate(starts))), clocks)
+        fits = rows.fit(list(enumerate(starts)))
+        more = SeriesClocks.of(rows.lateness(fits), clocks)
         if more is not None and rows.used < len(log):
-            more = SeriesClocks.of(_of_all_runs(log, rows, starts).lateness(list(enumerate(starts))), more)
+            whole, fits = _of_all_runs(log, rows, fits)
+            more = SeriesClocks.of(whole.lateness(fits), more)
         if more is None:
             break
         clocks, log = more.beside(clocks), more.corrected(log)
@@ -109,10 +111,7 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     if not _agree([one.model for one in selected]):
         candidates = [[at for at in each if at.effect is not CLOCK] for each in candidates]
         selected = _selected(rows, candidates, rows.usual(candidates), searching)
-    models = [(joint, one.model) for joint, one in zip(rows.joints.tolist(), selected, strict=True)]
-    whole = TrackingRows(log)
-    whole.independent = rows.independent * len(log) / max(1, rows.used)
-    refined = whole.refined(models, rows)
+    whole, refined = _of_all_runs(log, rows, [one.model for one in selected])
     ideal = np.where(np.isfinite(recorded.command), recorded.q - recorded.command, np.nan)
     ideal[:, ~np.isin(np.arange(log.q.shape[1]), rows.joints)] = np.nan
     after = np.full_like(ideal, np.nan)
@@ -120,22 +119,19 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     for number in np.unique(fold):
         held = fold == number
         part = whole.without(held)
-        again = part.refined(list(zip(rows.joints.tolist(), refined, strict=True)), whole)
-        paths = part.predicted(list(zip(rows.joints.tolist(), again, strict=True)))
-        after[held] = (log.q - paths)[held]
-    calibrated = _less_constants(log, ideal) if log.offset_per_series else ideal
-    after = _less_constants(log, after) if log.offset_per_series else after
+        after[held] = (log.q - part.predicted(part.refined(refined, whole)))[held]
+    calibrated, after = (_less_constants(log, errors) for errors in (ideal, after))
     step = log.encoder_step_rad or resolution(log.q)
     floor = np.minimum(np.minimum(white_noise(after, log.run, step), MOST_NOISE_RAD), root_mean_squares(after))
     before, then = root_mean_squares(calibrated), root_mean_squares(after)
     findings, places = [], {}
     for number, (joint, one) in enumerate(zip(rows.joints.tolist(), selected, strict=True)):
-        if one.judged and not then[joint] < before[joint]:
+        if one.findings and not then[joint] < before[joint]:
             after[:, joint], then[joint] = calibrated[:, joint], before[joint]
             continue
         deviations = whole.deviations(refined[number], joint)
         count = max(1.0, rows.count(joint))
-        found = [_finding(judged, "tracking", refined[number], deviations, one.model, count) for judged in one.judged]
+        found = [_fitted(each, refined[number], deviations, one.model, count) for each in one.findings]
         findings += [_within_rows(each, candidates[number], log.step_s) for each in found]
         holding = log.robot.gravity_torques(np.nan_to_num(log.q))[:, joint]
         told = np.nan_to_num(log.command[:, joint])
@@ -146,16 +142,14 @@ def _tracking(log: MotionLog, library: Sequence[MotionEffect], missing: dict[str
     gap = KindGap("tracking", "rad", root_mean_squares(ideal), before, then, floor, len(log))
     enough = np.full(len(log.joints), FOLLOWS_RAD)
     tested = tuple(at for each in candidates for at in each)
-    return Part(log.joints, gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
+    return Part(gap, tested, tuple(findings), log.run, calibrated, after, places, enough)
 
 
-def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[tuple[At, ...]]) -> TrackingRows:
-    """All rows of a log, with models that were found in some of its runs."""
+def _of_all_runs(log: MotionLog, rows: TrackingRows, models: Sequence[Fitted]) -> tuple[TrackingRows, list[Fitted]]:
+    """All rows of a log, and models of them that were found in some of its runs."""
     whole = TrackingRows(log)
     whole.independent = rows.independent * len(log) / max(1, rows.used)
-    fits = rows.fit(list(enumerate(models)))
-    whole.refined(list(zip(rows.joints.tolist(), fits, strict=True)), rows)
-    return whole
+    return whole, whole.refined(models, rows)
 
 
 def _selected(
@@ -213,7 +207,7 @@ def _linear(
     fold = folds(of.run)
     for number in np.unique(fold):
         part = LinearRows(of, values, selected.model.effects, used=fold != number, like=rows)
-        (again,) = part.fit([(0, selected.model.effects)])
+        again = part.fitted(selected.model.effects, selected.model.shapes)
         after[fold == number] = rows.residuals(again, of_part=part)[fold == number]
     before, then = root_mean_squares(ideal), root_mean_squares(after)
     worse = ~(then < before)
@@ -224,8 +218,8 @@ def _linear(
     deviations = rows.deviations(selected.model)
     findings = [
         one
-        for judged in selected.judged
-        for one in [_finding(judged, kind, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
+        for found in selected.findings
+        for one in [_fitted(found, selected.model, deviations, selected.model, np.maximum(rows.rows, 1.0))]
         if _helps(one, before, worse)
     ]
     places = {
@@ -234,19 +228,18 @@ def _linear(
         if np.isfinite(after[:, j]).any()
     }
     gap = KindGap(kind, "Nm" if kind == "torque" else "rad", root_mean_squares(values), before, then, floor, len(of.q))
-    return Part(of.log.joints, gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
+    return Part(gap, tuple(candidates), tuple(findings), of.run, ideal, after, places, enough)
 
 
-def _finding(
-    judged: Judged, kind: Kind, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float
-) -> Finding:
-    at = fitted.effects.index(judged.at)
+def _fitted(one: Finding, fitted: Fitted, deviations: Sequence[Array], model: Fitted, count: Array | float) -> Finding:
+    """An effect with its numbers and what it explains."""
+    at = fitted.effects.index(one.at)
     numbers = {
         number.name: (float(value), float(deviation), number.unit)
-        for number, value, deviation in zip(judged.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
+        for number, value, deviation in zip(one.at.effect.numbers, fitted.numbers[at], deviations[at], strict=False)
     }
-    gained = np.maximum(judged.without.squares - model.squares, 0.0) / count
-    return Finding(judged, kind, numbers, gained)
+    gained = np.maximum(one.without.squares - model.squares, 0.0) / count
+    return replace(one, numbers=numbers, gained=gained)
 
 
 def _helps(one: Finding, before: Array, worse: Bools) -> bool:
@@ -260,8 +253,8 @@ def _within_rows(one: Finding, candidates: Sequence[At], step_s: float) -> Findi
     late = [at for at in candidates if at.effect.name == "dead_time"]
     if one.at.effect.name != "lag" or one.numbers["time"][0] >= 2.0 * step_s or not late:
         return one
-    rivals = dict.fromkeys((*one.judged.rivals, *late))
-    return replace(one, judged=replace(one.judged, probability=min(one.judged.probability, EVEN), rivals=tuple(rivals)))
+    rivals = dict.fromkeys((*one.rivals, *late))
+    return replace(one, probability=min(one.probability, EVEN), rivals=tuple(rivals))
 
 
 def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]:
@@ -275,15 +268,16 @@ def _told_from_clocks(findings: Sequence[Finding], joints: int) -> list[Finding]
     late = [one for one in findings if one.at.effect.name == "dead_time"]
     delays = np.array([one.numbers["delay"][:2] for one in late]).reshape(-1, 2)
     if len(late) == joints and np.ptp(delays[:, 0]) <= max(ONE_CLOCK_S, 3.0 * delays[:, 1].max()):
-        least = min(late, key=lambda one: one.judged.probability)
-        clock = [one for one in least.judged.rivals if one.effect.name == "clock_shift"]
-        return [replace(one, judged=one.judged.beside(least.judged, clock)) if one in late else one for one in findings]
-    return [replace(one, judged=one.judged.less("clock_shift")) if one in late else one for one in findings]
+        least = min(late, key=lambda one: one.probability)
+        clock = [one for one in least.rivals if one.effect.name == "clock_shift"]
+        return [one.beside(least, clock) if one in late else one for one in findings]
+    return [one.less("clock_shift") if one in late else one for one in findings]
 
 
 def _less_constants(log: MotionLog, errors: Array) -> Array:
+    """Errors less those of the encoders' zeros, where these differ from run to run."""
     out = errors.copy()
-    for rows in log.rows_of_runs:
+    for rows in log.rows_of_runs if log.offset_per_series else ():
         there = np.isfinite(out[rows])
         out[rows] -= np.where(there, out[rows], 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
     return out

@@ -12,7 +12,7 @@ from robolaser.motion.effect import At, Number
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.gap import root_mean_squares
 from robolaser.motion.linear_rows import LinearRows, candidates_of
-from robolaser.motion.log import MotionLog
+from robolaser.motion.log import MotionLog, filled
 from robolaser.motion.part import FOLLOWS_RAD, FOLLOWS_SHARE, OF_LARGEST
 from robolaser.motion.quantities import quantities
 from robolaser.motion.result_json import motion_between
@@ -140,12 +140,9 @@ def _followed(log: MotionLog) -> MotionLog:
     """The log of an ideal arm that is told the same."""
     q = log.command.copy()
     for rows in log.rows_of_runs:
-        for column, read in zip(q[rows].T, log.q[rows].T, strict=True):
-            known = np.isfinite(column)
-            still = np.nanmedian(read) if np.isfinite(read).any() else 0.0
-            column[:] = (
-                np.interp(np.arange(len(column)), np.flatnonzero(known), column[known]) if known.any() else still
-            )
+        still = [np.nanmedian(read) if np.isfinite(read).any() else 0.0 for read in log.q[rows].T]
+        held = filled(q[rows])
+        q[rows] = np.where(np.isfinite(held), held, still)
     command = np.where(log.has("command"), q, np.nan)
     return replace(log, command=command, q=q, tau=np.zeros_like(q), load=q.copy(), torque_unit="Nm", torque_signed=True)
 

@@ -94,7 +94,8 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
         if error.column not in names:
             raise
         csv = read_table(folder / MOTION, ["time_s"])  # some cells are empty
-    warnings = _odd_columns(csv, names)
+    odd = [name for name in csv.columns if name not in (*names, "series", "time_s")]
+    warnings = [f"{MOTION}: column '{name}' is not used.{near(name, names)}" for name in odd]
     series = csv.texts("series")
     labels = tuple(dict.fromkeys(series))
     number = {name: i for i, name in enumerate(labels)}
@@ -107,18 +108,13 @@ def load_motion(folder: str | Path, *, planned: bool = False) -> MotionLog:
     log = MotionLog(
         name=described.name or folder.resolve().name, robot=robot, series=labels, run=run[order], time_s=time_s[order],
         notes={key: v for key, v in described.motion.items() if key not in known},
-        source=described.source, licence=described.licence, folder=folder, **recorded, **asdict(table),
+        source=described.source, licence=described.licence, **recorded, **asdict(table),
     )  # fmt: skip
     for name in table.payload_kg:
         if name not in labels:
             raise DataError(f"{FILE}, [motion] payload_kg: there is no series '{name}'.{near(name, labels)}", file=FILE)
     log, repeated = _in_order(log, np.array(csv.lines)[order])
     return replace(log, warnings=(*warnings, *repeated, *_checked(log, planned=planned)))
-
-
-def _odd_columns(csv: CsvTable, names: Sequence[str]) -> list[str]:
-    odd = [name for name in csv.columns if name not in (*names, "series", "time_s")]
-    return [f"{MOTION}: column '{name}' is not used.{near(name, names)}" for name in odd]
 
 
 def _values(csv: CsvTable, columns: Sequence[str]) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.bounded_reading import read_text
+from robolaser.data.csv_tables import finite
 from robolaser.data.importers.array_files import ARRAY_FILES, read_arrays
 from robolaser.data.importers.delimited_text import SEPARATORS, read_delimited
 from robolaser.data.importers.importer import ImportOptions
@@ -121,20 +122,14 @@ def _table(file: Path, options: ImportOptions) -> dict[str, Array]:
         options = replace(options, separator="space")
     table = read_delimited(file, options)
     named = options.columns.get(SERIES, SERIES)
-    series = {value: i for i, value in enumerate(dict.fromkeys(table.cells(named) if named in table else ()))}
-    return {
-        name: np.array(
-            [series[cell] if name == named else _number(cell, options.decimal) for cell in table.cells(name)]
-        )
+    columns = {
+        name: np.array([finite(cell.replace(options.decimal, ".")) for cell in table.cells(name)])
         for name in table.columns
     }
-
-
-def _number(cell: str, decimal: str) -> float:
-    try:
-        return float(cell.replace(decimal, ".") or "nan")
-    except ValueError:
-        return float("nan")
+    if named in table:
+        number = {series: i for i, series in enumerate(dict.fromkeys(table.cells(named)))}
+        columns[named] = np.array([number[series] for series in table.cells(named)])
+    return columns
 
 
 def _by_series(run: RecordedRun, series: str = SERIES) -> list[RecordedRun]:

@@ -1,6 +1,7 @@
 """A diagnosis of a moving arm as diagnosis.json, and in a sentence."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,8 @@ from robolaser.motion.calibration import MotionFit
 from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
-from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE, Finding
+from robolaser.motion.part import EVEN, FOLLOWS_RAD, FOLLOWS_SHARE, IS_NOISE
+from robolaser.motion.selection import Finding
 
 DIAGNOSIS = "robolaser-diagnosis/1"
 CERTAIN = 0.9
@@ -26,13 +28,10 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
         "kind": "motion",
         "verdict": found.verdict,
         "sentence": sentence(found),
-        "gap_mm": gap_mm(found.fit),
+        "gap_mm": found.fit.gap_mm,
         "step_s": found.fit.log.step_s,
         "rows": [_rows(gap, found.fit.log.joints) for gap in found.fit.gaps],
-        "where": [
-            {"site": one.site, "coordinate": one.coordinate, "share": round(one.share, 4), "p_value": one.p_value}
-            for one in found.places
-        ],
+        "where": [asdict(one) for one in found.places],
         "effects": [_effect(one, found.fit) for one in found.fit.findings],
         "kinds": kinds_json(found.fit),
         "classes": _classes(found),
@@ -48,7 +47,7 @@ def motion_json(found: MotionDiagnosis) -> dict[str, Any]:
 
 def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
     """The contents of calibration.json: the numbers of the effects that were asked for."""
-    gap = gap_mm(fit)
+    gap = fit.gap_mm
     return {
         "format": CALIBRATION,
         "dataset": fit.log.name,
@@ -78,19 +77,6 @@ def motion_calibration_json(fit: MotionFit, seed: int) -> dict[str, Any]:
     }
 
 
-def gap_mm(fit: MotionFit) -> dict[str, Any]:
-    """The tracking error at the flange, as JSON files give it [mm]."""
-    gap = fit.gap("tracking")
-    if gap is None or fit.at_flange is None:
-        return dict.fromkeys(("nominal", "calibrated", "after", "noise_floor")) | {"after_ci95": [None, None]}
-    low, high = fit.interval_mm or (None, None)
-    return {
-        **fit.flange_mm,
-        "noise_floor": fit.at_flange.noise_mm(gap.noise_floor),
-        "after_ci95": [low, high],
-    }
-
-
 def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
     names = ("nominal", "calibrated", "after", "noise_floor")
     there = np.flatnonzero(np.isfinite(gap.calibrated)).tolist()
@@ -105,21 +91,19 @@ def _rows(gap: KindGap, joints: Sequence[str]) -> dict[str, Any]:
 
 def _without(fit: MotionFit, findings: Sequence[Finding]) -> float | None:
     """The gap at the flange with some effects taken out again, as if what they explain were independent [mm]."""
-    gap = fit.gap("tracking")
-    if gap is None or fit.at_flange is None:
+    if fit.gap_mm["after"] is None:
         return None
-    gained = sum((one.gained for one in findings if one.kind == "tracking"), start=np.zeros(len(gap.after)))
-    return float(np.sqrt(fit.flange_mm["after"] ** 2 + np.nansum(gained * fit.at_flange.levers_mm() ** 2)))
+    gained = [one.gained for one in findings if one.at.effect.rows == "tracking"]
+    return float(np.sqrt(fit.gap_mm["after"] ** 2 + np.nansum(sum(gained) * fit.levers_mm**2)))
 
 
 def _effect(one: Finding, fit: MotionFit) -> dict[str, Any]:
-    gap = gap_mm(fit)
     return _numbers(one) | {
-        "probability": round(one.judged.probability, 4),
-        "gap_mm_before": gap["calibrated"],
-        "gap_mm_after": gap["after"],
+        "probability": round(one.probability, 4),
+        "gap_mm_before": fit.gap_mm["calibrated"],
+        "gap_mm_after": fit.gap_mm["after"],
         "gap_mm_without": _without(fit, [one]),
-        "indistinguishable_from": [rival.pair for rival in one.judged.rivals],
+        "indistinguishable_from": [rival.pair for rival in one.rivals],
     }
 
 
@@ -127,7 +111,7 @@ def _numbers(one: Finding) -> dict[str, Any]:
     return {
         "effect": one.at.effect.name,
         "where": one.at.where,
-        "rows": one.kind,
+        "rows": one.at.effect.rows,
         "parameters": {
             name: {"value": value, "std": deviation if np.isfinite(deviation) else None, "unit": unit}
             for name, (value, deviation, unit) in one.numbers.items()
@@ -152,8 +136,8 @@ def _groups(fit: MotionFit, by: str) -> dict[str, list[Finding]]:
 
 
 def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
-    probabilities = [one.judged.probability for one in group]
-    shared = set.intersection(*({rival.where for rival in one.judged.rivals} for one in group))
+    probabilities = [one.probability for one in group]
+    shared = set.intersection(*({rival.where for rival in one.rivals} for one in group))
     one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
     whole = max(probabilities) if one_rival or _is_open(group) else 1.0 - float(np.prod([1 - p for p in probabilities]))
     return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
@@ -161,12 +145,12 @@ def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
 
 def _is_open(group: Sequence[Finding]) -> bool:
     """Whether effects are no likelier than a rival that all of them have: at all places it is the one or the other."""
-    shared = set.intersection(*({rival.effect.name for rival in one.judged.rivals} for one in group))
-    return bool(shared) and max(one.judged.probability for one in group) <= EVEN
+    shared = set.intersection(*({rival.effect.name for rival in one.rivals} for one in group))
+    return bool(shared) and max(one.probability for one in group) <= EVEN
 
 
 def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
-    after = gap_mm(found.fit)["after"]
+    after = found.fit.gap_mm["after"]
     classes = [
         {
             "class": name,
@@ -174,10 +158,10 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
             "gap_mm_without": _without(found.fit, group),
             "gap_mm_with": after,
             "members": [
-                {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.judged.probability, 4)}
+                {"effect": one.at.effect.name, "where": one.at.where, "probability": round(one.probability, 4)}
                 for one in group
             ],
-            "credible_sets": [[one.at.pair, *(rival.pair for rival in one.judged.rivals)] for one in group],
+            "credible_sets": [[one.at.pair, *(rival.pair for rival in one.rivals)] for one in group],
         }
         for name, group in _groups(found.fit, "cause").items()
     ]
@@ -190,18 +174,18 @@ def _classes(found: MotionDiagnosis) -> list[dict[str, Any]]:
 
 def _of_class(name: str, group: Sequence[Finding]) -> float:
     """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
-    if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.judged.rivals):
-        return max(one.judged.probability for one in group)
+    if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.rivals):
+        return max(one.probability for one in group)
     none = 1.0
     for one in group:
-        inside = not one.judged.rivals or all(rival.effect.cause == name for rival in one.judged.rivals)
-        none *= 1.0 - (max(one.judged.probability, 1.0 - one.judged.none) if inside else one.judged.probability)
+        inside = not one.rivals or all(rival.effect.cause == name for rival in one.rivals)
+        none *= 1.0 - (max(one.probability, 1.0 - one.none) if inside else one.probability)
     return float(1.0 - none)
 
 
 def next_motions(found: MotionDiagnosis) -> list[str]:
     """Motions that would distinguish what these do not."""
-    return motion_between((one.at, rival) for one in found.fit.findings for rival in one.judged.rivals)
+    return motion_between((one.at, rival) for one in found.fit.findings for rival in one.rivals)
 
 
 def motion_between(rivals: Iterable[tuple[At, At]]) -> list[str]:

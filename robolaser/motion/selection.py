@@ -1,11 +1,14 @@
 """The effects of a model of rows: added while they are worth it, taken out when they are not, held against rivals."""
 
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol, final
 
+import numpy as np
+
+from robolaser.arrays import Array
 from robolaser.motion.effect import At
-from robolaser.motion.evidence import Fitted, probabilities
+from robolaser.motion.evidence import Fitted
 
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
 TRIED = 3  # candidates, the best of the round before, that are fitted before all are
@@ -16,8 +19,8 @@ Search = Generator[Sets, Sequence[Fitted], "Selected"]
 
 
 @final
-@dataclass(frozen=True)
-class Judged:
+@dataclass(frozen=True, eq=False)
+class Finding:
     """An effect of a model, held against none and against rivals in its place."""
 
     at: At
@@ -25,17 +28,31 @@ class Judged:
     none: float  # probability that neither it nor a rival is at work
     without: Fitted
     rivals: tuple[At, ...]  # that explain nearly as much in its place
+    numbers: Mapping[str, tuple[float, float, str]] = field(default_factory=dict)  # value, deviation, unit; once fitted
+    gained: Array = field(default_factory=lambda: np.empty(0))  # mean squares that it explains at each joint, (j,)
 
-    def beside(self, other: "Judged", rivals: Sequence[At]) -> "Judged":
+    @property
+    def is_on_bound(self) -> bool:
+        """Whether one of several numbers is the least that it can be: a lag that nothing damps is another cause."""
+        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
+        return len(named) > 1 and any(-np.inf < self.numbers[one.name][0] <= one.lower for one in named)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether one of its numbers is so large that nothing else takes that form."""
+        named = [one for one in self.at.effect.numbers if one.name in self.numbers]
+        return not named or any(abs(self.numbers[one.name][0]) >= one.least for one in named)
+
+    def beside(self, other: "Finding", rivals: Sequence[At]) -> "Finding":
         """The same with rivals that stand against this and another one together."""
         more = tuple(one for one in rivals if one.effect.name not in {rival.effect.name for rival in self.rivals})
         return replace(self, probability=min(self.probability, other.probability), rivals=(*self.rivals, *more))
 
-    def doubted(self, most: float) -> "Judged":
+    def doubted(self, most: float) -> "Finding":
         """The same with no more than some probability."""
         return replace(self, probability=min(self.probability, most), none=max(self.none, 1.0 - most))
 
-    def less(self, rival: str) -> "Judged":
+    def less(self, rival: str) -> "Finding":
         """The same where an effect of that name is known not to be at work."""
         left = tuple(one for one in self.rivals if one.effect.name != rival)
         if len(left) == len(self.rivals):
@@ -51,7 +68,7 @@ class Selected:
 
     ideal: Fitted
     model: Fitted
-    judged: tuple[Judged, ...]
+    findings: tuple[Finding, ...]
 
 
 class Rows(Protocol):
@@ -98,7 +115,7 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
             break
         model = following
         passed.add(model.names)
-    judged: list[Judged] = []
+    findings: list[Finding] = []
     for _ in range(EXCHANGES if model.effects else 0):
         without = yield [tuple(o for o in model.effects if o != one) for one in model.effects]
         swaps = [
@@ -112,21 +129,21 @@ def search(candidates: Sequence[At], least_share: float, start: tuple[At, ...] =
             model = best
             continue
         instead = iter(fits)
-        judged = [
-            _judged(one, model, less, [(rival[-1], next(instead)) for rival in group])
+        findings = [
+            _finding(one, model, less, [(rival[-1], next(instead)) for rival in group])
             for one, less, group in zip(model.effects, without, swaps, strict=True)
         ]
         break
-    judged.sort(key=lambda one: one.without.score, reverse=True)
-    return Selected(ideal, model, tuple(judged))
+    findings.sort(key=lambda one: one.without.score, reverse=True)
+    return Selected(ideal, model, tuple(findings))
 
 
 def chosen(effects: Sequence[At]) -> Search:
     """The effects that a user asks for, in the place of a search."""
     ideal, model = yield [(), tuple(effects)]
     without = yield [tuple(other for other in effects if other != one) for one in effects]
-    judged = [Judged(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
-    return Selected(ideal, model, tuple(judged))
+    findings = [Finding(one, 1.0, 0.0, less, ()) for one, less in zip(effects, without, strict=True)]
+    return Selected(ideal, model, tuple(findings))
 
 
 def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
@@ -134,11 +151,13 @@ def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
     return (*(other for other in effects if (other.effect.name, other.where) != (one.effect.name, one.where)), one)
 
 
-def _judged(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Judged:
+def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Finding:
     instead = [(rival, fit) for rival, fit in instead if rival.effect.name != one.effect.name]
-    share = probabilities([model.score, without.score, *(fit.score for _, fit in instead)])
+    scores = np.array([model.score, without.score, *(fit.score for _, fit in instead)])
+    evidence = np.exp(-0.5 * (scores - scores.min()))
+    share = evidence / evidence.sum()
     near = [rival for rival, fit in instead if fit.score < model.score + INDISTINGUISHABLE]
-    return Judged(one, float(share[0]), float(share[1]), without, tuple(near))
+    return Finding(one, float(share[0]), float(share[1]), without, tuple(near))
 
 
 def _reduced(model: Fitted, is_worth: Callable[[Fitted, Fitted], bool]) -> Generator[Sets, Sequence[Fitted], Fitted]:

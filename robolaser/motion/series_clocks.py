@@ -11,8 +11,7 @@ from robolaser.motion.effect import At
 from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Finding
-from robolaser.motion.selection import Judged
+from robolaser.motion.selection import Finding
 
 FEWEST_SERIES, FEWEST_JOINTS = 3, 2
 BY_CHANCE = 1e-3
@@ -121,4 +120,4 @@ class SeriesClocks:
             )
         }
         without = Fitted((), (), (), float(np.sum((self.delay / self.deviation) ** 2)), gained)
-        return Finding(Judged(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, ()), "tracking", numbers, gained)
+        return Finding(At(CLOCK, CLOCK.site, 0), 1.0, 0.0, without, (), numbers, gained)

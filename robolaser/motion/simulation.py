@@ -1,6 +1,6 @@
 """Logs of simulated moving arms, as a real controller would give them, with effects of one's choice."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,6 @@ from robolaser.arrays import Array
 from robolaser.errors import EffectError, near
 from robolaser.motion.effect import At, Kind
 from robolaser.motion.effects import MOTION_EFFECTS
-from robolaser.motion.effects.servo import CLOCK
 from robolaser.motion.linear_rows import LinearRows
 from robolaser.motion.log import MotionLog
 from robolaser.motion.quantities import Quantities, derivatives
@@ -40,7 +39,7 @@ def simulate_motion(
         robot: Any arm; without masses in its URDF its torques are those of friction alone.
         series: Number of runs.
         effects: Sizes by `NAME[:WHERE][.NUMBER]`, of the effect's first number where none is named [SI]. Without a
-            place an effect sits at every joint where it can. `clock_shift:timing.run_2` is the clock of one series.
+            place an effect sits at every joint where it can.
         seed: Of motions and noise.
         name: Of the log.
 
@@ -58,8 +57,8 @@ def simulate_motion(
     command = np.concatenate(runs)
     run = np.repeat(np.arange(series), n)
     names = tuple(f"run_{number + 1}" for number in range(series))
-    asked = _asked(robot, effects or {}, names)
-    q = _followed(robot, _by_own_clocks(runs, time, names, asked["tracking"]), time, asked["tracking"])
+    asked = _asked(robot, effects or {})
+    q = _followed(robot, runs, time, asked["tracking"])
     empty = np.full_like(q, np.nan)
     log = MotionLog(
         name=name or f"simulated-{robot.name}", robot=robot, series=names,
@@ -95,9 +94,7 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
     return smoothed(ramps, round(CORNER_S * RATE_HZ))
 
 
-def _asked(
-    robot: Robot, sizes: Mapping[str, float], series: Sequence[str]
-) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
+def _asked(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
     """Effects at their places with their numbers."""
     found: dict[Kind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))
@@ -117,22 +114,11 @@ def _asked(
             joint = robot.joints.index(one) if one in robot.joints else 0
             at = At(effect, one, joint)
             _, numbers = found[effect.rows].setdefault(str(at), (at, {}))
-            known = [each.name for kind in kinds for each in kind.numbers] + [*series] * (kinds[0] is CLOCK)
+            known = [each.name for kind in kinds for each in kind.numbers]
             if number and number not in known:
                 raise EffectError(f"{name} has no number '{number}'.{near(number, known)}")
             numbers[number or known[0]] = float(size)
     return {kind: list(group.values()) for kind, group in found.items()}
-
-
-def _by_own_clocks(
-    runs: list[Array], time: Array, names: Sequence[str], asked: Sequence[tuple[At, dict[str, float]]]
-) -> list[Array]:
-    """What the arm is told in each run, (n, j), where the clocks of some of them differ."""
-    delays = {name: delay for _, numbers in asked for name, delay in numbers.items() if name in names}
-    return [
-        run if name not in delays else np.stack([np.interp(time - delays[name], time, told) for told in run.T], axis=1)
-        for name, run in zip(names, runs, strict=True)
-    ]
 
 
 def _followed(robot: Robot, runs: list[Array], time: Array, asked: list[tuple[At, dict[str, float]]]) -> Array:

@@ -40,7 +40,6 @@ class _Fit:
     x: Array  # in usual sizes
     cost: float = np.inf
     residual: Array = field(default_factory=lambda: np.empty(0))
-    slopes: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     @property
     def numbers(self) -> list[Number]:
@@ -91,8 +90,9 @@ class TrackingRows:
             self._q[:, : lengths[s], s] = log.q[part].T
             step[: lengths[s] - 1, s] = np.diff(log.time_s[part])
         sent = runs_of_commands(log.robot, [filled(log.command[part]) for part in self._pieces], step, log.step_s)
-        places = [[_first(self._q[j, :, s], sent.start[j, s]) for s in range(count)] for j in range(joints)]
-        self._runs = replace(sent, start=np.array(places))
+        read = np.isfinite(self._q)
+        first = np.take_along_axis(self._q, read.argmax(axis=1)[:, None], axis=1)[:, 0]
+        self._runs = replace(sent, start=np.where(read.any(axis=1), first, sent.start))
         self._used = np.ones((longest, count), dtype=bool)
         self._form = np.hypot(FORM_SHARE * root_mean_squares(log.q - log.command), FORM_RAD)
         self.independent = np.ones(joints)
@@ -191,13 +191,17 @@ class TrackingRows:
         self._found.update({key: min(group, key=lambda fit: fit.cost) for key, group in fits.items()})
         return [self._as_fitted(self._found[key]) for key in keys]
 
-    def refined(self, models: Sequence[tuple[int, Fitted]], like: "TrackingRows") -> list[Fitted]:
-        """Models that other rows of the same log have led to, fitted to these."""
-        fits = [_Fit(joint, fitted.effects, like._found[joint, fitted.names].x) for joint, fitted in models]
+    def refined(self, models: Sequence[Fitted], like: "TrackingRows") -> list[Fitted]:
+        """Models of all joints that other rows of the same log have led to, fitted to these."""
+        fits = [_Fit(found.joint, found.effects, found.x) for found in like._fits(models)]
         self._forget_unseen(fits)
         self._improve(fits, MORE_ROUNDS)
         self._found.update({(fit.joint, frozenset(map(str, fit.effects))): fit for fit in fits})
         return [self._as_fitted(fit) for fit in fits]
+
+    def _fits(self, models: Sequence[Fitted]) -> list[_Fit]:
+        """What was found for a model of each joint."""
+        return [self._found[joint, one.names] for joint, one in zip(self.joints.tolist(), models, strict=True)]
 
     def _forget_unseen(self, fits: Sequence[_Fit]) -> None:
         """Numbers that change nothing in these rows become those of an ideal servo: only other rows tell them."""
@@ -242,9 +246,10 @@ class TrackingRows:
             fit.cost = float(fit.residual @ fit.residual)
         moving = [fit for fit in fits if fit.effects]
         for _ in range(rounds):
-            for fit, aside in zip(moving, self._aside(moving), strict=True):
-                fit.slopes = (aside - fit.residual[:, None]) / STEP
-            steps = [(fit, [fit.within(fit.x + step) for step in _steps(fit)]) for fit in moving]
+            steps = [
+                (fit, [fit.within(fit.x + step) for step in _steps(slopes, fit.residual)])
+                for fit, slopes in zip(moving, self._slopes(moving), strict=True)
+            ]
             going = []
             for (fit, tried), residual in zip(steps, self._computed(steps), strict=True):
                 costs = (residual**2).sum(axis=0)
@@ -257,9 +262,10 @@ class TrackingRows:
             if not moving:
                 break
 
-    def _aside(self, fits: Sequence[_Fit]) -> list[Array]:
-        """Residuals of each fit with one of its numbers after the other a step further, (kept, d)."""
-        return self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))]) for fit in fits])
+    def _slopes(self, fits: Sequence[_Fit]) -> list[Array]:
+        """Derivatives of each fit's residuals by its numbers, (kept, d)."""
+        aside = self._computed([(fit, [fit.x + STEP * side for side in np.eye(len(fit.x))]) for fit in fits])
+        return [(each - fit.residual[:, None]) / STEP for fit, each in zip(fits, aside, strict=True)]
 
     def _computed(self, cases: Sequence[tuple[_Fit, list[Array]]]) -> list[Array]:
         """Residuals at the kept rows for some numbers of each fit, (kept, m)."""
@@ -285,12 +291,12 @@ class TrackingRows:
         (found,) = self._computed([(_Fit(at.joint, (at,), first), [size * first for size in sizes])])
         return list(found.T)
 
-    def lateness(self, models: Sequence[tuple[int, tuple[At, ...]]]) -> list[Lateness]:
+    def lateness(self, models: Sequence[Fitted]) -> list[Lateness]:
         """What each joint's readings say of delays, by a model of it that was fitted."""
-        fits = [self._found[int(self.joints[number]), frozenset(map(str, effects))] for number, effects in models]
+        fits = self._fits(models)
         servos = [fit.servo(fit.x) for fit in fits]
         moved = [{**servo, "delay": servo.get("delay", 0.0) + DELAY_STEP_S} for servo in servos]
-        paths = self._runs.simulate(np.array([fit.joint for fit in fits], dtype=np.int64), moved)
+        paths = self._runs.simulate(self.joints, moved)
         found = []
         for m, (fit, servo) in enumerate(zip(fits, servos, strict=True)):
             at, s, run = self._kept[fit.joint]
@@ -314,20 +320,18 @@ class TrackingRows:
         fit = self._found[joint, fitted.names]
         if not fit.effects:
             return ()
-        (aside,) = self._aside([fit])
-        slopes = (aside - fit.residual[:, None]) / STEP
+        (slopes,) = self._slopes([fit])
         weight = self.independent[joint] / max(fit.cost, 1e-24)
         H = weight * slopes.T @ slopes + 1e-8 * np.eye(len(fit.x))
-        std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
+        with np.errstate(invalid="ignore"):  # NaN: the rows do not show the number
+            std = np.sqrt(np.diag(np.linalg.pinv(H))) * fit.usual
         return tuple(np.split(std, np.cumsum([len(one.effect.numbers) for one in fit.effects])[:-1]))
 
-    def predicted(self, models: Sequence[tuple[int, Fitted]]) -> Array:
-        """Where joints go by models of some of them, (n, j) in the rows of the log; the command for the others."""
+    def predicted(self, models: Sequence[Fitted]) -> Array:
+        """Where joints go by their models, (n, j) in the rows of the log; the command for joints that have none."""
         out = np.where(np.isfinite(self.log.command), self.log.command, np.nan)
-        fits = [self._found[joint, fitted.names] for joint, fitted in models]
-        paths = self._runs.simulate(
-            np.array([fit.joint for fit in fits], dtype=np.int64), [fit.servo(fit.x) for fit in fits]
-        )
+        fits = self._fits(models)
+        paths = self._runs.simulate(self.joints, [fit.servo(fit.x) for fit in fits])
         for m, fit in enumerate(fits):
             for s, part in enumerate(self._pieces):
                 out[part, fit.joint] = paths[: part.stop - part.start, s, m]
@@ -374,13 +378,8 @@ def _named(candidates: Sequence[At], names: Sequence[str]) -> tuple[At, ...]:
     return tuple(one for one in candidates if one.effect.name in names)
 
 
-def _steps(fit: _Fit) -> list[Array]:
+def _steps(slopes: Array, residual: Array) -> list[Array]:
     """Gauss-Newton steps, damped less and more."""
-    H, g = fit.slopes.T @ fit.slopes, fit.slopes.T @ fit.residual
+    H, g = slopes.T @ slopes, slopes.T @ residual
     diagonal = np.diag(np.diag(H) + 1e-12 * max(1e-12, float(np.trace(H))))
     return [np.asarray(-np.linalg.solve(H + damping * diagonal, g), np.float64) for damping in DAMPINGS]
-
-
-def _first(values: Array, otherwise: float) -> float:
-    known = values[np.isfinite(values)]
-    return float(known[0]) if len(known) else otherwise

@@ -18,9 +18,6 @@ def inverse_cost(J: Array) -> Array:
     costs count from the best one, in units of the others' median excess m over it: F = 1/(1 + (J − J_min)/m).
     """
     best = float(J.min())
-    if math.isnan(best):
-        J = np.where(np.isnan(J), np.inf, J)
-        best = float(J.min())
     if best == 0.0 or not math.isfinite(best):
         return np.asarray(best == J, np.float64)
     if best > 0.0:

@@ -7,8 +7,8 @@ print(check_operator(MyCrossover()))
 
 import copy
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from importlib import import_module
 from types import SimpleNamespace
 from typing import Any, final
@@ -33,63 +33,37 @@ SLOTS = {Crossover: "crossover", Mutation: "mutation", Selection: "selection", S
 WORKS, REFUSED, FAILS, IGNORED, NO_PLACE = "works", "refused", "fails", "ignored", "no place"
 MISSING = "not installed"  # what the algorithm itself needs
 
-
-@final
-@dataclass(frozen=True)
-class StockAlgorithm:
-    """One of pymoo's genetic algorithms, made small; its module lies in `pymoo.algorithms`."""
-
-    name: str
-    module: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def n_obj(self) -> int:
-        """Objectives of the problems that it is tried on."""
-        return 1 if self.module.startswith("soo.") else 2
-
-    def make(self, **operators: Any) -> Any:
-        """The algorithm with other operators; an `ImportError` if a package that it needs is not installed."""
-        try:
-            kind = getattr(import_module(f"pymoo.algorithms.{self.module}"), self.name)
-        except Exception as error:  # pymoo asks for some libraries with a plain Exception
-            raise ImportError(str(error)) from error
-        return kind(**self.settings, **operators)
-
-
 _DIRECTIONS = get_reference_directions("uniform", 2, n_partitions=11)
 _POINTS = np.array([[0.2, 0.4], [0.5, 0.1]])
-STOCK_ALGORITHMS: Mapping[str, StockAlgorithm] = {
-    one.name: one
-    for one in (
-        StockAlgorithm("GA", "soo.nonconvex.ga", {"pop_size": 20}),
-        StockAlgorithm("NicheGA", "soo.nonconvex.ga_niching", {"pop_size": 20}),
-        StockAlgorithm("BRKGA", "soo.nonconvex.brkga", {"n_elites": 6, "n_offsprings": 10, "n_mutants": 4}),
-        StockAlgorithm("G3PCX", "soo.nonconvex.g3pcx", {"pop_size": 20}),
-        StockAlgorithm("DE", "soo.nonconvex.de", {"pop_size": 20}),
-        StockAlgorithm("NRBO", "soo.nonconvex.nrbo", {"pop_size": 20}),
-        StockAlgorithm("NSGA2", "moo.nsga2", {"pop_size": 20}),
-        StockAlgorithm("DNSGA2", "moo.dnsga2", {"pop_size": 20}),
-        StockAlgorithm("RNSGA2", "moo.rnsga2", {"ref_points": _POINTS, "pop_size": 20}),
-        StockAlgorithm("KGB", "moo.kgb", {"pop_size": 20}),
-        StockAlgorithm("OmniOptimizer", "moo.omni", {"pop_size": 20}),
-        StockAlgorithm("SPEA2", "moo.spea2", {"pop_size": 20}),
-        StockAlgorithm("SMSEMOA", "moo.sms", {"pop_size": 20}),
-        StockAlgorithm("GDE3", "moo.gde3", {"pop_size": 20}),
-        StockAlgorithm("NSDE", "moo.nsde", {"pop_size": 20}),
-        StockAlgorithm("NSDER", "moo.nsder", {"ref_dirs": _DIRECTIONS, "pop_size": 20}),
-        StockAlgorithm("AGEMOEA", "moo.age", {"pop_size": 20}),
-        StockAlgorithm("AGEMOEA2", "moo.age2", {"pop_size": 20}),
-        StockAlgorithm("NSGA3", "moo.nsga3", {"ref_dirs": _DIRECTIONS}),
-        StockAlgorithm("UNSGA3", "moo.unsga3", {"ref_dirs": _DIRECTIONS}),
-        StockAlgorithm("RNSGA3", "moo.rnsga3", {"ref_points": _POINTS, "pop_per_ref_point": 8}),
-        StockAlgorithm("CTAEA", "moo.ctaea", {"ref_dirs": _DIRECTIONS}),
-        StockAlgorithm("RVEA", "moo.rvea", {"ref_dirs": _DIRECTIONS}),
-        StockAlgorithm("MOEAD", "moo.moead", {"ref_dirs": _DIRECTIONS, "n_neighbors": 5}),
-        StockAlgorithm("ParallelMOEAD", "moo.moead", {"ref_dirs": _DIRECTIONS, "n_neighbors": 5}),
-    )
+_SMALL = {"pop_size": 20}
+STOCK_ALGORITHMS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "GA": ("soo.nonconvex.ga", _SMALL),
+    "NicheGA": ("soo.nonconvex.ga_niching", _SMALL),
+    "BRKGA": ("soo.nonconvex.brkga", {"n_elites": 6, "n_offsprings": 10, "n_mutants": 4}),
+    "G3PCX": ("soo.nonconvex.g3pcx", _SMALL),
+    "DE": ("soo.nonconvex.de", _SMALL),
+    "NRBO": ("soo.nonconvex.nrbo", _SMALL),
+    "NSGA2": ("moo.nsga2", _SMALL),
+    "DNSGA2": ("moo.dnsga2", _SMALL),
+    "RNSGA2": ("moo.rnsga2", {"ref_points": _POINTS, "pop_size": 20}),
+    "KGB": ("moo.kgb", _SMALL),
+    "OmniOptimizer": ("moo.omni", _SMALL),
+    "SPEA2": ("moo.spea2", _SMALL),
+    "SMSEMOA": ("moo.sms", _SMALL),
+    "GDE3": ("moo.gde3", _SMALL),
+    "NSDE": ("moo.nsde", _SMALL),
+    "NSDER": ("moo.nsder", {"ref_dirs": _DIRECTIONS, "pop_size": 20}),
+    "AGEMOEA": ("moo.age", _SMALL),
+    "AGEMOEA2": ("moo.age2", _SMALL),
+    "NSGA3": ("moo.nsga3", {"ref_dirs": _DIRECTIONS}),
+    "UNSGA3": ("moo.unsga3", {"ref_dirs": _DIRECTIONS}),
+    "RNSGA3": ("moo.rnsga3", {"ref_points": _POINTS, "pop_per_ref_point": 8}),
+    "CTAEA": ("moo.ctaea", {"ref_dirs": _DIRECTIONS}),
+    "RVEA": ("moo.rvea", {"ref_dirs": _DIRECTIONS}),
+    "MOEAD": ("moo.moead", {"ref_dirs": _DIRECTIONS, "n_neighbors": 5}),
+    "ParallelMOEAD": ("moo.moead", {"ref_dirs": _DIRECTIONS, "n_neighbors": 5}),
 }
-"""By pymoo's names."""
+"""pymoo's genetic algorithms by name: the module in `pymoo.algorithms`, and settings that make them small."""
 
 
 @final
@@ -122,7 +96,7 @@ class Compatibility:
         return "\n".join([f"{self.operator}, a {self.slot}, keeps to the contract.", *rows])
 
 
-def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = STOCK_ALGORITHMS) -> Compatibility:
+def check_operator(operator: Any, *, algorithms: Iterable[str] = STOCK_ALGORITHMS) -> Compatibility:
     """Try an operator against the contract, then in each stock algorithm of pymoo's.
 
     The contract: the same seed gives the same outcome, from `random_state` alone; parents stay as they were; children
@@ -130,7 +104,7 @@ def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = 
 
     Args:
         operator: A crossover, mutation, selection or survival of pymoo's.
-        algorithms: Those to try, by name.
+        algorithms: Names of those to try, of `STOCK_ALGORITHMS`.
 
     Raises:
         AlgorithmError: It is no operator, or it breaks the contract; the sentence says where.
@@ -144,7 +118,7 @@ def check_operator(operator: Any, *, algorithms: Mapping[str, StockAlgorithm] = 
             raise AlgorithmError(f"{name} failed where it was tried: {type(error).__name__}: {error}") from error
         if broken:
             raise AlgorithmError(f"{name} {broken}.")
-    return Compatibility(name, slot, {each: _outcome(operator, slot, make) for each, make in algorithms.items()})
+    return Compatibility(name, slot, {each: _outcome(operator, slot, each) for each in algorithms})
 
 
 def act(operator: Any, pop: Any, seed: int, *, problem: Any = None) -> Array:
@@ -220,11 +194,13 @@ LAWS: tuple[Callable[[Any], str | None], ...] = (
 """Each says in what way an operator breaks it, or None."""
 
 
-def _outcome(operator: Any, slot: str, stock: StockAlgorithm) -> tuple[str, str]:
+def _outcome(operator: Any, slot: str, name: str) -> tuple[str, str]:
     """Run an algorithm with the operator in its place, twice."""
-    calls = [0]
+    module, settings = STOCK_ALGORITHMS[name]
+    calls, n_obj = [0], 1 if module.startswith("soo.") else 2
     try:
-        algorithms = [stock.make(**{slot: _counted(operator, calls)}) for _ in range(2)]
+        kind = _class(module, name)
+        algorithms = [kind(**settings, **{slot: _counted(operator, calls)}) for _ in range(2)]
     except ImportError as error:
         return MISSING, str(error)
     except Exception:  # each in its own way
@@ -232,7 +208,7 @@ def _outcome(operator: Any, slot: str, stock: StockAlgorithm) -> tuple[str, str]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            X, again = (minimize(Bowl(stock.n_obj), each, ("n_gen", 5), seed=1).pop.get("X") for each in algorithms)
+            X, again = (minimize(Bowl(n_obj), each, ("n_gen", 5), seed=1).pop.get("X") for each in algorithms)
         except AlgorithmError as error:
             return REFUSED, str(error)
         except Exception as error:  # an algorithm or an operator may raise anything
@@ -240,6 +216,13 @@ def _outcome(operator: Any, slot: str, stock: StockAlgorithm) -> tuple[str, str]
     if not calls[0]:
         return IGNORED, ""
     return (WORKS, "") if np.array_equal(X, again) else (FAILS, "two runs of the same seed differ")
+
+
+def _class(module: str, name: str) -> Any:
+    try:
+        return getattr(import_module(f"pymoo.algorithms.{module}"), name)
+    except Exception as error:  # pymoo asks for some libraries with a plain Exception
+        raise ImportError(str(error)) from error
 
 
 def _counted(operator: Any, calls: list[int]) -> Any:

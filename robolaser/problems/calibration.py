@@ -48,25 +48,34 @@ class ScannerCalibration(Problem):
 
 
 @final
-class ReducedModel:
-    """A model with the parameters left out that follow from the others.
+class ReducedCalibration(Problem):
+    """Minimise J in the parameters without closed form; the others are optimal within their bounds.
 
     Of a stripe scanner's fourteen, camera and tilt of the laser plane remain, six numbers with the focal length fixed.
-    Of a tracker and of sockets none remain. Parameters of effects come on top.
+    Of a tracker and of sockets none remain. Parameters of effects come on top. `F` is J [m²] of the completed
+    candidate, infinite at the model's poles.
 
-    Attributes:
-        model: The whole.
-        parameters: What remains.
+    Examples:
+        >>> from robolaser.model.forward_model import Model
+        >>> from robolaser.problems import ReducedCalibration
+        >>> ReducedCalibration(Model(dataset)).n_var < len(Model(dataset).parameters)
+        True
     """
 
     def __init__(self, model: Model) -> None:
+        """Ask for the parameters of a model that do not follow from the others."""
         blocks = model.blocks
         self.model = model
         found = (*conditionally_linear(blocks), *blocks.derived)
-        self.parameters = model.parameters.without((*found, *blocks.held))
+        self.parameters = free = model.parameters.without((*found, *blocks.held))
+        self.names = free.names
+        super().__init__(n_var=len(free), n_obj=1, xl=free.lower, xu=free.upper, vtype=float)
+
+    def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+        out["F"] = self.model.cost(self.completed(x))[:, None]
 
     def completed(self, x: Array) -> Array:
-        """Candidates (c, len(parameters)) as candidates of the whole model (c, d), within its bounds.
+        """Candidates of this problem (c, n_var) as candidates of the whole model (c, d), within its bounds.
 
         Those that the gauge fixes are at their nominal values.
         """
@@ -84,35 +93,6 @@ class ReducedModel:
             values = {**values, **solve_conditional(model.blocks, values, flange, perturb, bounds)}
         found = np.stack([values[name] for name in whole.names], axis=-1)
         return np.asarray(np.clip(found, whole.lower, whole.upper))
-
-
-@final
-class ReducedCalibration(Problem):
-    """Minimise J in the parameters without closed form; the others are optimal within their bounds.
-
-    `F` is J [m²] of the completed candidate, infinite at the model's poles.
-
-    Examples:
-        >>> from robolaser.model.forward_model import Model
-        >>> from robolaser.problems import ReducedCalibration
-        >>> ReducedCalibration(Model(dataset)).n_var < len(Model(dataset).parameters)
-        True
-    """
-
-    def __init__(self, model: Model) -> None:
-        """Ask for the parameters of a model that do not follow from the others."""
-        self.model = model
-        self._reduction = ReducedModel(model)
-        free = self._reduction.parameters
-        self.names = free.names
-        super().__init__(n_var=len(free), n_obj=1, xl=free.lower, xu=free.upper, vtype=float)
-
-    def _evaluate(self, x: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        out["F"] = self.model.cost(self.completed(x))[:, None]
-
-    def completed(self, x: Array) -> Array:
-        """Candidates of this problem (c, n_var) as candidates of the whole model (c, d), within its bounds."""
-        return self._reduction.completed(x)
 
 
 def _with_baseline(whole: Parameters, count: int) -> Values:

@@ -9,9 +9,9 @@ from robolaser.motion.diagnosis import MotionDiagnosis
 from robolaser.motion.effect import At
 from robolaser.motion.gap import KindGap
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Finding
 from robolaser.motion.plan import MotionLimit, MotionPlan
-from robolaser.motion.result_json import gap_mm, kinds_json, next_motions, sentence
+from robolaser.motion.result_json import kinds_json, next_motions, sentence
+from robolaser.motion.selection import Finding
 from robolaser.report.chart import FITTED, HELD_OUT, Chart, chart, colours, hover, layer, line, quantity, records
 from robolaser.report.digits import SIGNIFICANT, measured, percent, plain, with_unit
 from robolaser.report.document import (
@@ -101,7 +101,7 @@ def _figures(fit: MotionFit) -> list[Figure]:
             rows.append(
                 Figure(kind, label, plain(value, gap.unit, SIGNIFICANT), WHAT[gap.kind], 100.0 * value / largest)
             )
-    at_flange = gap_mm(fit)
+    at_flange = fit.gap_mm
     if at_flange["after"] is not None:
         low, high = at_flange["after_ci95"]
         text = f"{at_flange['calibrated']:.3g} mm before; 95 %: {low:.3g} to {high:.3g} mm"
@@ -110,7 +110,7 @@ def _figures(fit: MotionFit) -> list[Figure]:
 
 
 def _kinds(found: MotionDiagnosis) -> Table:
-    clauses = {one.at.effect.name: one.at.effect.title for one in found.fit.findings}
+    clauses = {one.at.effect.name: one.at.effect.clause for one in found.fit.findings}
     rows = [
         (
             Cell(kind["effect"].replace("_", " "), below=[clauses[kind["effect"]]]),
@@ -126,9 +126,9 @@ def _kinds(found: MotionDiagnosis) -> Table:
 def _effects(fit: MotionFit, *, sure: bool = True) -> Table:
     rows: list[tuple[Cell | str, ...]] = [
         (
-            Cell(_at(one.at), below=[_rivals(one)] if one.judged.rivals else []),
+            Cell(_at(one.at), below=[_rivals(one)] if one.rivals else []),
             _numbers(one),
-            *([Cell(percent(one.judged.probability), order=one.judged.probability)] if sure else []),
+            *([Cell(percent(one.probability), order=one.probability)] if sure else []),
         )
         for one in fit.findings
     ]
@@ -141,7 +141,7 @@ def _at(at: At) -> str:
 
 
 def _rivals(one: Finding) -> str:
-    return "these motions do not distinguish it from " + " or ".join(map(_at, one.judged.rivals))
+    return "these motions do not distinguish it from " + " or ".join(map(_at, one.rivals))
 
 
 def _numbers(one: Finding) -> str:
@@ -203,17 +203,17 @@ NAMES = ("nominal", "calibrated", "after", "noise_floor")
 
 def _along_time(fit: MotionFit) -> Chart | None:
     """Tracking errors of the joint with the largest gap in its worst run, before and after."""
-    gap, log = fit.gap("tracking"), fit.log
-    if gap is None or fit.left is None:
+    part, log = next((part for part in fit.parts if part.gap.kind == "tracking"), None), fit.log
+    if part is None:
         return None
-    joint = int(np.nanargmax(gap.calibrated))
+    joint = int(np.nanargmax(part.gap.calibrated))
     error = log.q[:, joint] - log.command[:, joint]
     rows = max(log.rows_of_runs, key=lambda part: float(np.nanmean(error[part] ** 2)))
     kept = slice(rows.start, rows.stop, max(1, (rows.stop - rows.start) // SHOWN_ROWS))
     time, n = log.time_s[kept], len(log.time_s[kept])
     data = records(
         time=np.tile(time, 2),
-        error=TURN * np.concatenate([error[kept], fit.left[kept, joint]]),
+        error=TURN * np.concatenate([error[kept], part.after[kept, joint]]),
         series=["before"] * n + ["after, unseen"] * n,
     )
     name = log.series[log.run[rows.start]]

@@ -52,7 +52,7 @@ def _intervals(running_times, spent):
     runs = np.full(found.shape[:2], running_times.shape[2])
     alone = [running_time.mean_ratios(found[[i]], runs[[i]]) for i in range(len(found))]
     ratios = Intervals(*(np.array([getattr(one, name) for one in alone]) for name in ("value", "lower", "upper")))
-    return running_time.bounded(found, runs), ratios, running_time.mean_ratios(found, runs)
+    return running_time.bounded(found, runs, runs - 1), ratios, running_time.mean_ratios(found, runs)
 
 
 @pytest.mark.parametrize("success", [1.0, 0.7])

@@ -53,7 +53,7 @@ def test_twice_the_planned_size_is_found_or_taken_for_what_the_plan_names(
     log = simulate_motion(ROBOT, series=3, seed=4, effects={f"{effect}:{where}": 2.0 * size})
     log = replace(log, **{name: np.full_like(log.q, np.nan) for name in others})
     found = diagnose_motion(log, seed=0).fit.findings
-    told = {str(at) for one in found for at in (one.at, *one.judged.rivals)}
+    told = {str(at) for one in found for at in (one.at, *one.rivals)}
     alike = next(one.alike for one in plan.limits if str(one.at) == f"{effect} at {where}")
     assert told & {f"{effect} at {where}", *map(str, alike)}
 

@@ -1,5 +1,7 @@
 """What is no limit of a joint's range, and what imitates a cause that is not in the library."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from moved_arms import urdf
@@ -7,11 +9,11 @@ from moved_arms import urdf
 from robolaser.motion.effect import At, Trace
 from robolaser.motion.effects.servo import TRACKING
 from robolaser.motion.effects.transmission import TRANSMISSION
-from robolaser.motion.gap import AtFlange, KindGap
+from robolaser.motion.gap import KindGap, at_flange
 from robolaser.motion.log import MotionLog
-from robolaser.motion.part import Finding, Part
+from robolaser.motion.part import Part
 from robolaser.motion.quantities import quantities
-from robolaser.motion.selection import Judged
+from robolaser.motion.selection import Finding
 from robolaser.robot.kinematics import Robot
 
 LIMIT = next(one for one in TRACKING if one.name == "range_limit")
@@ -37,8 +39,8 @@ def test_a_joint_that_stops_has_a_limit_on_that_side_only() -> None:
 
 def test_a_limit_on_one_side_is_named() -> None:
     at = At(LIMIT, "elbow", 0)
-    judged = Judged(at, 0.99, 0.0, None, ())  # type: ignore[arg-type]
-    one = Finding(judged, "tracking", {"lower": (-np.inf, 0.0, "rad"), "upper": (0.7, 1e-4, "rad")}, np.ones(1))
+    numbers = {"lower": (-np.inf, 0.0, "rad"), "upper": (0.7, 1e-4, "rad")}
+    one = Finding(at, 0.99, 0.0, None, (), numbers, np.ones(1))  # type: ignore[arg-type]
     assert not one.is_on_bound
 
 
@@ -51,11 +53,16 @@ def test_a_joint_that_stands_while_it_is_sent_elsewhere_shows_no_effect() -> Non
 
 
 def test_errors_of_joints_that_cancel_at_the_flange_are_none_there() -> None:
-    same = AtFlange(np.arange(50), np.full((50, 3, 2), 0.4))
     error = np.random.default_rng(0).normal(size=50)
-    assert same.error_mm(np.stack([error, -error], axis=1)) == pytest.approx(0.0, abs=1e-9)
-    low, high = same.interval(np.stack([error, error], axis=1), np.arange(50) // 10, np.random.default_rng(1))
-    assert low < same.error_mm(np.stack([error, error], axis=1)) < high
+    cancelling, together = (np.stack([error, side * error], axis=1) for side in (-1.0, 1.0))
+    robot = SimpleNamespace(jacobian=lambda q: np.full((1, 50, 6, 2), 0.4))
+    log = SimpleNamespace(robot=robot, q=cancelling, command=np.zeros((50, 2)), run=np.arange(50) // 10)
+    gap = KindGap("tracking", "rad", *np.zeros((4, 2)), 50)
+    found, levers = at_flange(log, gap, cancelling, together, 1)  # type: ignore[arg-type]
+    assert (found["nominal"], found["calibrated"]) == pytest.approx((0.0, 0.0), abs=1e-9)
+    low, high = found["after_ci95"]
+    assert low < found["after"] < high
+    assert levers == pytest.approx(400.0 * np.sqrt(3.0))
 
 
 def test_a_gear_that_rests_has_its_lost_motion_where_the_last_motion_left_it() -> None:
@@ -80,8 +87,8 @@ def test_an_effect_that_explains_less_than_is_left_beside_it_is_not_certain(gain
     before, after = 10.0 * before / before.std(), after / after.std()
     gap = KindGap("tracking", "rad", np.array([10.0]), np.array([10.0]), np.array([1.0]), np.array([1e-3]), 400)
     at = At(next(one for one in TRACKING if one.name == "dead_zone"), "elbow", 0)
-    judged = Judged(at, 0.99, 0.0, None, ())  # type: ignore[arg-type]
-    finding = Finding(judged, "tracking", {"half_width": (0.02, 1e-4, "rad")}, np.array([gained]))
-    part = Part(("elbow",), gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
+    numbers = {"half_width": (0.02, 1e-4, "rad")}
+    finding = Finding(at, 0.99, 0.0, None, (), numbers, np.array([gained]))  # type: ignore[arg-type]
+    part = Part(gap, (at,), (finding,), run, before, after, {}, np.zeros(1))
     (shown,) = part.shown
-    assert (shown.judged.probability >= 0.9) is certain
+    assert (shown.probability >= 0.9) is certain

@@ -11,7 +11,7 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from robolaser.errors import AlgorithmError
-from robolaser.operators.testing import MISSING, STOCK_ALGORITHMS, WORKS, StockAlgorithm, check_operator
+from robolaser.operators.testing import MISSING, STOCK_ALGORITHMS, WORKS, check_operator
 
 
 class Shuffling(Crossover):
@@ -63,7 +63,7 @@ class Breaks(Shuffling):
 )
 def test_each_broken_law_has_its_sentence(operator, way):
     with pytest.raises(AlgorithmError, match=f"(?s){operator.__name__} .*{way}"):
-        check_operator(operator(), algorithms={})
+        check_operator(operator(), algorithms=())
 
 
 def test_what_is_no_operator_is_refused():
@@ -73,17 +73,18 @@ def test_what_is_no_operator_is_refused():
 
 @pytest.mark.parametrize("operator", [SBX(), PM(), Shuffling()], ids=["SBX", "PM", "ours"])
 def test_whole_operators_pass_and_serve(operator):
-    found = check_operator(operator, algorithms={name: STOCK_ALGORITHMS[name] for name in ("GA", "NSGA2")})
+    found = check_operator(operator, algorithms=("GA", "NSGA2"))
     assert found.algorithms["NSGA2"] == (WORKS, "")
     assert "keeps to the contract" in str(found)
 
 
 def test_the_default_selection_of_pymoos_genetic_algorithm_passes():
     tournament = TournamentSelection(func_comp=comp_by_cv_and_fitness)
-    found = check_operator(tournament, algorithms={"GA": STOCK_ALGORITHMS["GA"]})
+    found = check_operator(tournament, algorithms=("GA",))
     assert found.algorithms["GA"] == (WORKS, "")
 
 
-def test_an_algorithm_whose_package_is_missing_is_not_one_without_a_place():
-    found = check_operator(SBX(), algorithms={"KGB": StockAlgorithm("KGB", "moo.not_there")})
+def test_an_algorithm_whose_package_is_missing_is_not_one_without_a_place(monkeypatch):
+    monkeypatch.setitem(STOCK_ALGORITHMS, "KGB", ("moo.not_there", {}))
+    found = check_operator(SBX(), algorithms=("KGB",))
     assert found.algorithms["KGB"] == (MISSING, "No module named 'pymoo.algorithms.moo.not_there'")

@@ -6,16 +6,27 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from robolaser.algorithms.registry import ALGORITHMS, EXPECTED, algorithms, maker_of, pymoos, unknown_algorithm
+from robolaser.algorithms.registry import (
+    ALGORITHMS,
+    EXPECTED,
+    SCREENING,
+    algorithms,
+    maker_of,
+    pymoos,
+    unknown_algorithm,
+)
 from robolaser.algorithms.spec import AlgorithmSpec
-from robolaser.algorithms.user_code import check_settings, imported
+from robolaser.algorithms.user_code import by_name, check_settings, imported, title_of
 from robolaser.benchmark.solvers.pymoo_algorithm import pymoo_solver, restarted
 from robolaser.benchmark.solvers.searches import SEARCHES
 from robolaser.benchmark.solvers.solver import Solver
 from robolaser.errors import UsageError
 
-_FIRST, *_OTHERS = [(name, one.title) for name, one in SEARCHES.items()]
-SOLVERS: Mapping[str, str] = dict([_FIRST, *((name, one.title) for name, one in ALGORITHMS.items()), *_OTHERS])
+SOLVERS: Mapping[str, str] = {
+    SCREENING: SEARCHES[SCREENING].title,
+    **{name: one.title for name, one in ALGORITHMS.items()},
+    **{name: one.title for name, one in SEARCHES.items()},
+}
 """Titles of our solvers by name."""
 DEFAULT: tuple[str, ...] = tuple(SOLVERS)
 """Solvers that take part if none are named."""
@@ -34,17 +45,7 @@ def solvers_of(given: Sequence[object] | Mapping[str, object]) -> dict[str, Solv
     Raises:
         UsageError: There is no such solver, it cannot search, or two have one name.
     """
-    pairs = list(given.items()) if isinstance(given, Mapping) else [("", one) for one in given]
-    found: dict[str, tuple[object, Solver]] = {}
-    for name, one in pairs:
-        solver = find(one, str(name))
-        if solver.name in found and found[solver.name][0] is not one and found[solver.name][0] != one:
-            raise UsageError(
-                f"Two algorithms are called '{solver.name}', and results are stored by name. Name them:"
-                ' compare(…, {"small": GA(pop_size=20), "large": GA(pop_size=50)}).'
-            )
-        found.setdefault(solver.name, (one, solver))
-    return {name: solver for name, (_, solver) in found.items()}
+    return by_name(given, find, 'compare(…, {"small": GA(pop_size=20), "large": GA(pop_size=50)})')
 
 
 def find(given: Any, name: str = "") -> Solver:
@@ -77,9 +78,9 @@ def _own(spec: AlgorithmSpec, found: Any, name: str = "") -> Solver:
     name = name or spec.text
     if callable(found) and not inspect.isclass(found) and _needs(found) == ARGUMENTS:
         check_settings(spec, spec.settings, found, ARGUMENTS)
-        return Solver(name, _title(found, name), partial(restarted, partial(found, **spec.settings)))
+        return Solver(name, title_of(found, name), partial(restarted, partial(found, **spec.settings)))
     make = maker_of(spec, found, f"{EXPECTED}, or a function search(evaluator, seed)")
-    return pymoo_solver(name, _title(found, name), make)
+    return pymoo_solver(name, title_of(found, name), make)
 
 
 def _needs(function: Callable[..., Any]) -> int:
@@ -88,9 +89,3 @@ def _needs(function: Callable[..., Any]) -> int:
     except ValueError:  # some built-in functions do not say
         return 0
     return sum(p.default is p.empty and p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
-
-
-def _title(found: Any, name: str) -> str:
-    """The first line of its docstring; an instance has its class's, which `inspect` would not take from bases."""
-    text = inspect.cleandoc(found.__doc__ or "")
-    return text.splitlines()[0].rstrip(".") if text else name

@@ -109,8 +109,7 @@ def screening(evaluator: BudgetedEvaluator, seed: int) -> None:
     from robolaser.estimation.multistart import multistart  # noqa: PLC0415 - test functions need no models
 
     model = evaluator.problem.model
-    if model is None:
-        raise TypeError(f"{evaluator.problem.name} is not a calibration")
+    assert model is not None  # other problems are refused
     counted, whole = 0, evaluator.problem.dimension == len(model.parameters)
 
     def record(evaluations: int, cost: float, x: Array) -> None:

@@ -76,7 +76,8 @@ class _Ranking:
         judged = np.where(arrays.noisy[:, None, None] & ~np.isnan(self.times), np.inf, self.times)
         self.places = outcomes(judged, arrays.final)  # of runs on their problem
         self.expected = running_time.expected(self.times, arrays.total_evaluations)  # (p, a, 1 + b)
-        self.bounded = running_time.bounded(self.expected, arrays.there.sum(axis=2))  # (p, a)
+        runs = arrays.there.sum(axis=2)
+        self.bounded = running_time.bounded(self.expected, runs, runs - 1)  # (p, a)
         self.p_adjusted = difference.holm_pairs(difference.rank_sum(self.places))  # of all problems, (p, a, a)
 
     def order(self, problems: Sequence[int], refused: Reasons) -> Order:

@@ -40,11 +40,6 @@ def expected(running_times: Array, totals: Array) -> Array:
         return np.asarray(paid @ weights / (reached @ weights))
 
 
-def bounded(expected: Array, runs: Ints) -> Intervals:
-    """ERT with intervals, that of all runs and of samples (..., 1 + b), of so many runs (...)."""
-    return _bounded(expected, runs, runs - 1)
-
-
 def mean_ratios(expected: Array, runs: Ints) -> Intervals:
     """How many times longer the other takes than the one: geometric mean over problems on which both succeeded.
 
@@ -59,7 +54,7 @@ def mean_ratios(expected: Array, runs: Ints) -> Intervals:
             fewer = np.minimum(runs[both, one], runs[both, other])
             with np.errstate(invalid="ignore", divide="ignore"):
                 mean = np.exp(np.log(expected[both, other] / expected[both, one]).mean(axis=0))
-            found = _bounded(mean, fewer.min(), (fewer - 1).sum())
+            found = bounded(mean, fewer.min(), (fewer - 1).sum())
             ratios[:, one, other] = found.value, found.lower, found.upper
     return Intervals(*ratios)
 
@@ -88,8 +83,11 @@ def shares(running_times: Array, budgets: Array) -> Array:
     return found
 
 
-def _bounded(found: Array, runs: Ints, freedoms: Ints) -> Intervals:
-    """Numbers of all runs and of samples (..., 1 + b) with intervals; a sample without an answer could be anything."""
+def bounded(found: Array, runs: Ints, freedoms: Ints) -> Intervals:
+    """Numbers of all runs and of samples (..., 1 + b), of so many runs (...), with intervals.
+
+    A sample without an answer could be anything.
+    """
     value, samples = found[..., 0], found[..., 1:]
     enough = (freedoms >= FEWEST) & (runs >= FEWEST_RUNS) & ~np.isnan(value)
     n, df = np.where(enough, runs, 2), np.where(enough, freedoms, 1)

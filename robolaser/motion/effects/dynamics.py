@@ -43,9 +43,7 @@ def _weighs(quantities: Quantities, joint: int) -> str:
 
 DYNAMICS = (
     MotionEffect(
-        name="payload", title="the arm carries more, or less, than the model",
-        clause="the payload differs from the model's",
-        cause="dynamics", rows="torque", site=TOOL,
+        name="payload", clause="the payload differs from the model's", cause="dynamics", rows="torque", site=TOOL,
         numbers=tuple(Number(name, unit, 0.5) for name, unit in MASS),
         remedy="Weigh the tool, and give the model its mass and centre.", reference=GAUTIER, columns=_payload,
         sizes=lambda quantities, _: _sizes(quantities, 0)[:4],
@@ -53,21 +51,20 @@ DYNAMICS = (
         rivals=("link_inertia",),
     ),
     MotionEffect(
-        name="rotor_inertia", title="inertia of the motor behind its gear", clause="the motor's inertia is missing",
+        name="rotor_inertia", clause="the motor's inertia is missing",
         cause="dynamics", rows="torque", numbers=(Number("inertia", "kg m²", 0.5, 0.0),),
         remedy="Give the simulated joint this armature.", reference="Siciliano et al. 2009, Robotics, ch. 7.3.4",
         columns=of_joint(lambda of: of.acceleration), needs=hardly_moves, rivals=("link_inertia",),
     ),
     MotionEffect(
-        name="torque_constant", title="the measured torques have a wrong scale",
-        clause="the measured torques have a wrong scale", cause="dynamics", rows="torque",
+        name="torque_constant", clause="the measured torques have a wrong scale", cause="dynamics", rows="torque",
         numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
         remedy="Check the motor's torque constant and the gear's ratio.",
         reference="Gautier, Briot 2014, J. Dyn. Sys. 136: drive gains",
         columns=of_joint(lambda of: of.rigid), needs=_weighs, rivals=("payload", "link_inertia"),
     ),
     MotionEffect(
-        name="torque_constant", form="one for all", site=JOINTS, title="all measured torques have one wrong scale",
+        name="torque_constant", form="one for all", site=JOINTS,
         clause="all measured torques have one wrong scale", cause="dynamics", rows="torque",
         numbers=(Number("factor", "", 0.1, -0.9, 9.0),),
         remedy="Check the unit of the torques; links that are all heavier or lighter by this share look the same.",
@@ -75,7 +72,7 @@ DYNAMICS = (
         columns=lambda quantities, _: [quantities.rigid[:, :, None]], rivals=("payload", "link_inertia"),
     ),
     MotionEffect(
-        name="link_inertia", title="mass, centre or inertia of the link differ from the URDF's",
+        name="link_inertia",
         clause="the link's mass or inertia differs from the URDF's", cause="dynamics", rows="torque",
         numbers=tuple(Number(name, unit, 0.5) for name, unit in (
             *MASS, ("xx", "kg m²"), ("xy", "kg m²"), ("yy", "kg m²"), ("xz", "kg m²"), ("yz", "kg m²"), ("zz", "kg m²"),

@@ -34,39 +34,36 @@ def _loaded(quantities: Quantities, joint: int) -> str:
 
 FRICTION = (
     MotionEffect(
-        name="viscous_friction", title="friction that grows with speed", clause="friction grows with speed",
+        name="viscous_friction", clause="friction grows with speed",
         cause="friction", rows="torque", numbers=(Number("factor", "Nm s/rad", 1.0, 0.0),), remedy=REMEDY,
         reference=ARMSTRONG, columns=of_joint(lambda of: of.speed), needs=hardly_moves, rivals=("coulomb_friction",),
     ),
     MotionEffect(
-        name="coulomb_friction", title="dry friction against the direction of motion",
-        clause="the joint has dry friction",
+        name="coulomb_friction", clause="the joint has dry friction",
         cause="friction", rows="torque", numbers=(Number("torque", "Nm", 1.0, 0.0),), remedy=REMEDY,
         reference=ARMSTRONG, columns=of_joint(lambda of: of.direction), needs=hardly_moves,
         rivals=("viscous_friction", "load_friction"),
     ),
     MotionEffect(
-        name="asymmetric_friction", title="more friction in one direction than in the other",
-        clause="friction differs between the directions of motion", cause="friction", rows="torque",
-        numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
+        name="asymmetric_friction", clause="friction differs between the directions of motion",
+        cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5),), remedy=REMEDY,
         reference="Bona, Indri 2005, CDC: friction compensation in robotics",
         columns=of_joint(lambda of: np.abs(of.direction)), needs=hardly_moves, rivals=("link_inertia",),
     ),
     MotionEffect(
-        name="stribeck_friction", title="more friction at low speed", clause="friction is larger at low speed",
+        name="stribeck_friction", clause="friction is larger at low speed",
         cause="friction", rows="torque", numbers=(Number("torque", "Nm", 0.5, 0.0),), remedy=REMEDY,
         reference=ARMSTRONG, columns=_stribeck, needs=hardly_moves, rivals=("coulomb_friction", "viscous_friction"),
     ),
     MotionEffect(
-        name="load_friction", title="friction that grows with the load", clause="friction grows with the load",
+        name="load_friction", clause="friction grows with the load",
         cause="friction", rows="torque", numbers=(Number("share", "", 0.05, 0.0, 1.0),), remedy=REMEDY,
         reference="Bittencourt, Gunnarsson 2012, J. Dyn. Sys. 134: static friction in a robot joint",
         columns=of_joint(lambda of: of.direction * np.abs(of.rigid)), needs=_loaded, rivals=("coulomb_friction",),
     ),
     MotionEffect(
-        name="coupled_friction", title="friction of a motor that moves a neighbouring joint, too",
-        clause="friction follows the motion of a neighbouring joint", cause="friction", rows="torque",
-        numbers=(Number("torque", "Nm", 0.5),), remedy="Move the neighbouring joint alone to see it.",
+        name="coupled_friction", clause="friction follows the motion of a neighbouring joint", cause="friction",
+        rows="torque", numbers=(Number("torque", "Nm", 0.5),), remedy="Move the neighbouring joint alone to see it.",
         reference="Khalil, Dombre 2002, Modeling, identification and control of robots: coupled wrists",
         columns=_shared, needs=hardly_moves,
     ),

@@ -61,7 +61,6 @@ of_servo = partial(MotionEffect, rows="tracking", cause="servo")
 """An effect of a servo, but for what is said otherwise."""
 CLOCK = of_servo(
     name="clock_shift",
-    title="the clocks of commands and readings differ",
     clause="readings and commands are stamped by two clocks",
     cause="timing",
     site=TIMING,
@@ -75,7 +74,6 @@ TRACKING = (
     CLOCK,
     of_servo(
         name="dead_time",
-        title="commands take effect late",
         clause="commands take effect late",
         cause="timing",
         numbers=(Number("delay", "s", 0.01, 0.0, 0.5, servo="delay", least=1e-3),),
@@ -86,7 +84,6 @@ TRACKING = (
     ),
     of_servo(
         name="lag",
-        title="the joint follows as a first-order lag",
         clause="the joint follows its command with a lag",
         numbers=(Number("time", "s", 0.02, 0.0, 2.0, servo="time"),),
         remedy="Raise the servo's P gain, or give the simulated actuator the lag.",
@@ -96,7 +93,6 @@ TRACKING = (
     of_servo(
         name="lag",
         form="second order",
-        title="the joint follows as a second-order lag",
         clause="the joint follows its command with a lag",
         numbers=(
             Number("time", "s", 0.02, 0.0, 2.0, servo="time"),
@@ -108,7 +104,6 @@ TRACKING = (
     ),
     of_servo(
         name="offset",
-        title="constant error of the joint's position",
         clause="the joint has a constant offset from its command",
         numbers=(Number("angle", "rad", 0.005, -0.7, 0.7, servo="angle", least=2e-3),),
         remedy="Correct the joint's zero: `homing_offset` in LeRobot's calibration, the zero of its controller.",
@@ -118,7 +113,6 @@ TRACKING = (
     ),
     of_servo(
         name="scale",
-        title="the joint moves by a wrong multiple of its command",
         clause="the joint moves by a wrong multiple of its command",
         numbers=(Number("factor", "", 0.01, -0.5, 0.5, servo="scale", least=0.002),),
         rarity=14.0,  # commands and readings have one unit in nearly every log
@@ -128,7 +122,6 @@ TRACKING = (
     ),
     of_servo(
         name="range_limit",
-        title="the joint stops at a limit that the command exceeds",
         clause="the joint stops at a limit that the command exceeds",
         numbers=(
             Number("lower", "rad", 0.05, servo="lower"),
@@ -141,7 +134,6 @@ TRACKING = (
     ),
     of_servo(
         name="droop",
-        title="the joint sinks under gravity",
         clause="the joint sinks under gravity",
         numbers=(Number("compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="compliance"),),
         remedy=f"Raise {P_GAIN}, add an I term, or give the simulated actuator this stiffness.",
@@ -152,7 +144,6 @@ TRACKING = (
     of_servo(
         name="droop",
         form="under torque",
-        title="the joint deflects under the torque of its motion",
         clause="the joint deflects under its torque",
         numbers=(Number("torque_compliance", "rad/Nm", 0.02, -3.0, 3.0, servo="yields"),),
         remedy=f"Raise {P_GAIN}, feed the torque forward, or give the simulated actuator this stiffness.",
@@ -162,7 +153,6 @@ TRACKING = (
     ),
     of_servo(
         name="dead_zone",
-        title="the servo ignores small errors (dead zone inside the loop)",
         clause="the servo ignores errors below a dead zone",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="dead"),),
         remedy=f"Raise {P_GAIN}, or reduce its dead band; gear friction looks the same.",
@@ -172,7 +162,6 @@ TRACKING = (
     ),
     of_servo(
         name="play",
-        title="lost motion behind the servo's loop",
         clause="the joint has play behind the servo's loop",
         cause="transmission",
         numbers=(Number("half_width", "rad", 0.01, 0.0, 0.5, servo="lost"),),
@@ -184,7 +173,6 @@ TRACKING = (
     ),
     of_servo(
         name="speed_limit",
-        title="the joint cannot move as fast as commanded",
         clause="the joint cannot move as fast as commanded",
         numbers=(Number("speed", "rad/s", 0.2, 0.01, np.inf, servo="speed"),),
         remedy="Command no faster than this, or give the simulated actuator the limit.",

@@ -16,7 +16,7 @@ from robolaser.data.loading import load
 from robolaser.errors import DependencyMissing, UsageError, near
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
-from robolaser.problems.calibration import ReducedModel
+from robolaser.problems.calibration import ReducedCalibration
 
 FOLDER = Path(__file__).parent
 DATA, TABLE = FOLDER / "data", FOLDER / "instances.toml"
@@ -88,7 +88,7 @@ class SuiteProblem(Problem):
         """Build the problem of an instance; `suite()` does."""
         dataset = load(DATA / instance.data)
         self.model = Model(dataset, candidate_effects(instance.effects, dataset))
-        self._reduction = ReducedModel(self.model) if instance.reduced else None
+        self._reduction = ReducedCalibration(self.model) if instance.reduced else None
         free = self._reduction.parameters if self._reduction else self.model.parameters.without(instance.held)
         self._columns = self.model.parameters.columns(free.names)
         self.instance, self.id, self.title, self.names = instance, instance.id, instance.title, free.names

@@ -31,7 +31,7 @@ def command(number: int) -> np.ndarray:
 
 
 def log_of(path: Path, **further: str) -> MotionLog:
-    return import_motion([path], ROBOT, ImportOptions(further=further)).log
+    return import_motion([path], ROBOT, ImportOptions(further=further))[0]
 
 
 def readings(bag: Any, *, topic: str = "/joint_states", until: float = 2.0) -> None:

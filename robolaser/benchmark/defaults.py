@@ -1,7 +1,0 @@
-"""Defaults of a comparison."""
-
-SEEDS = 15
-"""With 15 seeds an A12 of 0.87 is significant after correction for all pairs of a dozen solvers."""
-BUDGET = 20_000
-"""Evaluations of a run: solvers that solve the paper's problem at all have mostly solved it by then."""
-TIME_LIMIT_S = 300.0
