@@ -1,6 +1,6 @@
 """A diagnosis of a moving arm as diagnosis.json, and in a sentence."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -139,13 +139,14 @@ def _together(group: Sequence[Finding], fit: MotionFit) -> dict[str, Any]:
     probabilities = [one.probability for one in group]
     shared = set.intersection(*({rival.where for rival in one.rivals} for one in group))
     one_rival = bool(shared - set(fit.log.joints))  # of all of them together: a clock
-    whole = max(probabilities) if one_rival or _is_open(group) else 1.0 - float(np.prod([1 - p for p in probabilities]))
+    own = group[0].at.effect
+    whole = max(probabilities) if one_rival or _is_open(group) else _at_least_one(group, lambda at: at.effect is own)
     return {"probability": round(whole, 4), "gap_mm_without": _without(fit, group)}
 
 
 def _is_open(group: Sequence[Finding]) -> bool:
     """Whether effects are no likelier than a rival that all of them have: at all places it is the one or the other."""
-    shared = set.intersection(*({rival.effect.name for rival in one.rivals} for one in group))
+    shared = set.intersection(*({rival.effect.name for rival in one.rivals} - {one.at.effect.name} for one in group))
     return bool(shared) and max(one.probability for one in group) <= EVEN
 
 
@@ -176,11 +177,13 @@ def _of_class(name: str, group: Sequence[Finding]) -> float:
     """That at least one of a class is at work: rivals of the same class in a member's place count for it."""
     if _is_open(group) and any(rival.effect.cause != name for one in group for rival in one.rivals):
         return max(one.probability for one in group)
-    none = 1.0
-    for one in group:
-        inside = not one.rivals or all(rival.effect.cause == name for rival in one.rivals)
-        none *= 1.0 - (max(one.probability, 1.0 - one.none) if inside else one.probability)
-    return float(1.0 - none)
+    return _at_least_one(group, lambda at: at.effect.cause == name)
+
+
+def _at_least_one(group: Sequence[Finding], belongs: Callable[[At], bool]) -> float:
+    """That one of some effects is at work, or a rival that belongs to them."""
+    each = [max(one.probability, 1.0 - one.none) if all(map(belongs, one.rivals)) else one.probability for one in group]
+    return 1.0 - float(np.prod(1.0 - np.array(each)))
 
 
 def next_motions(found: MotionDiagnosis) -> list[str]:
@@ -225,8 +228,9 @@ def sentence(found: MotionDiagnosis) -> str:
     whole = "The gap is explained" if found.verdict == "explained" else "A part of the gap is explained"
     if not found.fit.findings:
         return f"The gap has a cause that is not in the library. On unseen motions: {gaps}."
+    groups = _groups(found.fit, "name")
     causes = "; ".join(
-        _surely(one["probability"]) + clauses[one["effect"]] + _locations(one["where"], found.fit.log.joints)
+        _surely(one["probability"]) + clauses[one["effect"]] + _locations(groups[one["effect"]], found.fit.log.joints)
         for one in sorted(kinds_json(found.fit), key=lambda one: one["probability"] < CERTAIN)
     )
     rest = ""
@@ -250,9 +254,13 @@ def _surely(probability: float) -> str:
     return "" if probability >= CERTAIN else "likely, " if probability > EVEN else "perhaps, "
 
 
-def _locations(where: Sequence[str], joints: Sequence[str]) -> str:
+def _locations(group: Sequence[Finding], joints: Sequence[str]) -> str:
     """The joints of an effect behind its clause; nothing where it sits at none."""
-    at = [joint for joint in where if joint in joints]
+    at = [
+        " or ".join([one.at.where, *(rival.where for rival in one.rivals if rival.effect is one.at.effect)])
+        for one in group
+        if one.at.where in joints
+    ]
     every = 1 < len(joints) == len(at)
     return f" ({'all joints' if every else ', '.join(at)})" if at else ""
 

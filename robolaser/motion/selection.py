@@ -13,6 +13,7 @@ from robolaser.motion.evidence import Fitted
 WORTH_ADDING = 4.0  # in twice the logarithm of the evidence: seven to one
 TRIED = 3  # candidates, the best of the round before, that are fitted before all are
 INDISTINGUISHABLE = 6.0  # the same: a rival that is up to twenty to one worse
+ALIKE = 1e-3  # share by which squares of the same effect at a neighbour may be larger: it is the same motion then
 EXCHANGES, MIN_EXCHANGE = 4, 0.1
 Sets = Sequence[tuple[At, ...]]
 Search = Generator[Sets, Sequence[Fitted], "Selected"]
@@ -152,7 +153,15 @@ def _with(effects: tuple[At, ...], one: At) -> tuple[At, ...]:
 
 
 def _finding(one: At, model: Fitted, without: Fitted, instead: Sequence[tuple[At, Fitted]]) -> Finding:
-    instead = [(rival, fit) for rival, fit in instead if rival.effect.name != one.effect.name]
+    instead = [
+        (rival, fit) for rival, fit in instead if (rival.effect.name, rival.where) != (one.effect.name, one.where)
+    ]
+
+    def score(rival: At, fit: Fitted) -> float:
+        alike = rival.effect.name == one.effect.name and bool((fit.squares <= (1.0 + ALIKE) * model.squares).all())
+        return min(fit.score, model.score) if alike else fit.score
+
+    instead = [(rival, replace(fit, score=score(rival, fit))) for rival, fit in instead]
     scores = np.array([model.score, without.score, *(fit.score for _, fit in instead)])
     evidence = np.exp(-0.5 * (scores - scores.min()))
     share = evidence / evidence.sum()
@@ -178,8 +187,14 @@ def _rivals(one: At, model: Fitted, candidates: Sequence[At]) -> list[At]:
         for other in candidates
         if other not in model.effects
         and (other.effect.name in one.effect.rivals or one.effect.name in other.effect.rivals)
-        and (other.joint == one.joint or other.effect.site != "joint" or one.effect.site != "joint")
+        and (other.joint in _near(one) or other.effect.site != "joint" or one.effect.site != "joint")
     ]
+
+
+def _near(one: At) -> range:
+    """The joint of an effect, and those beside it where a neighbour's link may have what this one seems to have."""
+    beside = int(one.effect.name in one.effect.rivals)
+    return range(one.joint - beside, one.joint + beside + 1)
 
 
 def side_by_side(rows: Rows, searches: Sequence[Search]) -> list[Selected]:

@@ -120,7 +120,7 @@ def test_each_servo_has_an_address_of_its_own(cell: Cell, wrong: str) -> None:
 def test_a_cell_without_a_robot_is_said_to_have_none(cell: Cell) -> None:
     said = (cell.folder / "dataset.toml").read_text()
     (cell.folder / "dataset.toml").write_text(said[: said.index("[robot]")] + said[said.index("[sensor]") :])
-    with pytest.raises(DataError, match=r"no \[robot\]"):
+    with pytest.raises(DataError, match=r"lacks \[robot\]"):
         load_cell(cell.folder)
 
 

@@ -4,11 +4,15 @@ from collections.abc import Sequence
 from itertools import count
 
 import numpy as np
+import pytest
 
+import robolaser
 from robolaser.motion.effect import At
 from robolaser.motion.effects import MOTION_EFFECTS
 from robolaser.motion.evidence import Fitted
 from robolaser.motion.selection import search, side_by_side
+from robolaser.motion.simulation import simulate_motion
+from robolaser.robot.by_name import find_robot
 
 FRICTION, LINK = (
     At(next(one for one in MOTION_EFFECTS if one.name == name), "elbow", 0)
@@ -38,3 +42,14 @@ class FewRounds:
 def test_an_effect_stays_without_which_no_model_is_possible() -> None:
     (found,) = side_by_side(FewRounds(), [search([FRICTION, LINK], 0.01)])
     assert set(found.model.effects) == {FRICTION, LINK}
+
+
+@pytest.mark.parametrize(("arm", "joint"), [("ur5", "elbow_joint"), ("so_arm101", "elbow_flex")])
+def test_a_mass_on_a_joint_s_axis_is_certain_as_a_kind_and_may_be_either_link_s(arm: str, joint: str) -> None:
+    log = simulate_motion(find_robot(arm), effects={f"link_inertia:{joint}.mass": 0.8}, seed=1)
+    found = robolaser.diagnose(log, seed=0).to_dict()
+    (one,), (kind,) = found["effects"], found["kinds"]
+    assert joint in {one["where"], *(where for _, where in one["indistinguishable_from"])}
+    assert one["probability"] <= 0.5
+    assert (kind["effect"], kind["probability"]) == ("link_inertia", pytest.approx(1.0, abs=1e-2))
+    assert f" or {joint})" in found["sentence"] or f"({joint} or " in found["sentence"]

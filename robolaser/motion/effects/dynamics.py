@@ -79,6 +79,6 @@ DYNAMICS = (
         )),
         remedy="Apply these changes to the URDF's link.", reference=GAUTIER,
         columns=lambda quantities, joint: [quantities.regressor(joint)], sizes=_sizes, least=_least_of_link, rarity=4.0,
-        rivals=("payload", "rotor_inertia", "torque_constant"),
+        rivals=("payload", "rotor_inertia", "torque_constant", "link_inertia"),  # a mass on an axis is either link's
     ),
 )  # fmt: skip
