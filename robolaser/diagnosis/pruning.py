@@ -3,8 +3,11 @@
 What stays is what is listed, exported, counted in classes and predicted with.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
+from typing import final
 
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
@@ -48,17 +51,9 @@ def prune(
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
             continue
-        progress("locating the rest")
-        left = localize(final)
-        rivals = PostureRivals.of(refits, final)
-        unmodelled = {}
-        for one in final.effects:
-            progress(f"weighing {one} against unmodelled causes")
-            unmodelled[one] = max(_unmodelled(refits, final, one), rivals.unmodelled([one]))
-        doubtful = _above(unmodelled, EVEN) if final.has_optics else []
-        if not doubtful:
-            unexplained = sum(place.likelihood_ratio for place in left)
-            doubtful = aliases(refits, final, held_out) or _incredible(refits, final, unmodelled, unexplained)
+        unknown = _Unknown(refits, final, progress)
+        doubtful = unknown.in_their_place if final.has_optics else []
+        doubtful = doubtful or aliases(refits, final, held_out) or (unknown.incredible if final.has_optics else [])
         if doubtful:
             final = _without_half(refits, final, doubtful)
             continue
@@ -69,7 +64,7 @@ def prune(
         evidence: dict[CandidateEffect, EffectEvidence] = {}
         for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
-            evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained, held_out)
+            evidence[one] = evidence_for(refits, final, one, unknown.instead_of(one), unknown.unexplained, held_out)
             better = exchanged(final, evidence[one], held_out)
             if better is not None and frozenset(better.effects) not in had:
                 final = better
@@ -83,7 +78,7 @@ def prune(
                 continue
             needed = needed_again(refits, selected, refits.of(final), held_out)
             if needed is None or frozenset(needed.effects) in had:
-                return nested, found, left
+                return nested, found, unknown.left
             final = needed
             had.add(frozenset(final.effects))
 
@@ -173,22 +168,55 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     return max(probabilities)
 
 
-def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:
-    return sorted((one for one in probability if probability[one] > limit), key=lambda one: -probability[one])
+@final
+@dataclass(frozen=True)
+class _Unknown:
+    """Unmodelled causes beside a fit's effects and in their place; worked out when first asked for."""
 
+    refits: Refits
+    fit: Fit
+    progress: Announce
 
-def _incredible(
-    refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
-) -> list[CandidateEffect]:
-    """Effects with next to no evidence beside what is unexplained, the least credible first.
+    @cached_property
+    def left(self) -> list[Localization]:
+        """Where the fit's residuals still lie."""
+        self.progress("locating the rest")
+        return localize(self.fit)
 
-    Not where the sensor has no optics: there a whole arm's geometry counts, each part of which explains little.
-    """
-    if not final.has_optics:
-        return []
-    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
-    believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
-    return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
+    @property
+    def unexplained(self) -> float:
+        """Chi-squared that no effect explains."""
+        return sum(place.likelihood_ratio for place in self.left)
+
+    @cached_property
+    def _rivals(self) -> PostureRivals:
+        return PostureRivals.of(self.refits, self.fit)
+
+    @cached_property
+    def _known(self) -> dict[CandidateEffect, float]:
+        return {}
+
+    def instead_of(self, one: CandidateEffect) -> float:
+        """Probability of an unmodelled cause in an effect's place."""
+        if one not in self._known:
+            self.progress(f"weighing {one} against unmodelled causes")
+            self._known[one] = max(_unmodelled(self.refits, self.fit, one), self._rivals.unmodelled([one]))
+        return self._known[one]
+
+    @property
+    def in_their_place(self) -> list[CandidateEffect]:
+        """Effects that such a cause explains better, the least probable first."""
+        probability = {one: self.instead_of(one) for one in self.fit.effects}
+        return sorted((one for one in probability if probability[one] > EVEN), key=lambda one: -probability[one])
+
+    @property
+    def incredible(self) -> list[CandidateEffect]:
+        """Effects with next to no evidence beside what is unexplained, the least credible first."""
+        believable = {}
+        for one in self.fit.effects:
+            explained = self.refits.refit(self.fit, removed=one).chi2 - self.fit.chi2
+            believable[one] = credibility(self.instead_of(one), self.unexplained, explained)
+        return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:
