@@ -4,7 +4,6 @@ Those at all frequencies are Fourier sums over a joint's angles; those at a mome
 """
 
 import numpy as np
-from scipy.fft import ifft, next_fast_len
 from scipy.sparse import csr_array
 
 from robolaser.arrays import Array
@@ -90,7 +89,7 @@ def fourier_sums(angle: Array, columns: Array, frequencies: Array) -> Array:
     nonuniform fast Fourier transform).
     """
     g = len(frequencies)
-    size = next_fast_len(2 * g)
+    size = 1 << int(2 * g - 1).bit_length()
     cell, place = 2.0 * np.pi / size, (frequencies[1] - frequencies[0]) * angle[:, None]
     near = np.round(place / cell).astype(np.int64) + np.arange(-SPREAD, SPREAD + 1)
     width = np.pi * SPREAD / (size * (size - 0.5 * g))
@@ -98,5 +97,5 @@ def fourier_sums(angle: Array, columns: Array, frequencies: Array) -> Array:
     starts = np.arange(len(near) + 1) * near.shape[1]
     spread = csr_array((bells.ravel(), (near % size).ravel(), starts), shape=(len(near), size))
     number = np.arange(g) - g // 2
-    sums = ifft(spread.T @ (columns * np.exp(1j * frequencies[g // 2] * angle)[:, None]), axis=0)[number]
+    sums = np.fft.ifft(spread.T @ (columns * np.exp(1j * frequencies[g // 2] * angle)[:, None]), axis=0)[number]
     return np.asarray(np.sqrt(np.pi / width) * np.exp(width * number**2)[:, None] * sums)

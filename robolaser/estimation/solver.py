@@ -173,7 +173,8 @@ class _Descents:
     def _of_batch(self, batch: int, x: Array, which: Ints) -> Array:
         """Residuals of a batch that count, (c, d) -> (c, K)."""
         rows, part = self._problem.batches[batch]
-        r = part.residuals(x)
+        together = bool((x == x[0]).all())
+        r = part.residuals(x[:1]).repeat(len(x), axis=0) if together else part.residuals(x)
         return r if self._kept is None else np.asarray(r * self._kept[which][:, rows][:, part.row_of_number])
 
     def _costs(self, x: Array, residuals: list[Array]) -> Array:
