@@ -119,7 +119,7 @@ class FoldFits:
     evaluations: int  # residual vectors evaluated
 
 
-def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> FoldFits:
+def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
     Each fit starts from the parameters that all rows gave. Large data are fitted on a sample of their rows that has
@@ -130,10 +130,11 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
         x: Its optimum, (d,).
         folds: Which rows are held out together.
         enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
+        slopes: Derivatives there, where they are known, see `solve`, (d, K).
     """
     sample = sampled(problem, SAMPLE)
     if sample is None:
-        fits, evaluations = _fits(problem, x, folds, enough)
+        fits, evaluations = _fits(problem, x, folds, enough, slopes)
     else:
         fits, evaluations = _by_sample(problem, x, folds, sample)
     errors = _predicted(problem, fits, folds)
@@ -142,7 +143,7 @@ def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -
     return FoldFits(errors, folds.of_row, fits, evaluations + folds.count)
 
 
-def _fits(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Array, int]:
+def _fits(problem: Problem, x: Array, folds: Folds, enough: float, slopes: Array | None) -> tuple[Array, int]:
     """Fits without each fold, (f, d), and the residual vectors evaluated."""
     starts, kept = np.tile(x, (folds.count, 1)), folds.of_row != np.arange(folds.count)[:, None]
     end = solve(
@@ -152,6 +153,7 @@ def _fits(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Arra
         tol=TOLERANCE,
         enough=max(enough, TOLERANCE * float(problem.costs(x[None])[0])),
         hopeless=after(MOST_STEPS) if enough else None,
+        slopes=slopes,
         close=enough > 0.0,
     )
     return end.x, end.evaluations
