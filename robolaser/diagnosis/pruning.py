@@ -3,11 +3,9 @@
 What stays is what is listed, exported, counted in classes and predicted with.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import pairwise
-from typing import final
 
 from robolaser.diagnosis.cause_classes import class_of
 from robolaser.diagnosis.evidence import EffectEvidence, aliases, evidence_for
@@ -45,15 +43,27 @@ def prune(
         Fits of the effects that are left, added one by one to the model without any; the evidence for each of them; and
         where the residuals of the last fit still lie.
     """
+    located, rivals = cache(localize), cache(lambda fit: PostureRivals.of(refits, fit))
+
+    def unexplained(fit: Fit) -> float:
+        return sum(place.likelihood_ratio for place in located(fit))
+
+    @cache
+    def instead_of(fit: Fit, one: CandidateEffect) -> float:
+        progress(f"weighing {one} against unmodelled causes")
+        return max(_unmodelled(refits, fit, one), rivals(fit).unmodelled([one]))
+
     selected, final = final, _helpful(refits, final, held_out, progress)
     had = {frozenset(final.effects)}  # sets so far: an exchange or a return may undo an earlier one
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
             continue
-        unknown = _Unknown(refits, final, progress)
-        doubtful = unknown.in_their_place if final.has_optics else []
-        doubtful = doubtful or aliases(refits, final, held_out) or (unknown.incredible if final.has_optics else [])
+        # without optics a whole arm's geometry counts, each part of which explains little: none is taken out for that
+        unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
+        doubtful = _above(unmodelled, EVEN) or aliases(refits, final, held_out)
+        if unmodelled and not doubtful:
+            doubtful = _incredible(refits, final, unmodelled, unexplained(final))
         if doubtful:
             final = _without_half(refits, final, doubtful)
             continue
@@ -64,7 +74,7 @@ def prune(
         evidence: dict[CandidateEffect, EffectEvidence] = {}
         for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
-            evidence[one] = evidence_for(refits, final, one, unknown.instead_of(one), unknown.unexplained, held_out)
+            evidence[one] = evidence_for(refits, final, one, instead_of(final, one), unexplained(final), held_out)
             better = exchanged(final, evidence[one], held_out)
             if better is not None and frozenset(better.effects) not in had:
                 final = better
@@ -78,7 +88,7 @@ def prune(
                 continue
             needed = needed_again(refits, selected, refits.of(final), held_out)
             if needed is None or frozenset(needed.effects) in had:
-                return nested, found, unknown.left
+                return nested, found, located(final)
             final = needed
             had.add(frozenset(final.effects))
 
@@ -168,55 +178,17 @@ def _unmodelled(refits: Refits, final: Fit, candidate_effect: CandidateEffect) -
     return max(probabilities)
 
 
-@final
-@dataclass(frozen=True)
-class _Unknown:
-    """Unmodelled causes beside a fit's effects and in their place; worked out when first asked for."""
+def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[CandidateEffect]:
+    return sorted((one for one in probability if probability[one] > limit), key=lambda one: -probability[one])
 
-    refits: Refits
-    fit: Fit
-    progress: Announce
 
-    @cached_property
-    def left(self) -> list[Localization]:
-        """Where the fit's residuals still lie."""
-        self.progress("locating the rest")
-        return localize(self.fit)
-
-    @property
-    def unexplained(self) -> float:
-        """Chi-squared that no effect explains."""
-        return sum(place.likelihood_ratio for place in self.left)
-
-    @cached_property
-    def _rivals(self) -> PostureRivals:
-        return PostureRivals.of(self.refits, self.fit)
-
-    @cached_property
-    def _known(self) -> dict[CandidateEffect, float]:
-        return {}
-
-    def instead_of(self, one: CandidateEffect) -> float:
-        """Probability of an unmodelled cause in an effect's place."""
-        if one not in self._known:
-            self.progress(f"weighing {one} against unmodelled causes")
-            self._known[one] = max(_unmodelled(self.refits, self.fit, one), self._rivals.unmodelled([one]))
-        return self._known[one]
-
-    @property
-    def in_their_place(self) -> list[CandidateEffect]:
-        """Effects that such a cause explains better, the least probable first."""
-        probability = {one: self.instead_of(one) for one in self.fit.effects}
-        return sorted((one for one in probability if probability[one] > EVEN), key=lambda one: -probability[one])
-
-    @property
-    def incredible(self) -> list[CandidateEffect]:
-        """Effects with next to no evidence beside what is unexplained, the least credible first."""
-        believable = {}
-        for one in self.fit.effects:
-            explained = self.refits.refit(self.fit, removed=one).chi2 - self.fit.chi2
-            believable[one] = credibility(self.instead_of(one), self.unexplained, explained)
-        return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
+def _incredible(
+    refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
+) -> list[CandidateEffect]:
+    """Effects with next to no evidence beside what is unexplained, the least credible first."""
+    explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
+    believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
+    return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])
 
 
 def _helpful(refits: Refits, final: Fit, held_out: HeldOut, progress: Announce) -> Fit:
