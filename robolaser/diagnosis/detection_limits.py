@@ -10,9 +10,10 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import rms
+from robolaser.diagnosis.dense_grids import NEGLIGIBLE
 from robolaser.diagnosis.refits import penalty
 from robolaser.diagnosis.result import DetectionLimit
-from robolaser.diagnosis.score_tests import NEGLIGIBLE, ScoreTest
+from robolaser.diagnosis.score_tests import ScoreTest
 from robolaser.diagnosis.thresholds import DETECTION_SIGMA, LARGEST_PLAUSIBLE, SAME_DIRECTION
 from robolaser.model.effects.effect import CandidateEffect
 

@@ -1,6 +1,5 @@
 """What effects would do to the residuals: by the chain rule, from what they do to the value that passes their stage."""
 
-from types import EllipsisType
 from typing import Any, cast, final
 
 import numpy as np
@@ -10,14 +9,10 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.stage_derivatives import stage_derivatives
 from robolaser.duals import Dual
 from robolaser.geometry.rigid_motion import inverse
-from robolaser.model.batches import of_data
 from robolaser.model.effects.effect import CandidateEffect, perturb_with
 from robolaser.model.forward_model import Model
 from robolaser.model.stages import OF_ROWS, Stage
 from robolaser.parameters import Values
-
-Part = tuple[EllipsisType | int, ...]
-NUMBERS_AT_ONCE, MOVES_KEPT = 2_000_000, 5_000_000
 
 
 def prior_scales(candidate_effect: CandidateEffect) -> Array:
@@ -33,34 +28,10 @@ class Columns:
     imitate. Refits decide in the end.
     """
 
-    def __init__(self, moves: dict[tuple[CandidateEffect, bytes], Array] | None = None) -> None:
+    def __init__(self) -> None:
         self._by_effect: dict[tuple[CandidateEffect, bytes], Array] = {}
         self._by_motion: dict[tuple[Stage, str], Array] = {}
         self._passing: dict[Stage, Array | None] = {}
-        self._moves = {} if moves is None else moves
-
-    def elsewhere(self) -> "Columns":
-        """For models far from those so far: of them, only what depends on no model is kept."""
-        return Columns(self._moves)
-
-    def own_moves(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """Moves of an effect's own joint at poses with points, by its nonlinear parameters (g, s): (g, a, n)."""
-        model, seen = fit.model, np.unique(fit.model.dataset.points.pose)
-        key = candidate_effect, seen.tobytes()
-        if key in self._moves:
-            return self._moves[key]
-        if not candidate_effect.effect.depends_on_trajectory:
-            among = np.isin(np.arange(len(model.dataset.poses)), seen)
-            model, seen = of_data(model, model.dataset.of_poses(among)), np.arange(len(seen))
-        robot, q = model.dataset.arm
-        column, a = robot.joints.index(candidate_effect.where), len(prior_scales(candidate_effect))
-        parts = np.array_split(grid, max(1, len(grid) * a * q.size // NUMBERS_AT_ONCE))
-        own = (..., column)
-        moves = np.concatenate([stage_moves(model, candidate_effect, part, q, own) for part in parts])
-        moves = moves.reshape(len(grid), a, -1)[:, :, seen]
-        if moves.size <= MOVES_KEPT:
-            self._moves[key] = moves
-        return moves
 
     def by_effect(self, fit: Fit, candidate_effect: CandidateEffect, grid: Array) -> Array:
         """By the linear parameters in units of their prior scales, for each value of the others (g, s): (K, g a)."""
@@ -126,9 +97,7 @@ class Columns:
         return self._by_motion[stage, joint]
 
 
-def stage_moves(
-    model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array, part: Part = (...,)
-) -> Array:
+def stage_moves(model: Model, candidate_effect: CandidateEffect, grid: Array, value: Array) -> Array:
     """Derivatives of what comes out of a stage by an effect's amplitudes, in units of prior scales, (g a, ...).
 
     Args:
@@ -136,16 +105,13 @@ def stage_moves(
         candidate_effect: Is at the stage.
         grid: Values of its nonlinear parameters, (g, s).
         value: What passes it.
-        part: Of what comes out, that is wanted.
     """
     scales = prior_scales(candidate_effect)
     x = np.hstack([np.zeros((len(grid), len(scales))), grid])
-    return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value, part)
+    return _slopes(model, candidate_effect, x, np.eye(x.shape[1])[: len(scales)] * scales[:, None], value)
 
 
-def _slopes(
-    model: Model, candidate_effect: CandidateEffect, x: Array, ways: Array, value: Array, part: Part = (...,)
-) -> Array:
+def _slopes(model: Model, candidate_effect: CandidateEffect, x: Array, ways: Array, value: Array) -> Array:
     """Derivatives of what comes out of an effect's stage with parameters x (c, p), along ways (q, p), (c q, ...)."""
     numbers: list[Any] = []
     for at, way in zip(x.T, ways.T, strict=True):
@@ -154,7 +120,6 @@ def _slopes(
         numbers.append(Dual(at, slopes, tuple(by.tolist())) if len(by) else at)
     effect = candidate_effect.at(cast("Values", dict(zip(candidate_effect.parameters.names, numbers, strict=True))))
     moved: Any = perturb_with((effect,), model.run)(candidate_effect.effect.stage_in(model.dataset), value[None])
-    moved = moved[part]
     slopes = np.zeros((len(x), len(ways), *moved.shape[1:]))
     slopes[:, list(moved.of)] = np.swapaxes(moved.slopes, 0, 1)
     return slopes.reshape(-1, *slopes.shape[2:])

@@ -60,7 +60,7 @@ class HeldOut:
         if self._folds is None:
             return _Errors(fit.in_metres(fit.at.plain), fit.at.plain, None, fit.x)
         enough = max(FOLD_ENOUGH, FOLD_SHARE * fit.chi2)
-        folds = held_out(fit.problem, fit.x, self._folds, enough=enough)
+        folds = held_out(fit.problem, fit.x, self._folds, enough=enough, slopes=fit.at.slopes.T)
         return _Errors(fit.in_metres(folds.errors), folds.errors, folds, fit.x)
 
     def errors(self, fit: Fit) -> Array:

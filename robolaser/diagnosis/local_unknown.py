@@ -38,8 +38,9 @@ def has_form(fit: Fit, candidate_effect: CandidateEffect) -> bool:
     What begins at a moment may be a joint that slipped, wherever it seems to be.
     """
     effect, joints = candidate_effect.effect, moving_joints(fit.model.dataset.robot)
-    begins = any(each.name == "moment" for each in effect.nonlinear_parameters())
-    return effect.cause != GEOMETRY and (candidate_effect.where in (*joints, TARGET) or (begins and bool(joints)))
+    return effect.cause != GEOMETRY and (
+        candidate_effect.where in (*joints, TARGET) or (effect.begins and bool(joints))
+    )
 
 
 def local_unknown_chi2(fit: Fit, site: str) -> float:

@@ -10,9 +10,9 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.diagnosis.candidate_sites import Site, sites
+from robolaser.diagnosis.dense_grids import NEGLIGIBLE
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.random_functions import RandomFunctions
-from robolaser.diagnosis.score_tests import NEGLIGIBLE
 from robolaser.diagnosis.thresholds import CHI2_PER_EFFECT, MAX_SITES
 
 SIZES = np.exp(np.linspace(np.log(1e-2), np.log(1e4), 60))

@@ -11,6 +11,8 @@ from robolaser.arrays import Array
 FACTORS = np.concatenate([[0.0], np.geomspace(0.02, 1e5, 200)])
 """Scatter over the assumed one, where its likelihood is first looked at."""
 ZOOM = np.linspace(-1.0, 1.0, 41)
+AT_ONCE = 8
+"""Variances of which one logarithm is taken: that of their product, which stays within double precision."""
 
 
 def profile(squares: Array, variances: Array, share: float) -> tuple[float, float]:
@@ -27,10 +29,14 @@ def profile(squares: Array, variances: Array, share: float) -> tuple[float, floa
     if not len(squares):
         return 1.0, 0.0
 
+    padded = np.pad(variances, (0, -len(variances) % AT_ONCE))
+    unscattered = squares * (1.0 + variances)
+
     def change(factors: Array) -> Array:
-        ratio = (1.0 + factors[:, None] ** 2 * variances) / (1.0 + variances)
-        summed: Array = (squares * (1.0 / ratio - 1.0) + share * np.log(ratio)).sum(axis=1)
-        return summed
+        grown = 1.0 + factors[:, None] ** 2 * padded
+        logarithms = np.log(grown.reshape(len(factors), AT_ONCE, -1).prod(axis=1)).sum(axis=1)
+        fall = squares.sum() - (1.0 / grown[:, : len(squares)]) @ unscattered
+        return np.asarray(share * (logarithms - np.log1p(variances).sum()) - fall)
 
     best = int(np.argmin(change(FACTORS)))
     if best == 0:

@@ -4,6 +4,7 @@ What stays is what is listed, exported, counted in classes and predicted with.
 """
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import pairwise
 
 from robolaser.diagnosis.cause_classes import class_of
@@ -42,23 +43,27 @@ def prune(
         Fits of the effects that are left, added one by one to the model without any; the evidence for each of them; and
         where the residuals of the last fit still lie.
     """
+    located, rivals = cache(localize), cache(lambda fit: PostureRivals.of(refits, fit))
+
+    def unexplained(fit: Fit) -> float:
+        return sum(place.likelihood_ratio for place in located(fit))
+
+    @cache
+    def instead_of(fit: Fit, one: CandidateEffect) -> float:
+        progress(f"weighing {one} against unmodelled causes")
+        return max(_unmodelled(refits, fit, one), rivals(fit).unmodelled([one]))
+
     selected, final = final, _helpful(refits, final, held_out, progress)
     had = {frozenset(final.effects)}  # sets so far: an exchange or a return may undo an earlier one
     while True:
         if (plausible := _plausible(refits, final)) is not final:
             final = _helpful(refits, plausible, held_out, progress)
             continue
-        progress("locating the rest")
-        left = localize(final)
-        rivals = PostureRivals.of(refits, final)
-        unmodelled = {}
-        for one in final.effects:
-            progress(f"weighing {one} against unmodelled causes")
-            unmodelled[one] = max(_unmodelled(refits, final, one), rivals.unmodelled([one]))
-        doubtful = _above(unmodelled, EVEN) if final.has_optics else []
-        if not doubtful:
-            unexplained = sum(place.likelihood_ratio for place in left)
-            doubtful = aliases(refits, final, held_out) or _incredible(refits, final, unmodelled, unexplained)
+        # without optics a whole arm's geometry counts, each part of which explains little: none is taken out for that
+        unmodelled = {one: instead_of(final, one) for one in final.effects if final.has_optics}
+        doubtful = _above(unmodelled, EVEN) or aliases(refits, final, held_out)
+        if unmodelled and not doubtful:
+            doubtful = _incredible(refits, final, unmodelled, unexplained(final))
         if doubtful:
             final = _without_half(refits, final, doubtful)
             continue
@@ -69,7 +74,7 @@ def prune(
         evidence: dict[CandidateEffect, EffectEvidence] = {}
         for one in sorted(final.effects, key=lambda one: refits.refit(final, removed=one).chi2):
             progress(f"weighing {one} against other effects")
-            evidence[one] = evidence_for(refits, final, one, unmodelled[one], unexplained, held_out)
+            evidence[one] = evidence_for(refits, final, one, instead_of(final, one), unexplained(final), held_out)
             better = exchanged(final, evidence[one], held_out)
             if better is not None and frozenset(better.effects) not in had:
                 final = better
@@ -83,7 +88,7 @@ def prune(
                 continue
             needed = needed_again(refits, selected, refits.of(final), held_out)
             if needed is None or frozenset(needed.effects) in had:
-                return nested, found, left
+                return nested, found, located(final)
             final = needed
             had.add(frozenset(final.effects))
 
@@ -180,12 +185,7 @@ def _above(probability: Mapping[CandidateEffect, float], limit: float) -> list[C
 def _incredible(
     refits: Refits, final: Fit, unmodelled: Mapping[CandidateEffect, float], unexplained: float
 ) -> list[CandidateEffect]:
-    """Effects with next to no evidence beside what is unexplained, the least credible first.
-
-    Not where the sensor has no optics: there a whole arm's geometry counts, each part of which explains little.
-    """
-    if not final.has_optics:
-        return []
+    """Effects with next to no evidence beside what is unexplained, the least credible first."""
     explained = {one: refits.refit(final, removed=one).chi2 - final.chi2 for one in final.effects}
     believable = {one: credibility(unmodelled[one], unexplained, explained[one]) for one in final.effects}
     return sorted((one for one in believable if believable[one] < 1.0 - CERTAIN), key=lambda one: believable[one])

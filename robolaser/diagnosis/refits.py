@@ -118,7 +118,7 @@ class Refits:
 
     def linearize_again(self) -> None:
         """Forget derivatives that were worked out near an earlier model."""
-        self._columns = self._columns.elsewhere()
+        self._columns = Columns()
 
     def score_tests(self, fit: Fit) -> list[ScoreTest]:
         """Of all candidates that a fit does not hold, best first."""

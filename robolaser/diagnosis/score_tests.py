@@ -9,16 +9,17 @@ import numpy as np
 
 from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
-from robolaser.diagnosis.effect_columns import NUMBERS_AT_ONCE, Columns
+from robolaser.diagnosis.dense_grids import NEGLIGIBLE, gains_of_steps, gains_of_waves
+from robolaser.diagnosis.effect_columns import Columns, prior_scales
 from robolaser.diagnosis.fit import Fit, best_amplitudes
 from robolaser.model.effects.effect import CandidateEffect, Effect
-from robolaser.model.stages import Stage
+from robolaser.model.grouped_rows import group_sums
 
 DENSE_GRID = 40
-"""Values of nonlinear parameters, beyond which an effect on a joint is tried by way of the joint's free motions, and
-any other in ever smaller intervals."""
-NEGLIGIBLE = 1e-8
-"""Share of the squared length of an effect's column, below which the fitted parameters imitate it."""
+"""Values of nonlinear parameters, beyond which sums over poses say which is best, of waves and of what begins at a
+moment; of any other effect, ever smaller intervals do."""
+BEFORE_ALL = -1.0
+"""A moment of a run before it began."""
 
 
 @final
@@ -86,21 +87,32 @@ def score_tests(fit: Fit, effects: Iterable[CandidateEffect], known: Columns | N
         known: Derivatives at models near by.
     """
     known = known or Columns()
-    motions = JointMotions(fit, known)
     found = []
     for one in effects:
         if one in fit.effects:
             continue
         grid = one.effect.grid(fit.model.dataset, one.where)
         tried = len(grid)
-        dataset = fit.model.dataset
-        at_a_joint = one.effect.stage_in(dataset) is Stage.JOINTS and one.where in dataset.arm[0].joints
-        if tried > DENSE_GRID and at_a_joint:
-            grid = motions.best_nonlinear(one, grid)
+        if tried > DENSE_GRID and (one.effect.harmonics or one.effect.begins):
+            gains = _gains_of_waves if one.effect.harmonics else _gains_of_steps
+            grid = grid[[int(np.argmax(gains(fit, one, grid[:, 0], known)))]]
         elif tried > DENSE_GRID and grid.shape[1] == 1:
             grid = _nested(fit, one, grid, known)
         found.append(_best(fit, one, grid, tried, known))
     return found
+
+
+def _gains_of_waves(fit: Fit, wave: CandidateEffect, frequencies: Array, known: Columns) -> Array:
+    robot, q = fit.model.dataset.arm
+    seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
+    normal = normal_equations(fit, known.by_joint(fit, wave.where), of_number, len(seen))
+    angle = q[seen, robot.joints.index(wave.where)]
+    return gains_of_waves(normal, angle, frequencies, wave.effect.harmonics, prior_scales(wave))
+
+
+def _gains_of_steps(fit: Fit, step: CandidateEffect, moments: Array, known: Columns) -> Array:
+    white = known.by_effect(fit, step, np.array([[BEFORE_ALL]]))
+    return gains_of_steps(fit, white, fit.model.run.progress, moments)
 
 
 def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTest]:
@@ -173,43 +185,10 @@ def normal_equations(fit: Fit, columns: Array, of_number: Ints, n: int) -> tuple
     """
     Q = fit.at.Q[: len(columns)]
     shared = np.zeros((n, Q.shape[1]))
-    np.add.at(shared, of_number, columns[:, None] * Q)
+    shared[: of_number.max() + 1] = group_sums(columns[:, None] * Q, of_number)
     gradient = np.bincount(of_number, columns * fit.at.white, minlength=n) - shared @ (fit.at.Q.T @ fit.at.r)
     own = np.asarray(np.bincount(of_number, columns**2, minlength=n), dtype=np.float64)
     return gradient, own, shared
-
-
-@final
-class JointMotions:
-    """Free small motions of each joint, one for each pose with points: all that moves a joint is a sum of them."""
-
-    def __init__(self, fit: Fit, known: Columns) -> None:
-        self._fit, self._known = fit, known
-        self._normal: dict[str, tuple[Array, Array, Array]] = {}
-
-    def _normal_equations(self, joint: str) -> tuple[Array, Array, Array]:
-        """Of the motions of a joint at poses with points."""
-        if joint not in self._normal:
-            fit, columns = self._fit, self._known.by_joint(self._fit, joint)
-            seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
-            self._normal[joint] = normal_equations(fit, columns, of_number, len(seen))
-        return self._normal[joint]
-
-    def best_nonlinear(self, candidate_effect: CandidateEffect, grid: Array) -> Array:
-        """The most promising of its nonlinear parameters (g, s), (1, s)."""
-        gradient, own, shared = self._normal_equations(candidate_effect.where)
-        moves = self._known.own_moves(self._fit, candidate_effect, grid)
-        a = moves.shape[1]
-        gains = []
-        for F in np.array_split(moves, max(1, moves.size // NUMBERS_AT_ONCE)):
-            b = F @ gradient
-            imitated = F @ shared
-            whole = (F * own) @ np.swapaxes(F, 1, 2)
-            A = whole - imitated @ np.swapaxes(imitated, 1, 2)
-            squares, left = (np.trace(one, axis1=1, axis2=2)[:, None, None] / a for one in (whole, A))
-            A = A + (1e-6 * np.maximum(left, 0.0) + NEGLIGIBLE * squares + 1e-12) * np.eye(a)
-            gains.append(np.einsum("ga,ga->g", b, np.linalg.solve(A, b[..., None])[..., 0]))
-        return grid[[int(np.argmax(np.concatenate(gains)))]]
 
 
 def library(kinds: Sequence[type[Effect]], dataset: Dataset) -> list[CandidateEffect]:

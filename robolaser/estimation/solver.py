@@ -90,7 +90,7 @@ def solve(
         hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
             all that are solved together, (c,) each.
         slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
-            they are known: the first steps are chord steps with them.
+            they are known: the first steps are chord steps with them. With some rows only: at the starts.
         rival: Cost of another solution, which is the better one where these cost much more.
         close: Whether candidates stay so close together that derivatives amid them serve all.
     """
@@ -155,11 +155,16 @@ class _Descents:
     def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
-        near = slopes is not None and len(self._J) == 1 and self._kept is None
-        if near:  # an end that matters is looked at with derivatives of its own
-            self._J[0][:], self._bent[:] = slopes, self._enough
+        near = slopes is not None and len(self._J) == 1
+        if near:
+            self._J[0][:] = slopes
+        if near and self._kept is None:  # an end that matters is looked at with derivatives of its own
+            self._bent[:] = self._enough
+        elif near and self._kept is not None:
+            self._J[0] *= self._kept[:, None, self._problem.row_of_number]
         if len(active):
             self._linearize(active, chord=near)
+            self._chord &= self._kept is None
         for _ in range(4 * MOST_STEPS):
             if not len(active):
                 break
@@ -173,7 +178,8 @@ class _Descents:
     def _of_batch(self, batch: int, x: Array, which: Ints) -> Array:
         """Residuals of a batch that count, (c, d) -> (c, K)."""
         rows, part = self._problem.batches[batch]
-        r = part.residuals(x)
+        together = bool((x == x[0]).all())
+        r = part.residuals(x[:1]).repeat(len(x), axis=0) if together else part.residuals(x)
         return r if self._kept is None else np.asarray(r * self._kept[which][:, rows][:, part.row_of_number])
 
     def _costs(self, x: Array, residuals: list[Array]) -> Array:

@@ -41,6 +41,7 @@ class BaseShift(Effect):
     site = "base"
     needs = (pose_order, enough_poses)
     depends_on_trajectory = True
+    begins = True
 
     x: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)
     y: Array = parameter(unit="m", bound=0.02, prior_scale=1e-3)

@@ -76,6 +76,9 @@ class Effect(ABC):
             moving joint.
         needs: Required data, besides values at the stage, see `requirements`.
         depends_on_trajectory: Whether the change at a pose or point depends on others.
+        harmonics: Of waves of its joint's angle: the multiples of its one nonlinear parameter, a frequency, that the
+            waves have whose sines and cosines its amplitudes are.
+        begins: Whether it begins at the share of the run that is its one nonlinear parameter, and does not change then.
         in_urdf: Whether a URDF can represent it: then the exported robot does.
         where: Its location: a joint's name, or its site; a sensor's own as `left.laser`.
     """
@@ -91,6 +94,8 @@ class Effect(ABC):
     site: ClassVar[str] = ""
     needs: ClassVar[tuple[Callable[[Dataset], str], ...]] = ()
     depends_on_trajectory: ClassVar[bool] = False
+    harmonics: ClassVar[tuple[int, ...]] = ()
+    begins: ClassVar[bool] = False
     in_urdf: ClassVar[bool] = False
 
     where: str

@@ -33,6 +33,11 @@ def add_to_joint(q: Array, run: Run, joint: str, move: Array) -> Array:
 
 
 def placed_anew(placements: Array, run: Run, joint: str, placement: Array) -> Array:
-    """Placements of the joints (c or 1, n or 1, j, 4, 4) with another one (c, n or 1, 4, 4) of one joint."""
-    here = np.arange(placements.shape[2]) == joint_column(run, joint)
-    return np.where(here[:, None, None], placement[:, :, None], placements)
+    """Placements of the joints (c or 1, n or 1, j, 4, 4) with another one (c, n or 1, 4, 4) of one joint.
+
+    It rests on the one before, so that it has at least their derivatives.
+    """
+    moved: Array = np.zeros_like(placement, shape=(*placement.shape[:2], *placements.shape[2:]))
+    moved[:] = placements
+    moved[:, :, joint_column(run, joint)] = placement
+    return moved

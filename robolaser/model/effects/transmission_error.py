@@ -35,6 +35,7 @@ class TransmissionError(Effect):
     stage = Stage.JOINTS
     cause = "transmission"
     needs = (turning_joint,)
+    harmonics = (1, 2)
 
     sine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)
     cosine: Array = parameter(unit="rad", bound=0.01, prior_scale=3e-4)

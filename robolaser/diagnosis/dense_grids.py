@@ -1,0 +1,101 @@
+"""The most promising of very many frequencies of a wave, or moments of a step: the same sums over poses tell of all.
+
+Those at all frequencies are Fourier sums over a joint's angles; those at a moment are running sums in time.
+"""
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from robolaser.arrays import Array
+from robolaser.diagnosis.fit import Fit
+from robolaser.model.grouped_rows import group_sums
+
+NEGLIGIBLE = 1e-8
+"""Share of the squared length of an effect's column, below which the fitted parameters imitate it."""
+RIDGE = 1e-6
+"""Of what they leave of it, which is added: columns that imitate each other explain no more than one does."""
+SPREAD = 12
+"""Places of a grid on either side, over which a term of a Fourier sum is spread: twelve digits stay."""
+
+
+def gains_of_waves(
+    normal: tuple[Array, Array, Array], angle: Array, frequencies: Array, harmonics: tuple[int, ...], scales: Array
+) -> Array:
+    """What waves of a joint's angle explain together, as far as the model is linear, by their frequency, (g,).
+
+    Args:
+        normal: Of free motions of the joint at n poses, see `normal_equations`.
+        angle: At these poses, (n,).
+        frequencies: Evenly spaced, (g,).
+        harmonics: Their multiples at which there are waves, (h,).
+        scales: Of the sine and the cosine of each, (2 h,).
+    """
+    gradient, own, shared = normal
+    by_columns = [fourier_sums(h * angle, np.column_stack([gradient, shared]), frequencies) for h in harmonics]
+    waves = np.stack([part for sums in by_columns for part in (sums.imag, sums.real)], axis=1) * scales[:, None]
+    squares = np.empty((len(frequencies), len(harmonics), 2, len(harmonics), 2))
+    for i, j in np.ndindex(len(harmonics), len(harmonics)):
+        added, less = (
+            fourier_sums((harmonics[i] + sign * harmonics[j]) * angle, own[:, None], frequencies)[:, 0] / 2.0
+            for sign in (1, -1)
+        )
+        squares[:, i, :, j, :] = np.stack(
+            [(less - added).real, (added + less).imag, (added - less).imag, (less + added).real], axis=-1
+        ).reshape(-1, 2, 2)
+    whole = squares.reshape(len(frequencies), len(scales), len(scales)) * np.outer(scales, scales)
+    return _gains(waves[:, :, 0], whole, waves[:, :, 1:])
+
+
+def gains_of_steps(fit: Fit, white: Array, when: Array, moments: Array) -> Array:
+    """The same of an effect that begins at a moment, by that moment, (g,).
+
+    Args:
+        fit: The model.
+        white: Derivatives of its whitened residuals by the effect's parameters, had it begun before all, (K, a).
+        when: Each pose was, (n,).
+        moments: After which it acts, (g,).
+    """
+    seen, of_number = np.unique(fit.pose_of_number, return_inverse=True)
+    basis = np.hstack([fit.at.Q, np.linalg.qr(fit.release)[0]])
+    right = np.column_stack([white, fit.at.white, basis[: len(white)]])
+    sums = group_sums(white[:, :, None] * right[:, None], of_number)
+    order = np.argsort(when[seen])
+    after = np.concatenate([np.cumsum(sums[order[::-1]], axis=0)[::-1], np.zeros((1, *sums.shape[1:]))])
+    after = after[np.searchsorted(when[seen][order], moments, side="right")]
+    a = white.shape[1]
+    whole, along, shared = after[:, :, :a], after[:, :, a], after[:, :, a + 1 :]
+    return _gains(along - shared @ (basis.T @ fit.at.r), whole, shared)
+
+
+def _gains(along: Array, whole: Array, shared: Array) -> Array:
+    """By how much columns lower chi-squared at most, by their products with the residuals and with each other, (g,).
+
+    Args:
+        along: Without what the parameters imitate, (g, a).
+        whole: With it, (g, a, a).
+        shared: Products with a basis of what the parameters can do, (g, a, d).
+    """
+    a = along.shape[1]
+    A = whole - shared @ np.swapaxes(shared, 1, 2)
+    squares, left = (np.trace(one, axis1=1, axis2=2)[:, None, None] / a for one in (whole, A))
+    A = A + (RIDGE * np.maximum(left, 0.0) + NEGLIGIBLE * squares + 1e-12) * np.eye(a)
+    return np.asarray(np.einsum("ga,ga->g", along, np.linalg.solve(A, along[..., None])[..., 0]))
+
+
+def fourier_sums(angle: Array, columns: Array, frequencies: Array) -> Array:
+    """Σ columns exp(i f angle) over angles (n,) and columns (n, v), for evenly spaced frequencies f (g,), (g, v).
+
+    By a fast transform of a grid over which each term is spread as a bell (Greengard, Lee 2004, Accelerating the
+    nonuniform fast Fourier transform).
+    """
+    g = len(frequencies)
+    size = 1 << int(2 * g - 1).bit_length()
+    cell, place = 2.0 * np.pi / size, (frequencies[1] - frequencies[0]) * angle[:, None]
+    near = np.round(place / cell).astype(np.int64) + np.arange(-SPREAD, SPREAD + 1)
+    width = np.pi * SPREAD / (size * (size - 0.5 * g))
+    bells = np.exp(-np.square(place - cell * near) / (4.0 * width))
+    starts = np.arange(len(near) + 1) * near.shape[1]
+    spread = csr_array((bells.ravel(), (near % size).ravel(), starts), shape=(len(near), size))
+    number = np.arange(g) - g // 2
+    sums = np.fft.ifft(spread.T @ (columns * np.exp(1j * frequencies[g // 2] * angle)[:, None]), axis=0)[number]
+    return np.asarray(np.sqrt(np.pi / width) * np.exp(width * number**2)[:, None] * sums)
