@@ -112,7 +112,7 @@ def _gains_of_waves(fit: Fit, wave: CandidateEffect, frequencies: Array, known: 
 
 def _gains_of_steps(fit: Fit, step: CandidateEffect, moments: Array, known: Columns) -> Array:
     white = known.by_effect(fit, step, np.array([[BEFORE_ALL]]))
-    return gains_of_steps(fit, white, fit.model.run.progress, moments)
+    return gains_of_steps(fit, white, fit.model.run.progress_of_all, moments)
 
 
 def typical_tests(fit: Fit, effects: Iterable[CandidateEffect]) -> list[ScoreTest]:
