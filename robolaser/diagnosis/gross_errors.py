@@ -1,4 +1,4 @@
-"""Rows that no model accounts for: gross errors of single points, or poses that are off as a whole."""
+"""Rows that no model accounts for: gross errors, poses that are off as a whole, a point that moved, a wrong distance."""
 
 from collections.abc import Sequence
 
@@ -8,8 +8,10 @@ from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import listed
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_SPREAD
 from robolaser.diagnosis.verdict import spread_of
+from robolaser.estimation.outliers import OUTLIER_SIGMA
 
 NAMED = 5
 """Poses that a sentence names; the rest are counted."""
@@ -30,6 +32,11 @@ def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
     return LIKELY if verdict == "unexplained" or _are_whole(dataset, rows) else 1.0
 
 
+def rows_sentence(final: Fit, verdict: str, dataset: Dataset, outliers: Ints) -> str:
+    """What is said of rows, and known distances, that do not agree with a model's others; may be empty."""
+    return _uneven(final, verdict) + _distance(final) + gross_sentence(dataset, outliers)
+
+
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:
     """What is said of rows that are far off; may be empty."""
     if not len(rows):
@@ -47,7 +54,7 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
     return f" {what}, listed and excluded."
 
 
-def uneven_sentence(final: Fit, verdict: str) -> str:
+def _uneven(final: Fit, verdict: str) -> str:
     """What is said of rows that hold most of the error and are too many to be left out; may be empty."""
     numbers = final.model.blocks.row_numbers
     white = final.at.white.reshape(len(numbers), -1)
@@ -59,6 +66,22 @@ def uneven_sentence(final: Fit, verdict: str) -> str:
     if shares.max() < CREDIBLE_MASS:
         return " A part of the rows holds most of the error: has something moved?"
     return f" Nearly all of the error is in the rows of point {names[shares.argmax()]}: has it moved?"
+
+
+def _distance(final: Fit) -> str:
+    """What is said of the known distance that is farthest from what the poses show; may be empty."""
+    distances = final.model.known_distances
+    if distances is None:
+        return ""
+    off_m = distances.residuals(final.model.at(final.x)[0])[0]
+    worst = int(np.abs(off_m).argmax())
+    if abs(off_m[worst]) < OUTLIER_SIGMA * distances.sigma_m:
+        return ""
+    ends = (names[worst][0].split(".")[-2] for names in (distances.first, distances.second))
+    return (
+        f" The known distance between {listed(list(ends))} is {millimetres(abs(off_m[worst]))}"
+        f" {'longer' if off_m[worst] > 0 else 'shorter'} than in the model: measure it again."
+    )
 
 
 def shortened(poses: Sequence[str]) -> str:

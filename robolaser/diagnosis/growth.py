@@ -14,7 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm, poses_beyond, with_poses_of
 from robolaser.diagnosis.cause_classes import reweighed_classes, reweighed_kinds
 from robolaser.diagnosis.further_poses import Followed, Weighed
-from robolaser.diagnosis.gross_errors import gross_sentence
+from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import sentence
 
@@ -79,7 +79,7 @@ def _updated(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
             found.where,
             found.gap,
             found.repeatability,
-            gross_sentence(found.dataset, found.outliers),
+            rows_sentence(final.fit, found.verdict, found.dataset, found.outliers),
             found.pose_scatter,
             found.hindrance,
         ),

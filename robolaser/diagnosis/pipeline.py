@@ -23,7 +23,7 @@ from robolaser.diagnosis.findings import (
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gravity_direction import with_gravity_turned
-from robolaser.diagnosis.gross_errors import gross_sentence, uneven_sentence
+from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.held_out_gap import HeldOut, is_lower
 from robolaser.diagnosis.held_parameters import with_parameters_free
 from robolaser.diagnosis.judgement import judged
@@ -139,12 +139,12 @@ def _examine(dataset: Dataset, kinds: list[type[Effect]], seed: int, progress: P
     errors = standard_errors(final, refits.score_tests(final), evidence)
     findings = findings_of(refits, nested, evidence, held_out, errors)
     repeatability = repeatability_of(final, noise)
-    gross = uneven_sentence(final, verdict) + gross_sentence(dataset, outliers)
+    odd = rows_sentence(final, verdict, dataset, outliers)
     moved = misread.shift if misread else len(preparation.belongs)
     return Diagnosis(
         dataset=dataset,
         verdict=verdict,
-        sentence=sentence(verdict, findings, classes, where, gap, repeatability, gross, scatter, hindrance)
+        sentence=sentence(verdict, findings, classes, where, gap, repeatability, odd, scatter, hindrance)
         + imitated_sentence(limits, classes)
         + exchanged_sentence(preparation.belongs, dataset.poses.names),
         gap=gap,

@@ -121,3 +121,12 @@ def test_the_gap_and_its_interval_are_of_the_rows_that_a_search_keeps(sound: Dat
     assert gap.after_m == pytest.approx(rms(held_out.errors(fewer)))
     assert gap.after_ci95_m[0] < gap.after_m < gap.after_ci95_m[1]
     assert gap.calibrated_m == preparation.calibration.held_out_rms_m != gap.after_m
+
+
+def test_a_known_distance_that_is_wrong_is_named() -> None:
+    made = simulate("ur5", kind="socket", poses=40, noise=Noise(joint_rad=5e-5, distance_m=2e-5), seed=1).dataset
+    (one, other, length), *rest = made.distances_m
+    found = examine(replace(made, distances_m=((one, other, length - 1e-3), *rest)), effects=[], seed=0)
+    assert f"The known distance between {one} and {other} is 0.9" in found.sentence
+    assert "mm shorter than in the model: measure it again." in found.sentence
+    assert "known distance" not in examine(made, effects=[], seed=0).sentence
