@@ -1,4 +1,4 @@
-"""Rows that no model accounts for: gross errors, poses that are off as a whole, a point that moved, a wrong distance."""
+"""Rows that no model accounts for: gross errors, poses off as a whole, a point that moved, a wrong distance."""
 
 from collections.abc import Sequence
 
