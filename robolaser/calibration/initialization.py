@@ -180,7 +180,7 @@ def _descended(model: Model, starts: Array) -> tuple[Array, int]:
     x, evaluations = descend_until_agreed(Problem.of(plain), starts[:, columns])
     both = np.stack([_with_effects_chosen(model, plain.effects, x), model.fix_gauge(starts[0])])
     ends = solve(Problem.of(model), both)
-    return ends.x[ends.best], evaluations + ends.evaluations
+    return ends.x[int(np.argmin(ends.cost))], evaluations + ends.evaluations
 
 
 def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:

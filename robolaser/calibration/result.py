@@ -14,11 +14,11 @@ from robolaser.errors import UsageError, near
 from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
-from robolaser.model.blocks.blocks import Blocks
+from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.model.stages import Perturbation
+from robolaser.model.sensors.in_cell import InCell
 from robolaser.parameters import Parameter, Values
 from robolaser.robot.kinematics import Robot
 
@@ -90,10 +90,14 @@ class Calibration:
     weighted: NoiseWeightedFit | None = None
 
     @cached_property
-    def solved(self) -> tuple[Blocks, Values, Perturbation]:
-        """The sensors, the parameters' values, and what effects do with these: what places stand in the cell."""
-        values = self.model.parameters.values(self.x[None])
-        return self.model.blocks, values, self.model.perturb(values)
+    def values(self) -> Values:
+        """The parameters by name, (1,) each."""
+        return self.model.parameters.values(self.x[None])
+
+    @cached_property
+    def in_cell(self) -> InCell:
+        """The sensors in the cell."""
+        return in_cell(self.model.blocks, self.values, self.model.perturb(self.values))
 
     @cached_property
     def objective_m2(self) -> float:
@@ -146,7 +150,7 @@ class Calibration:
         of_sensors = [errors for name, kind in blocks.kinds_of_rows.items() for errors in self._of_rows(name, *kind)]
         if known is None:
             return tuple(of_sensors)
-        apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
+        apart = known.residuals(self.values)[0]
         return *of_sensors, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
 
     def _of_rows(self, name: str, rows: Ints, unit: str, angles: int) -> Iterator[RowErrors]:

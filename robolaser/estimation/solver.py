@@ -46,18 +46,10 @@ class Solution:
 
     x: Array  # the parameters, (c, d)
     cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x
-    # by how much the best undamped step would lower the cost, (c,); at least by so much where it has not converged
-    to_go: Array
-    converged: Bools  # whether that is no more than the tolerance, or the rounding error, (c,)
-    iterations: Ints  # steps taken, (c,)
+    converged: Bools  # whether the best undamped step would lower it by no more than the tolerance, or rounding, (c,)
     evaluations: int  # residual vectors evaluated in all; a Jacobian counts as one for each parameter
     # derivatives of the residuals by each parameter over its scale, (c, d, K), where they are known
     slopes: Array | None = None
-
-    @property
-    def best(self) -> int:
-        """The candidate of lowest cost."""
-        return int(np.argmin(self.cost))
 
 
 def after(most: int) -> Callable[[Array, Bools, Ints], Bools]:
@@ -97,7 +89,7 @@ def solve(
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
         none = np.empty(0)
-        return Solution(starts, none, none, none > 0, none.astype(np.int64), 0)
+        return Solution(starts, none, none > 0, 0)
     numbers = max(1, problem.rows) * (len(problem.scale) + 1) * 3
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
@@ -109,11 +101,8 @@ def solve(
     ]
     if len(ends) == 1:
         return ends[0]
-    x, cost, to_go, converged, iterations = (
-        np.concatenate([getattr(end, name) for end in ends])
-        for name in ("x", "cost", "to_go", "converged", "iterations")
-    )
-    return Solution(x, cost, to_go, converged, iterations, sum(end.evaluations for end in ends))
+    x, cost, converged = (np.concatenate([getattr(end, name) for end in ends]) for name in ("x", "cost", "converged"))
+    return Solution(x, cost, converged, sum(end.evaluations for end in ends))
 
 
 class _Descents:
@@ -142,8 +131,7 @@ class _Descents:
         self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
         self._damping, self._growth = np.full(c, FIRST_DAMPING), np.full(c, 2.0)
         self._side = np.zeros((c, d), dtype=np.int64)
-        self._to_go, self._converged = np.full(c, np.inf), np.zeros(c, dtype=bool)
-        self._iterations = np.zeros(c, dtype=np.int64)
+        self._converged, self._iterations = np.zeros(c, dtype=bool), np.zeros(c, dtype=np.int64)
         self._promised, self._bent, self._chord = np.full(c, np.inf), np.zeros(c), np.zeros(c, dtype=bool)
         self._evaluations, self._curved = c, False
         batches = problem.batches
@@ -168,7 +156,7 @@ class _Descents:
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
         slopes = self._J[0] if len(self._J) == 1 and self._kept is None and not self._chord.any() else None
-        return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations, slopes)
+        return Solution(self._x, self._cost, self._converged, self._evaluations, slopes)
 
     def _of_batch(self, batch: int, x: Array, which: Ints) -> Array:
         """Residuals of a batch that count, (c, d) -> (c, K)."""
@@ -227,7 +215,6 @@ class _Descents:
         if len(near):
             undamped = np.full(len(near), LEAST_DAMPING)
             to_go[near] = _damped(A[near], undamped, g[near], room[0][near], room[1][near], side[near])[1]
-        self._to_go[active] = to_go
         self._converged[active] = (to_go <= enough) | ((predicted <= least) & (to_go <= np.sqrt(self._tol) * cost))
         going = (to_go > enough) & (predicted > least) & (damping <= MOST_DAMPING)
         chord = self._chord[active]
