@@ -84,12 +84,7 @@ def check_orientations(model: Model) -> None:
 
 
 def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:
-    """What a flange that turns about one axis at most leaves open.
-
-    Args:
-        model: Data and effects.
-        apart: Names of parameters that the data do not determine.
-    """
+    """What a flange that turns about one axis at most leaves open, of named parameters that data do not determine."""
     carried = [name for name in apart if name.startswith("hand_eye.")]
     if not carried:
         return []
@@ -133,10 +128,7 @@ def setup_limit_m(dataset: Dataset) -> float:
 def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
     """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that.
 
-    Args:
-        model: Data and effects.
-        on_bound: Parameters that ended on one of their bounds, (d,).
-        rms_m: Root-mean-square error of the fitted points.
+    By the parameters that ended on a bound (d,), and the root-mean-square error of the fitted points.
     """
     given = np.array([item.given for item in model.parameters.items])
     ended = int(on_bound[given].sum())

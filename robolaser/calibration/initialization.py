@@ -52,14 +52,7 @@ class Start:
 def find_start(
     model: Model, plan: Plan, *, state: Path | None = None, resume: bool = False, progress: Progress | None = None
 ) -> Start:
-    """Run the search that the plan names.
-
-    Args:
-        model: The whole model.
-        plan: Its options.
-        state: A folder for checkpoints of the search.
-        resume: Continue from the checkpoint in `state`.
-        progress: Called with the current step and its finished share.
+    """Run the search that the plan names; arguments as those of `calibrate`.
 
     Raises:
         EstimationError: All candidates lie at poles; it names joints that seem to be misread.
@@ -184,11 +177,7 @@ def _descended(model: Model, starts: Array) -> tuple[Array, int]:
 
 
 def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
-    """Descend from members, best first, until enough of them agree on the lowest optimum, or all have been tried.
-
-    Args:
-        problem: What to minimise.
-        starts: (k, d); some may lie at poles.
+    """Descend from members (k, d), best first, until enough agree on the lowest optimum, or all have been tried.
 
     Returns:
         The best optimum (d,), and the candidates evaluated.
@@ -212,12 +201,9 @@ def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
 def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
     """Where a fit may start beside the nominal values, and what to say where the data set's bounds exclude that.
 
-    Args:
-        model: Its sensor finds parameters in closed form, of which the data set may give some.
-
     Returns:
-        The parameters (d,) within the bounds, where the data set gives others; and a sentence for each placement that
-        lies beyond them.
+        What closed forms find, (d,), within the bounds, where the data set gives others; and a sentence for each
+        placement that lies beyond them.
     """
     items, derived = model.parameters.items, model.blocks.derived
     stated = {item.name: item for item in items if item.name in derived and item.given and not item.fixed}

@@ -50,13 +50,10 @@ class Misread:
 
 
 def misread(model: Model, rms_m: float) -> Misread | None:
-    """What seems to be read wrongly; None where the error is no sign of it, or nothing explains it.
+    """What seems to be read wrongly; None where the error of fitted points is no sign of it, or nothing explains it.
 
-    Each hypothesis is fitted to some rows from its own start values, in a few steps.
-
-    Args:
-        model: Data and effects.
-        rms_m: Root-mean-square error of the fitted points; infinite where there is no fit.
+    Each hypothesis is fitted to some rows from its own start values, in a few steps. Without any fit, the error is
+    infinite.
     """
     return None if rms_m < OTHER_ARM_RMS_M else _tried(model, in_every_way=rms_m >= SETUP_RMS_M)
 
@@ -124,9 +121,6 @@ def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
 
     The first third of the poses is fitted as it is read, and the last third where it then belongs: one of the two is
     on one side of the slip. By either fit the slip is where it makes the errors of all poses smallest.
-
-    Args:
-        dataset: With poses in the order in which they were measured.
     """
     poses = np.unique(dataset.points.pose)
     if len(poses) < 3 * FEWEST_POSES or _names_differ(dataset, poses) or dataset.sessions is not None:

@@ -111,11 +111,7 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
 def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | None = None) -> Dataset:
     """Rows, from those of a first pose on, at the pose that is so many after theirs; without those that have none.
 
-    Args:
-        dataset: Of which.
-        shift: By how many poses.
-        first: The first pose whose rows move.
-        of: Numbers of the rows that may move; None: all.
+    Only rows with the numbers `of` move; None: all.
     """
     points = dataset.points
     moves = points.pose >= first
@@ -187,8 +183,7 @@ def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, A
 def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
     """What points of some poses are called, and should be: those on one rigid body keep their distances.
 
-    Args:
-        dataset: With points that a tracker measured; nothing is said of others, nor where distances are alike.
+    Nothing is said of points that no tracker measured, nor where distances are alike.
     """
     points = dataset.points
     names = list(dict.fromkeys(points.names))

@@ -59,7 +59,7 @@ class Calibration:
         noise: Standard deviation of each source of noise, stated or estimated.
         history: The progress of the global search; None without one.
         evaluations: Candidates evaluated in all.
-        seconds: Time taken.
+        seconds: Time taken, where it was measured.
         warnings: Warnings for the user.
         unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
         fitted: The model of the rows that were fitted; None where these are all.
@@ -83,8 +83,8 @@ class Calibration:
     noise: Mapping[str, float]
     history: History | None
     evaluations: int
-    seconds: float
     warnings: tuple[str, ...]
+    seconds: float = 0.0
     unseen: FoldFits | None = None
     fitted: Model | None = None
     weighted: NoiseWeightedFit | None = None

@@ -199,8 +199,7 @@ class Fit:
         unit, or of a series' further terms.
         """
         kind, problem, near = candidate_effect.effect, self.problem, TOUCH * self.problem.scale
-        on_bound = (self.x <= problem.lower + near) | (self.x >= problem.upper - near)
-        amplitudes = {one.name: on_bound for one in kind.amplitudes()[:FULLY_PENALIZED]}
+        amplitudes = {one.name: np.logical_or(*self.at.touching) for one in kind.amplitudes()[:FULLY_PENALIZED]}
         sizes = amplitudes | {one.name: self.at.pushed for one in kind.nonlinear_parameters() if one.unit}
         for item in candidate_effect.parameters.items:
             at, beyond = problem.parameters.names.index(item.name), sizes.get(item.name.rpartition(".")[2])

@@ -67,11 +67,8 @@ def assign_folds(model: Model, seed: int) -> Folds | None:
     """Assign rows to folds, whole poses always; None where there are too few poses.
 
     Poses of equal configuration share a fold. Where the sensor holds out more than poses together (sockets: whole
-    sockets, with those at known distances from them), so does this, and a remark says where it cannot.
-
-    Args:
-        model: Data and sensor.
-        seed: Shuffles the poses.
+    sockets, with those at known distances from them), so does this, and a remark says where it cannot. The seed
+    shuffles the poses.
     """
     dataset = model.dataset
     of_pose, groups = dataset.points.pose, model.blocks.held_out_groups
@@ -122,14 +119,8 @@ class FoldFits:
 def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
-    Each fit starts from the parameters that all rows gave. Large data are fitted on a sample of their rows that has
-    the gradient of all of them.
-
-    Args:
-        problem: What was minimised.
-        x: Its optimum, (d,).
-        folds: Which rows are held out together.
-        enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
+    Each fit starts from the problem's optimum x (d,), and may end above its own by a cost that is `enough`, see
+    `solve`. Large data are fitted on a sample of their rows that has the gradient of all of them.
     """
     sample = sampled(problem, SAMPLE)
     if sample is None:

@@ -10,13 +10,9 @@ from robolaser.robot.kinematics import Robot
 
 
 def corrected_robot(model: Model, x: Array) -> Robot | None:
-    """The data set's arm as it is; None without one, and the arm itself where no effect changes its URDF.
+    """The data set's arm as it is at x (d,); None without one, and the arm itself where no effect changes its URDF.
 
     Offsets move a joint's zero: its limits then count from the new one.
-
-    Args:
-        model: The data set and the effects.
-        x: The parameters in the order of `model.parameters`, (d,).
     """
     robot, values = model.dataset.robot, model.parameters.values(x[None])
     written = tuple(one.at(values) for one in model.effects if one.effect.in_urdf)

@@ -115,28 +115,25 @@ class Model:
     def _robot_bends(self) -> bool:
         return any(candidate_effect.effect.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
 
-    def flange(self, values: Values, perturb: Perturbation | None = None, q: Array | None = None) -> Array:
-        """T_base_flange at every pose, (c or 1, n, 4, 4); with its derivatives where values carry some.
-
-        Args:
-            values: By name, (c,) each.
-            perturb: The effects with these values.
-            q: Joint values in the place of those read, (c or 1, n, j).
-        """
-        return self._placed(values, perturb or self.perturb(values), q, None)
-
-    def seen_flange(self, values: Values, perturb: Perturbation | None = None, q: Array | None = None) -> Array:
-        """The same by the nominal arm where the poses have no points: no residual needs these."""
-        return self._placed(values, perturb or self.perturb(values), q, self._seen)
-
     @cached_property
     def _seen(self) -> Ints | None:
         """Poses with points; None where all have some."""
         seen = np.unique(self.dataset.points.pose)
         return None if len(seen) == len(self.dataset.poses) else seen
 
-    def _placed(self, values: Values, perturb: Perturbation, q: Array | None, seen: Ints | None) -> Array:
-        poses, robot = self.dataset.poses, self.dataset.robot
+    def flange(
+        self, values: Values, perturb: Perturbation | None = None, q: Array | None = None, *, only_seen: bool = False
+    ) -> Array:
+        """T_base_flange at every pose, (c or 1, n, 4, 4); with its derivatives where values carry some.
+
+        Args:
+            values: By name, (c,) each.
+            perturb: The effects with these values.
+            q: Joint values in the place of those read, (c or 1, n, j).
+            only_seen: Whether the nominal arm will do where poses have no points: no residual needs these.
+        """
+        perturb = perturb or self.perturb(values)
+        poses, robot, seen = self.dataset.poses, self.dataset.robot, self._seen if only_seen else None
         if robot is None or poses.q is None or (q is None and not self._robot_bends):
             return perturb(Stage.FLANGE, self._nominal_flange)
         q, placements = perturb(Stage.JOINTS, poses.q[None] if q is None else q), robot.placements[None, None]
@@ -168,7 +165,7 @@ class Model:
     def residuals_at(self, values: Values) -> Array:
         """The same for values by name, (c,) each, all candidates at once."""
         perturb = self.perturb(values)
-        return self.blocks.residuals(values, self.seen_flange(values, perturb), perturb)
+        return self.blocks.residuals(values, self.flange(values, perturb, only_seen=True), perturb)
 
     @cached_property
     def known_distances(self) -> KnownDistances | None:
@@ -226,4 +223,4 @@ class Model:
 
     def _squares(self, values: Values) -> Array:
         perturb = self.perturb(values)
-        return self.blocks.squares(values, self.seen_flange(values, perturb), perturb)
+        return self.blocks.squares(values, self.flange(values, perturb, only_seen=True), perturb)

@@ -141,13 +141,7 @@ class Blocks:
         return block.unscaled(residuals if block.is_whole else residuals[..., rows, :])
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Measured or known less predicted, (c, m, k) [`unit`]; not finite at the model's poles.
-
-        Args:
-            values: All parameters, (c,) each.
-            T_base_flange: (c or 1, n, 4, 4).
-            perturb: The effects of the model.
-        """
+        """Measured or known less predicted, (c, m, k) [`unit`]; arguments as those of `Sensor.residuals`."""
         at = values, T_base_flange, perturb
         return self.together([block.scaled(block.sensor.residuals(*block.at(*at))) for block in self])
 

@@ -51,13 +51,9 @@ class RunSummary:
 
 
 def continued(summary: RunSummary | None, dataset: Dataset) -> Run:
-    """Another data set as a later part of a run.
+    """Another data set as a later part of a run, of which nothing may be known.
 
     All its poses count as taken at the end of that run, warmed up; where both have temperatures, these say how warm.
-
-    Args:
-        summary: The run; None where nothing is known of it.
-        dataset: The other data set.
     """
     n = len(dataset.poses)
     low, high = (0.0, 0.0) if summary is None or summary.temperature_c is None else summary.temperature_c

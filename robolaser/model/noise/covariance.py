@@ -84,7 +84,7 @@ class NoiseModel:
 
         In units of what is there without them; empty where there are none.
         """
-        return np.zeros(0) if self._of_poses is None else self._of_poses.variances.reshape(-1)
+        return np.zeros(0) if self._of_poses is None else self._of_poses.spectrum[0].reshape(-1)
 
     def scatter_squares(self, white: Array) -> Array:
         """Squares of whitened residuals (m k,) along the same directions, (n q,)."""

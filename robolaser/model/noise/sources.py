@@ -72,5 +72,6 @@ def _joint_effect(model: Model, values: Values, perturb: Perturbation) -> Array:
     for number, joint in enumerate(robot.chain):
         slopes[number, ..., joint] = 1.0
     moving = cast("Array", Dual(q[None], slopes, tuple(range(len(robot.chain)))))
-    moved: Any = model.blocks.residuals(values, model.seen_flange(values, perturb, moving), perturb)
+    flange = model.flange(values, perturb, moving, only_seen=True)
+    moved: Any = model.blocks.residuals(values, flange, perturb)
     return np.moveaxis(moved.slopes[:, 0], 0, -1)

@@ -172,14 +172,10 @@ class Profile(Sensor):
 
 
 def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
-    """Circles through points, by linear least squares (Kåsa 1976).
-
-    Args:
-        points: (m, 2) [m].
-        group: Of each point, (m,), each from 0 on.
+    """Circles through groups of points (m, 2) [m], by linear least squares (Kåsa 1976).
 
     Returns:
-        Centres (g, 2) and radii (g,) [m], and which groups have points enough.
+        Centres (g, 2) and radii (g,) [m], and which groups, numbered from 0, have points enough.
     """
     counts = np.bincount(group)
     mean = group_sums(points, group) / counts[:, None]

@@ -204,13 +204,8 @@ def board_errors(board: Board, points: Points, T_base_target: Array, m_per_px: A
 
     Where rows come from images of a board, a homography through its corners says where on the board each pixel lies.
     It errs as the corners do, alike for all rows: without this source the rows, being many, would seem to know the
-    board's place from each pose better than its corners do.
-
-    Args:
-        board: Its corners.
-        points: The rows, in the board's frame.
-        T_base_target: The board's frame.
-        m_per_px: What a pixel sees where each row is, (m,).
+    board's place from each pose better than its corners do. Points are in the board's frame; `m_per_px` is what a
+    pixel sees where each row is, (m,).
     """
     last = np.array([board.columns - 1, board.rows - 1])
     steps = [np.arange(end + 1) - end / 2 for end in last]
