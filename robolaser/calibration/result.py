@@ -15,7 +15,6 @@ from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
 from robolaser.model.blocks.cell_frames import in_cell
-from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import InCell
@@ -126,7 +125,7 @@ class Calibration:
         With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
         not in it. None for a data set of measured flange poses.
         """
-        return corrected_robot(self.model, self.x)
+        return self.model.robot_at(self.x)
 
     @cached_property
     def rms_m(self) -> float:

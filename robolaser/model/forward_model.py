@@ -17,6 +17,7 @@ from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
+from robolaser.robot.kinematics import Robot
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -214,6 +215,19 @@ class Model:
         """The same model, as far as any data can tell, with what the gauge holds at its nominal value, (d,)."""
         values = self.blocks.fix_gauge(self.parameters.values(x[None]))
         return np.array([values[name][0] for name in self.parameters.names])
+
+    def robot_at(self, x: Array) -> Robot | None:
+        """The arm as it is at x (d,); None without one, and the arm itself where no effect changes its URDF.
+
+        Offsets move a joint's zero: its limits then count from the new one.
+        """
+        robot, values = self.dataset.robot, self.parameters.values(x[None])
+        written = tuple(one.at(values) for one in self.effects if one.effect.in_urdf)
+        if robot is None or not written:
+            return robot
+        perturb = perturb_with(written, self.run)
+        offset = perturb(Stage.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
+        return robot.with_placements(perturb(Stage.LINKS, robot.placements[None, None])[0, 0], offset)
 
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""

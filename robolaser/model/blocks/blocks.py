@@ -9,11 +9,12 @@ from typing import Any, TypeVar, cast, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
 from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.model.blocks.block import Block, blocks_of
+from robolaser.model.sensors.new_poses import Seen
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
@@ -205,12 +206,8 @@ class Blocks:
         parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
-        """What would be measured at other poses (p, 4, 4), things as in the last session; None where one cannot tell.
-
-        Returns:
-            Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
-        """
+    def seen_from(self, values: Values, T_base_flange: Array) -> Seen:
+        """What would be measured at other poses (p, 4, 4), see `NewPoses`, things as in the last session."""
         last = [of_sensor[-1] for of_sensor in self.by_sensor]
         each = [one.sensor.new_poses.seen_from(one.values(values), T_base_flange) for one in last]
         seen = [one for one in each if one is not None]

@@ -40,11 +40,7 @@ class CameraStart:
         self._image_px = image_px
 
     def initialize(self, values: Values, T_base_flange: Array) -> Values:
-        """All parameters of the camera that are not among the values, (c,) each.
-
-        Args:
-            values: What is known, (c,) each.
-            T_base_flange: (c or 1, n, 4, 4).
+        """All parameters of the camera, (c,) each: those of the values, else by the flange, (c or 1, n, 4, 4).
 
         Raises:
             EstimationError: The images or the flange's poses do not tell them.
