@@ -33,24 +33,7 @@ def calibrate(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """Estimate the parameters of a data set's sensor, and of effects added to the model.
-
-    Args:
-        dataset: The measurements, with the nominal values.
-        plan: The options; the defaults when absent.
-        state: A folder for checkpoints of the search.
-        resume: Continue from the checkpoint in `state`.
-        progress: Called with the current step and its finished share.
-
-    Raises:
-        EstimationError, DataError: The data are insufficient for a calibration.
-        EffectError, UsageError: An effect, location or algorithm is unknown.
-
-    Examples:
-        >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
-        >>> found.rms_m < 0.001
-        True
-    """
+    """As `robolaser.calibrate`; the search leaves checkpoints in the folder `state`, and may resume from one there."""
     began = time.perf_counter()
     plan = plan or Plan()
     # matrices are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has to

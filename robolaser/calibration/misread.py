@@ -24,7 +24,7 @@ from robolaser.data.subsampling import evenly, rows_of_each, subsampled
 from robolaser.errors import RobolaserError
 from robolaser.estimation.multistart import SEARCH_POINTS
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import after, solve
+from robolaser.estimation.solver import solve
 from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 
@@ -111,7 +111,7 @@ def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
     try:
         model = Model(dataset)
         start = model.fix_gauge(model.parameters.nominal)
-        return model, solve(Problem.of(model), start[None], tol=COARSE, hopeless=after(STEPS)).x[0]
+        return model, solve(Problem.of(model), start[None], tol=COARSE, most_steps=STEPS).x[0]
     except (RobolaserError, np.linalg.LinAlgError):
         return None
 

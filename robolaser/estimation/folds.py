@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
-from robolaser.estimation.solver import after, solve
+from robolaser.estimation.solver import MOST_STEPS, solve
 from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model
 
@@ -19,7 +19,7 @@ ALIKE = 1e-4  # [rad, m] Configurations that differ by less are copies of each o
 TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
 SAMPLE = 10_000  # rows on which these fits of large data are made
-MOST_STEPS = 8
+FEW_STEPS = 8
 """Of a fit without one fold that need not be exact: beyond, it follows a valley that the others hardly see. On held-out
 poses of a tracked arm 2, 4, 8 and 30 steps gave 0.448, 0.448, 0.454 and 0.455 mm, of a real scanner 20, 50 and 644
 steps 0.460, 0.466 and 0.463 mm."""
@@ -142,7 +142,7 @@ def _fits(problem: Problem, x: Array, folds: Folds, enough: float) -> tuple[Arra
         kept=kept,
         tol=TOLERANCE,
         enough=max(enough, TOLERANCE * float(problem.costs(x[None])[0])),
-        hopeless=after(MOST_STEPS) if enough else None,
+        most_steps=FEW_STEPS if enough else MOST_STEPS,
         close=enough > 0.0,
     )
     return end.x, end.evaluations

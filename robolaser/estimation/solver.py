@@ -52,11 +52,6 @@ class Solution:
     slopes: Array | None = None
 
 
-def after(most: int) -> Callable[[Array, Bools, Ints], Bools]:
-    """Gives candidates up after so many steps, for `solve`."""
-    return lambda cost, converged, steps: np.asarray(steps >= most)
-
-
 def solve(
     problem: Problem,
     starts: Array,
@@ -64,6 +59,7 @@ def solve(
     kept: Bools | None = None,
     tol: float = TOLERANCE,
     enough: float = 0.0,
+    most_steps: int = MOST_STEPS,
     hopeless: Callable[[Array, Bools, Ints], Bools] | None = None,
     slopes: Array | None = None,
     rival: float = np.inf,
@@ -79,6 +75,7 @@ def solve(
         kept: Rows that count, for each candidate, (c, m); all when absent.
         tol: Share of the cost, see above.
         enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
+        most_steps: After which a candidate is given up.
         hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
             all that are solved together, (c,) each.
         slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
@@ -95,7 +92,7 @@ def solve(
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
         _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival, close=close).run(
-            hopeless, slopes
+            most_steps, hopeless, slopes
         )
         for part in parts
     ]
@@ -140,7 +137,9 @@ class _Descents:
         self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if keeps else []
         self._cost = self._costs(x, self._r)
 
-    def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
+    def run(
+        self, most_steps: int, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None
+    ) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
         near = slopes is not None and len(self._J) == 1 and self._kept is None
@@ -152,7 +151,7 @@ class _Descents:
             if not len(active):
                 break
             active = self._advance(active)
-            active = active[self._iterations[active] < MOST_STEPS]
+            active = active[self._iterations[active] < most_steps]
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
         slopes = self._J[0] if len(self._J) == 1 and self._kept is None and not self._chord.any() else None
