@@ -9,7 +9,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
-from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns
+from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns, undetermined_reason
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
@@ -74,13 +74,15 @@ def different_poses(dataset: Dataset, most: int) -> int:
 
 
 def check_orientations(model: Model) -> None:
-    """Check that the flange turns as much as its sensor needs.
+    """Check that the flange turns as much as one of the blocks needs: the others share with it.
 
     Raises:
         EstimationError: It does not.
     """
-    if reason := model.blocks.undetermined(model.dataset.flange()):
-        raise EstimationError(reason)
+    T, needy = model.dataset.flange(), [block.sensor for block in model.blocks if block.sensor.parameters.two_axes]
+    reasons = [undetermined_reason(T[np.unique(sensor.dataset.points.pose)]) for sensor in needy]
+    if len(needy) == len(model.blocks) and all(reasons):
+        raise EstimationError(reasons[0])
 
 
 def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:

@@ -11,7 +11,7 @@ from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_name
 from robolaser.arrays import Array, Progress
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.pymoo_search import Found, History, search
+from robolaser.calibration.pymoo_search import History, search
 from robolaser.data.fingerprint import fingerprint
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, check_bounds, multistart, subsampled
@@ -81,12 +81,13 @@ def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: 
     if algorithm == SCREENING:
         return _multistart(model, plan.seed, tell)
     thin = subsampled(model)
-    found, members = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
-    if not plan.polish:
-        return Start(algorithm, members[0], found.evaluations, history=found.history)
-    tell("fitting", 0.0)
-    x, evaluations = _descended(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
-    return Start(algorithm, x, found.evaluations + evaluations, history=found.history)
+    members, history = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
+    x, evaluations = members[0], int(history.evaluations[-1])
+    if plan.polish:
+        tell("fitting", 0.0)
+        x, more = _descended(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
+        evaluations += more
+    return Start(algorithm, x, evaluations, history=history)
 
 
 def _downhill(model: Model, plan: Plan) -> Start:
@@ -139,14 +140,14 @@ def _with_effects_chosen(model: Model, effects: tuple[CandidateEffect, ...], x: 
 
 def _searched(
     thin: Model, algorithm: str, plan: Plan, *, state: Path | None, resume: bool, progress: Progress
-) -> tuple[Found, Array]:
+) -> tuple[Array, History]:
     """Search globally; candidates come back as those of the whole model, best first."""
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
     from robolaser.problems import ReducedCalibration  # noqa: PLC0415
 
     problem = ReducedCalibration(thin)
     with seeded(plan.seed):
-        found = search(
+        candidates, history = search(
             problem,
             algorithm_named(algorithm),
             generations=plan.generations,
@@ -156,7 +157,7 @@ def _searched(
             fingerprint=fingerprint(thin.dataset, plan),
             progress=progress,
         )
-    return found, problem.completed(found.candidates)
+    return problem.completed(candidates), history
 
 
 def _descended(model: Model, starts: Array) -> tuple[Array, int]:

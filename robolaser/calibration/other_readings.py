@@ -202,7 +202,8 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
     usual = np.median(apart[whole], axis=0)
     off = np.abs(apart - usual).max(axis=(1, 2))
     enough = max(FAR_APART * float(np.median(off[whole])), LEAST_M)
-    if enough > _least_between(usual):
+    # how far two distances of the body differ at least: where some are alike, an exchange changes nothing
+    if enough > float(np.diff(np.sort(usual[np.triu_indices(len(usual), 1)])).min()):
         return {}
     orders = [list(order) for order in permutations(range(len(names)))]
     found: dict[int, Mapping[str, str]] = {}
@@ -212,12 +213,6 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
             order = orders[int(np.argmin(misfits))]
             found[at] = {names[was]: names[i] for i, was in enumerate(order) if was != i}
     return found
-
-
-def _least_between(usual: Array) -> float:
-    """How far two distances of a body differ at least [m]: where some are alike, an exchange changes nothing."""
-    distances = np.sort(usual[np.triu_indices(len(usual), 1)])
-    return float(np.diff(distances).min())
 
 
 def with_names(dataset: Dataset, names: Mapping[int, Mapping[str, str]]) -> Dataset:

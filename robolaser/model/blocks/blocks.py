@@ -12,7 +12,6 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
-from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.model.blocks.block import Block, blocks_of
 from robolaser.model.sensors.new_poses import Seen
 from robolaser.model.sensors.sensor import Sensor
@@ -106,11 +105,6 @@ class Blocks:
         """Whether one of the sensors has."""
         return any(block.sensor.has_laser_plane() for block in self)
 
-    @property
-    def has_tracker(self) -> bool:
-        """Whether one of the sensors is one: a measurement may err by a motion of a whole pose."""
-        return any(block.sensor.format.tracker for block in self)
-
     @cached_property
     def numbers(self) -> int:
         """Numbers of a row of residuals: those of the widest sensor's."""
@@ -157,14 +151,10 @@ class Blocks:
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What residuals (c, m, k) mean at the point, (c, m, j) [m]."""
         at = values, T_base_flange, perturb
+        own = [block.unscaled(residuals if block.is_whole else residuals[..., block.rows, :]) for block in self]
         return self.together(
-            [block.sensor.in_metres(block.unscaled(self.of_block(residuals, block)), *block.at(*at)) for block in self]
+            [block.sensor.in_metres(rows, *block.at(*at)) for block, rows in zip(self, own, strict=True)]
         )
-
-    @staticmethod
-    def of_block(rows: Array, block: Block) -> Array:
-        """The rows of one block, (..., m, k) -> (..., its rows, k)."""
-        return rows if block.is_whole else rows[..., block.rows, :]
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
@@ -223,16 +213,6 @@ class Blocks:
         """Places on the flange, (a, 3), and where each must come for the only sensor to see something; None: any."""
         last = self.one_sensor[-1:]
         return last[0].sensor.new_poses.aims(last[0].values(values), T_base_flange) if last else None
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""
-        reasons = [
-            undetermined_reason(T_base_flange[np.unique(sensor.dataset.points.pose)])
-            if (sensor := block.sensor).parameters.two_axes
-            else ""
-            for block in self
-        ]
-        return reasons[0] if all(reasons) else ""
 
     @property
     def description(self) -> dict[str, Any]:

@@ -71,7 +71,10 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
     derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.derived))
     given = {name: known[name] for name in free + derived if name in known}
     if any(name not in given for name in free):
-        _check_closed_form(blocks, given)
+        for block in blocks:
+            missing = [name for name in block.sensor.parameters.free if block.named[name] not in given]
+            if missing and not block.sensor.parameters.closed_form:
+                raise not_given(block.sensor.format, missing)
         values = {name: np.array([item.nominal]) for name, item in given.items()}
         started = _initialized(blocks, values, T_base_flange, Perturbation()) | values
         given = _around(blocks, {name: float(value[0]) for name, value in started.items()}) | given
@@ -83,15 +86,6 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
         at = {name: float(found[name][0]) for name in derived if name not in given}
         given = _around(blocks, {name: item.nominal for name, item in given.items()} | at) | given
     return given
-
-
-def _check_closed_form(blocks: Sequence[Block], given: Mapping[str, Parameter]) -> None:
-    """See that free parameters that nobody gives can be found."""
-    for block in blocks:
-        sensor, own = block.sensor, block.values(given)
-        missing = [name for name in sensor.parameters.free if name not in own]
-        if missing and not sensor.parameters.closed_form:
-            raise not_given(sensor.format, missing)
 
 
 def _around(blocks: Sequence[Block], values: Mapping[str, float]) -> dict[str, Parameter]:

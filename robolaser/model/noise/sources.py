@@ -44,7 +44,7 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
         effect = _joint_effect(model, at[0], at[2])
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.reading_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
-    if blocks.has_tracker and has_joints:
+    if has_joints and any(block.sensor.format.tracker for block in blocks):
         whole = "probe"
         wanted = shared or all(source.stated is not None for source in rows)
     else:
