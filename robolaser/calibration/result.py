@@ -243,7 +243,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "unidentifiable": [{"parameters": list(u.parameters), "reason": u.reason} for u in calibration.unidentifiable],
         "model": description,
         "effects": _effect_entries(calibration),
-        "run": RunSummary.of(dataset).as_json(),
+        "run": asdict(RunSummary.of(dataset)),
         "objective_m2": calibration.objective_m2 if model.blocks.unit == "m" else None,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),
