@@ -189,8 +189,7 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
     names = list(dict.fromkeys(points.names))
     if points.xyz is None or points.pixel is not None or not 2 < len(names) <= MOST_NAMES or points.columns:
         return {}
-    number = np.array([names.index(name) for name in points.names])
-    cells = points.pose * len(names) + number
+    cells = points.pose * len(names) + points.number
     size = len(dataset.poses) * len(names)
     count = np.bincount(cells, minlength=size)
     sums = np.stack([np.bincount(cells, axis, minlength=size) for axis in points.xyz.T], axis=-1)

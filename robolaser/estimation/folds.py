@@ -32,6 +32,10 @@ DIVIDED = (
     "Known distances connect all sockets, so that none can be held out with all those connected to it: each is held out"
     " alone or with its nearest neighbour, and {} known distances lead from sockets that are held out to others."
 )
+COPIES = (
+    "{} poses repeat the configuration of another pose. They are held out together with it, since a pose says nothing"
+    " about how well its own copy is predicted."
+)
 
 
 @final
@@ -42,49 +46,38 @@ class Folds:
     of_row: Ints  # number of each row's fold, (m,)
     # whether folds are the sensor's groups of rows: whatever only these rows locate is located from them
     whole: bool = False
-    copies: int = 0  # how many poses repeat another pose's configuration
-    remark: str = ""  # why rows are not held out as they should be
+    warnings: tuple[str, ...] = ()  # why rows are not held out as they should be, and which poses are copies
 
     @property
     def count(self) -> int:
         """How many folds there are."""
         return int(self.of_row.max()) + 1
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What the user should know."""
-        remarks = (self.remark,) if self.remark else ()
-        if not self.copies:
-            return remarks
-        return (
-            *remarks,
-            f"{self.copies} poses repeat the configuration of another pose. They are held out together with it, since "
-            "a pose says nothing about how well its own copy is predicted.",
-        )
-
 
 def assign_folds(model: Model, seed: int) -> Folds | None:
     """Assign rows to folds, whole poses always; None where there are too few poses.
 
     Poses of equal configuration share a fold. Where the sensor holds out more than poses together (sockets: whole
-    sockets, with those at known distances from them), so does this, and a remark says where it cannot. The seed
+    sockets, with those at known distances from them), so does this, and a warning says where it cannot. The seed
     shuffles the poses.
     """
     dataset = model.dataset
     of_pose, groups = dataset.points.pose, model.blocks.held_out_groups
     if groups is not None and groups.max() > 0:
-        return Folds(groups % FOLDS, whole=True, remark=_divided(dataset, groups))
+        return Folds(groups % FOLDS, whole=True, warnings=_divided(dataset, groups))
     number, copies = _configurations(dataset)
     seen = np.unique(number[np.unique(of_pose)])
     if len(seen) < FEWEST:
         return None
     fold = np.full(len(dataset.poses), -1, dtype=np.int64)
     fold[np.random.default_rng(seed).permutation(seen)] = np.arange(len(seen)) % min(FOLDS, len(seen))
-    return Folds(fold[number[of_pose]], copies=copies, remark="" if groups is None else ONE_GROUP)
+    warnings = [] if groups is None else [ONE_GROUP]
+    warnings += [COPIES.format(copies)] if copies else []
+    return Folds(fold[number[of_pose]], warnings=tuple(warnings))
 
 
-def _divided(dataset: Dataset, groups: Ints) -> str:
-    """What to know where points at a known distance from each other are held out apart; "" where none are."""
+def _divided(dataset: Dataset, groups: Ints) -> tuple[str, ...]:
+    """What to know where points at a known distance from each other are held out apart."""
     session = dataset.session_of_pose[dataset.points.pose].tolist()
     group = dict(zip(zip(session, dataset.points.names, strict=True), groups.tolist(), strict=True))
     apart = sum(
@@ -92,7 +85,7 @@ def _divided(dataset: Dataset, groups: Ints) -> str:
         for one in set(session)
         for pair in dataset.distances_m
     )
-    return DIVIDED.format(apart) if apart else ""
+    return (DIVIDED.format(apart),) if apart else ()
 
 
 def _configurations(dataset: Dataset) -> tuple[Ints, int]:

@@ -15,6 +15,7 @@ from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, conden
 from robolaser.model.noise.reml import estimate, restricted
 from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -103,7 +104,7 @@ class TestOnABoard:
         T_base_flange = model.flange(values, perturb)
         T_flange_camera = model.blocks.sensor.in_cell(values, perturb).mount
         centre = (T_base_flange @ T_flange_camera)[0, self.cell.dataset.points.pose, :3, 3]
-        ray = model.blocks.sensor.in_base(values, T_base_flange, perturb)[0] - centre
+        ray = scanner_geometry.in_base(model.blocks.sensor.dataset, values, T_base_flange, perturb)[0] - centre
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
         effect = self.effect(self.cell)
         across = effect - ray[..., None] * np.einsum("mk,mkq->mq", ray, effect)[:, None]

@@ -60,10 +60,6 @@ class Stripe(Sensor):
     )  # fmt: skip
     stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
 
-    def __init__(self, dataset: Dataset) -> None:
-        super().__init__(dataset)
-        self._pixel = dataset.points["pixel"][None]
-
     @cached_property
     def parameters(self) -> SensorParameters:
         """The paper's fourteen, the focal length fixed, and T_base_target where the target is not placed."""
@@ -92,14 +88,6 @@ class Stripe(Sensor):
             mount=scanner_geometry.mount(self.dataset, values, perturb),
             camera=scanner_geometry.camera_view(values, perturb),
         )
-
-    def in_camera(self, values: Values, perturb: Perturbation) -> Array:
-        """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return scanner_geometry.in_camera(self._pixel, values, perturb, self.dataset.stripe_axis)
-
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """The same in the base frame."""
-        return scanner_geometry.in_base(self.dataset, values, T_base_flange, perturb)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """T_base_target by a rigid fit.
@@ -133,14 +121,17 @@ class Stripe(Sensor):
             ),
         ]
         if self.dataset.board and not self.dataset.placed:
-            away = np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1)
+            pixel = points["pixel"][None]
+            seen = scanner_geometry.in_camera(pixel, values, perturb, self.dataset.stripe_axis)[0]
+            away = np.linalg.norm(seen, axis=-1)
             m_per_px = away * values["s_u"][0] / values["f"][0]
             sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0], m_per_px))
         return sources
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        return self.known(values, T_base_flange, perturb) - self.in_base(values, T_base_flange, perturb)
+        predicted = scanner_geometry.in_base(self.dataset, values, T_base_flange, perturb)
+        return self.known(values, T_base_flange, perturb) - predicted
 
     @property
     def new_poses(self) -> NewPoses:
