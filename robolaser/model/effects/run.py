@@ -75,6 +75,12 @@ class Run:
         assert qd is not None  # effects that read them need velocities
         return qd
 
+    @property
+    def time_s(self) -> Array:
+        """Times of the poses, (n,) [s]."""
+        assert self.poses.time_s is not None  # effects that read them need the order
+        return self.poses.time_s
+
     @cached_property
     def across_stripe(self) -> Array:
         """The direction across each row's stripe in its image, unit vectors (m, 2); (1, 2) for all rows alike."""
