@@ -13,6 +13,7 @@ from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.geometry.rigid_motion import exp_so3, pose, to_quaternion
 from robolaser.model.effects import candidate_effects
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.stripe import Stripe
 from robolaser.parameters import Parameter
 from robolaser.robot.kinematics import Robot
@@ -84,7 +85,7 @@ def stripe(*, robot=None, effects=(), name="made up", axis="u", k=600.0):
     away[0] = model.parameters.nominal[0]
     values = model.parameters.values(away[None])
     perturb = model.perturb(values)
-    seen = model.blocks.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
+    seen = scanner_geometry.in_base(model.blocks.sensor.dataset, values, model.flange(values, perturb), perturb)[0]
     dataset = replace(dataset, points=replace(points, xyz=seen + rng.normal(scale=1e-4, size=seen.shape)))
     return finished(Model(dataset, model.effects), away)
 

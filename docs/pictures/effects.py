@@ -82,7 +82,8 @@ def over_last_move(joint: str) -> Draw:
     """Errors as turns of a joint, over its last move."""
 
     def draw(ax: Axes, made: Simulated, errors: Array) -> None:
-        q, order = made.dataset.poses.q[:, made.dataset.robot.joints.index(joint)], Model(made.dataset).run.order
+        q, run = made.dataset.poses.q[:, made.dataset.robot.joints.index(joint)], Model(made.dataset).run
+        order = np.concatenate(run.paths)
         move = np.empty(len(q))
         move[order] = np.degrees(np.diff(q[order], prepend=q[order][0]))
         ax.scatter(move, turns(ax, made, errors, joint), color=BLUE, **DOTS)

@@ -1,6 +1,7 @@
 """Parameters from data: a global search, a least-squares fit, and the uncertainty of the result."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,24 +33,7 @@ def calibrate(
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """Estimate the parameters of a data set's sensor, and of effects added to the model.
-
-    Args:
-        dataset: The measurements, with the nominal values.
-        plan: The options; the defaults when absent.
-        state: A folder for checkpoints of the search.
-        resume: Continue from the checkpoint in `state`.
-        progress: Called with the current step and its finished share.
-
-    Raises:
-        EstimationError, DataError: The data are insufficient for a calibration.
-        EffectError, UsageError: An effect, location or algorithm is unknown.
-
-    Examples:
-        >>> found = robolaser.calibrate(dataset, robolaser.Plan(effects=("laser_roll",)))
-        >>> found.rms_m < 0.001
-        True
-    """
+    """As `robolaser.calibrate`; the search leaves checkpoints in the folder `state`, and may resume from one there."""
     began = time.perf_counter()
     plan = plan or Plan()
     # matrices are tall and thin: a second thread gains nothing on an idle machine, and on a busy one, where it has to
@@ -59,28 +43,19 @@ def calibrate(
         check_target(model)
         check_poses(Problem.of(model))
         check_orientations(model)
-        return calibrated(model, plan, began, state=state, resume=resume, progress=progress)
+        found = calibrated(model, plan, state=state, resume=resume, progress=progress)
+        return replace(found, seconds=time.perf_counter() - began)
 
 
 def calibrated(
     model: Model,
     plan: Plan,
-    began: float,
     *,
     state: Path | None = None,
     resume: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
-    """The calibration of a model whose data were checked.
-
-    Args:
-        model: The measurements, and the effects that are added.
-        plan: The options.
-        began: Time on the performance counter.
-        state: A folder for checkpoints of the search.
-        resume: Continue from the checkpoint in `state`.
-        progress: Called with the current step and its finished share.
-    """
+    """The calibration of a model whose data were checked; arguments as those of `calibrate`."""
     tell = progress or (lambda what, share: None)
     start = find_start(model, plan, state=state, resume=resume, progress=tell)
     problem, x, evaluations, weighted = Problem.of(model), start.x, start.evaluations, None
@@ -119,13 +94,12 @@ def calibrated(
         noise=sigmas,
         history=start.history,
         evaluations=evaluations + (0 if unseen is None else unseen.evaluations),
-        seconds=time.perf_counter() - began,
         warnings=(
             *_setup_warnings(model, x, residuals, on_bound),
             *model.dataset.warnings,
             *start.warnings,
             *(_unused_warnings(weighted) if weighted else ()),
-            *_bound_warnings(model, on_bound),
+            *bound_warnings(model, on_bound),
             *travel_warnings(model, dict.fromkeys(name for group in groups for name in group.parameters)),
             *(folds.warnings if folds else (TOO_FEW_POSES,)),
         ),
@@ -160,6 +134,7 @@ def _setup_warnings(model: Model, x: Array, residuals: Array, on_bound: Bools) -
     return [warning for warning in (found and found.sentence, setup_warning(model, on_bound, rms_m)) if warning]
 
 
-def _bound_warnings(model: Model, on_bound: Bools) -> list[str]:
+def bound_warnings(model: Model, on_bound: Bools) -> list[str]:
+    """A sentence on each parameter that ended on a bound (d,)."""
     ended = [name for name, at in zip(model.parameters.names, on_bound, strict=True) if at]
     return [f"{name} ended on one of its bounds: widen them, or check the model." for name in ended]

@@ -9,7 +9,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.subsampling import evenly
 from robolaser.errors import DataError, EstimationError
 from robolaser.estimation.problem import Problem
-from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns
+from robolaser.geometry.hand_eye import LEAST_TURN, principal_turns, undetermined_reason
 from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.derivatives import jacobian
 from robolaser.model.forward_model import Model
@@ -74,22 +74,19 @@ def different_poses(dataset: Dataset, most: int) -> int:
 
 
 def check_orientations(model: Model) -> None:
-    """Check that the flange turns as much as its sensor needs.
+    """Check that the flange turns as much as one of the blocks needs: the others share with it.
 
     Raises:
         EstimationError: It does not.
     """
-    if reason := model.blocks.undetermined(model.dataset.flange()):
-        raise EstimationError(reason)
+    T, needy = model.dataset.flange(), [block.sensor for block in model.blocks if block.sensor.parameters.two_axes]
+    reasons = [undetermined_reason(T[np.unique(sensor.dataset.points.pose)]) for sensor in needy]
+    if len(needy) == len(model.blocks) and all(reasons):
+        raise EstimationError(reasons[0])
 
 
 def travel_warnings(model: Model, apart: Iterable[str]) -> list[str]:
-    """What a flange that turns about one axis at most leaves open.
-
-    Args:
-        model: Data and effects.
-        apart: Names of parameters that the data do not determine.
-    """
+    """What a flange that turns about one axis at most leaves open, of named parameters that data do not determine."""
     carried = [name for name in apart if name.startswith("hand_eye.")]
     if not carried:
         return []
@@ -133,10 +130,7 @@ def setup_limit_m(dataset: Dataset) -> float:
 def setup_warning(model: Model, on_bound: Bools, rms_m: float) -> str | None:
     """A warning that start values, bounds, axes or units seem to be wrong; None where nothing points to that.
 
-    Args:
-        model: Data and effects.
-        on_bound: Parameters that ended on one of their bounds, (d,).
-        rms_m: Root-mean-square error of the fitted points.
+    By the parameters that ended on a bound (d,), and the root-mean-square error of the fitted points.
     """
     given = np.array([item.given for item in model.parameters.items])
     ended = int(on_bound[given].sum())

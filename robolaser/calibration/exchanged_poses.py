@@ -24,10 +24,7 @@ FITS: Final = 3.0
 def seem_exchanged(model: Model, x: Array, errors_m: Array) -> Mapping[int, int]:
     """The pose where the rows of another one fit far better, for poses that are exchanged among each other.
 
-    Args:
-        model: Of all rows.
-        x: Its parameters, (d,).
-        errors_m: What it leaves, (m, j) [m].
+    By the model of all rows at x (d,), and the errors that it leaves, (m, j) [m].
     """
     of_pose = rms_of_poses(errors_m, model.dataset.points.pose, len(model.dataset.poses))
     far = np.flatnonzero(of_pose > FAR * np.nanmedian(of_pose))

@@ -11,7 +11,7 @@ from robolaser.algorithms.registry import POLISH_ONLY, SCREENING, algorithm_name
 from robolaser.arrays import Array, Progress
 from robolaser.calibration.misread import misread
 from robolaser.calibration.plan import Plan
-from robolaser.calibration.pymoo_search import Found, History, search
+from robolaser.calibration.pymoo_search import History, search
 from robolaser.data.fingerprint import fingerprint
 from robolaser.errors import EstimationError
 from robolaser.estimation.multistart import AGREEING, SAME, Optimum, check_bounds, multistart, subsampled
@@ -52,14 +52,7 @@ class Start:
 def find_start(
     model: Model, plan: Plan, *, state: Path | None = None, resume: bool = False, progress: Progress | None = None
 ) -> Start:
-    """Run the search that the plan names.
-
-    Args:
-        model: The whole model.
-        plan: Its options.
-        state: A folder for checkpoints of the search.
-        resume: Continue from the checkpoint in `state`.
-        progress: Called with the current step and its finished share.
+    """Run the search that the plan names; arguments as those of `calibrate`.
 
     Raises:
         EstimationError: All candidates lie at poles; it names joints that seem to be misread.
@@ -88,12 +81,13 @@ def _start(model: Model, plan: Plan, *, state: Path | None, resume: bool, tell: 
     if algorithm == SCREENING:
         return _multistart(model, plan.seed, tell)
     thin = subsampled(model)
-    found, members = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
-    if not plan.polish:
-        return Start(algorithm, members[0], found.evaluations, history=found.history)
-    tell("fitting", 0.0)
-    x, evaluations = _descended(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
-    return Start(algorithm, x, found.evaluations + evaluations, history=found.history)
+    members, history = _searched(thin, algorithm, plan, state=state, resume=resume, progress=tell)
+    x, evaluations = members[0], int(history.evaluations[-1])
+    if plan.polish:
+        tell("fitting", 0.0)
+        x, more = _descended(thin, np.insert(members, 1, model.parameters.nominal, axis=0))
+        evaluations += more
+    return Start(algorithm, x, evaluations, history=history)
 
 
 def _downhill(model: Model, plan: Plan) -> Start:
@@ -146,14 +140,14 @@ def _with_effects_chosen(model: Model, effects: tuple[CandidateEffect, ...], x: 
 
 def _searched(
     thin: Model, algorithm: str, plan: Plan, *, state: Path | None, resume: bool, progress: Progress
-) -> tuple[Found, Array]:
+) -> tuple[Array, History]:
     """Search globally; candidates come back as those of the whole model, best first."""
     from robolaser.algorithms.seeding import seeded  # noqa: PLC0415 - pymoo takes a second to import
     from robolaser.problems import ReducedCalibration  # noqa: PLC0415
 
     problem = ReducedCalibration(thin)
     with seeded(plan.seed):
-        found = search(
+        candidates, history = search(
             problem,
             algorithm_named(algorithm),
             generations=plan.generations,
@@ -163,7 +157,7 @@ def _searched(
             fingerprint=fingerprint(thin.dataset, plan),
             progress=progress,
         )
-    return found, problem.completed(found.candidates)
+    return problem.completed(candidates), history
 
 
 def _descended(model: Model, starts: Array) -> tuple[Array, int]:
@@ -180,15 +174,11 @@ def _descended(model: Model, starts: Array) -> tuple[Array, int]:
     x, evaluations = descend_until_agreed(Problem.of(plain), starts[:, columns])
     both = np.stack([_with_effects_chosen(model, plain.effects, x), model.fix_gauge(starts[0])])
     ends = solve(Problem.of(model), both)
-    return ends.x[ends.best], evaluations + ends.evaluations
+    return ends.x[int(np.argmin(ends.cost))], evaluations + ends.evaluations
 
 
 def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
-    """Descend from members, best first, until enough of them agree on the lowest optimum, or all have been tried.
-
-    Args:
-        problem: What to minimise.
-        starts: (k, d); some may lie at poles.
+    """Descend from members (k, d), best first, until enough agree on the lowest optimum, or all have been tried.
 
     Returns:
         The best optimum (d,), and the candidates evaluated.
@@ -212,12 +202,9 @@ def descend_until_agreed(problem: Problem, starts: Array) -> tuple[Array, int]:
 def start_of_data(model: Model) -> tuple[Sequence[Array], tuple[str, ...]]:
     """Where a fit may start beside the nominal values, and what to say where the data set's bounds exclude that.
 
-    Args:
-        model: Its sensor finds parameters in closed form, of which the data set may give some.
-
     Returns:
-        The parameters (d,) within the bounds, where the data set gives others; and a sentence for each placement that
-        lies beyond them.
+        What closed forms find, (d,), within the bounds, where the data set gives others; and a sentence for each
+        placement that lies beyond them.
     """
     items, derived = model.parameters.items, model.blocks.derived
     stated = {item.name: item for item in items if item.name in derived and item.given and not item.fixed}

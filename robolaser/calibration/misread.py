@@ -24,7 +24,7 @@ from robolaser.data.subsampling import evenly, rows_of_each, subsampled
 from robolaser.errors import RobolaserError
 from robolaser.estimation.multistart import SEARCH_POINTS
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import after, solve
+from robolaser.estimation.solver import solve
 from robolaser.model.batches import of_data
 from robolaser.model.forward_model import Model
 
@@ -50,13 +50,10 @@ class Misread:
 
 
 def misread(model: Model, rms_m: float) -> Misread | None:
-    """What seems to be read wrongly; None where the error is no sign of it, or nothing explains it.
+    """What seems to be read wrongly; None where the error of fitted points is no sign of it, or nothing explains it.
 
-    Each hypothesis is fitted to some rows from its own start values, in a few steps.
-
-    Args:
-        model: Data and effects.
-        rms_m: Root-mean-square error of the fitted points; infinite where there is no fit.
+    Each hypothesis is fitted to some rows from its own start values, in a few steps. Without any fit, the error is
+    infinite.
     """
     return None if rms_m < OTHER_ARM_RMS_M else _tried(model, in_every_way=rms_m >= SETUP_RMS_M)
 
@@ -114,7 +111,7 @@ def _short_fit(dataset: Dataset) -> tuple[Model, Array] | None:
     try:
         model = Model(dataset)
         start = model.fix_gauge(model.parameters.nominal)
-        return model, solve(Problem.of(model), start[None], tol=COARSE, hopeless=after(STEPS)).x[0]
+        return model, solve(Problem.of(model), start[None], tol=COARSE, most_steps=STEPS).x[0]
     except (RobolaserError, np.linalg.LinAlgError):
         return None
 
@@ -123,9 +120,6 @@ def _slipped(dataset: Dataset) -> Iterator[Hypothesis]:
     """The rows from some pose on at the pose after theirs, and before: a pose was lost there or counted twice.
 
     Each session is tried by itself, since it does not say where things stood in another.
-
-    Args:
-        dataset: With poses in the order in which they were measured.
     """
     session = dataset.session_of_pose
     for number in np.unique(session):

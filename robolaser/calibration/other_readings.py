@@ -111,11 +111,7 @@ def _of_rows_and_ends(dataset: Dataset) -> Iterator[Hypothesis]:
 def with_rows_moved(dataset: Dataset, shift: int, first: int = 0, of: Ints | None = None) -> Dataset:
     """Rows, from those of a first pose on, at the pose so many after theirs; without those that their session ends at.
 
-    Args:
-        dataset: Of which.
-        shift: By how many poses.
-        first: The first pose whose rows move.
-        of: Numbers of the rows that may move; None: all.
+    Only rows with the numbers `of` move; None: all.
     """
     points, session = dataset.points, dataset.session_of_pose
     moves = points.pose >= first
@@ -188,15 +184,13 @@ def _joints_read_otherwise(robot: Robot, moves: Bools) -> Iterator[tuple[Ints, A
 def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
     """What points of some poses are called, and should be: those on one rigid body keep their distances.
 
-    Args:
-        dataset: With points that a tracker measured; nothing is said of others, nor where distances are alike.
+    Nothing is said of points that no tracker measured, nor where distances are alike.
     """
     points = dataset.points
     names = list(dict.fromkeys(points.names))
     if points.xyz is None or points.pixel is not None or not 2 < len(names) <= MOST_NAMES or points.columns:
         return {}
-    number = np.array([names.index(name) for name in points.names])
-    cells = points.pose * len(names) + number
+    cells = points.pose * len(names) + points.number
     size = len(dataset.poses) * len(names)
     count = np.bincount(cells, minlength=size)
     sums = np.stack([np.bincount(cells, axis, minlength=size) for axis in points.xyz.T], axis=-1)
@@ -208,7 +202,8 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
     usual = np.median(apart[whole], axis=0)
     off = np.abs(apart - usual).max(axis=(1, 2))
     enough = max(FAR_APART * float(np.median(off[whole])), LEAST_M)
-    if enough > _least_between(usual):
+    # how far two distances of the body differ at least: where some are alike, an exchange changes nothing
+    if enough > float(np.diff(np.sort(usual[np.triu_indices(len(usual), 1)])).min()):
         return {}
     orders = [list(order) for order in permutations(range(len(names)))]
     found: dict[int, Mapping[str, str]] = {}
@@ -218,12 +213,6 @@ def exchanged_points(dataset: Dataset) -> Mapping[int, Mapping[str, str]]:
             order = orders[int(np.argmin(misfits))]
             found[at] = {names[was]: names[i] for i, was in enumerate(order) if was != i}
     return found
-
-
-def _least_between(usual: Array) -> float:
-    """How far two distances of a body differ at least [m]: where some are alike, an exchange changes nothing."""
-    distances = np.sort(usual[np.triu_indices(len(usual), 1)])
-    return float(np.diff(distances).min())
 
 
 def with_names(dataset: Dataset, names: Mapping[int, Mapping[str, str]]) -> Dataset:

@@ -38,18 +38,6 @@ class History:
     x: Array  # best candidate so far, (g, d)
 
 
-@final
-@dataclass(frozen=True)
-class Found:
-    """The candidates at the end of a search."""
-
-    # The best, those that were the best in earlier generations, then the last members, (k, d). The last members
-    # resemble each other; earlier ones lie elsewhere.
-    candidates: Array
-    history: History  # the course of the search
-    evaluations: int  # candidates evaluated
-
-
 def search(
     problem: Any,
     algorithm: Any,
@@ -60,7 +48,7 @@ def search(
     resume: bool = False,
     fingerprint: str = "",
     progress: Progress | None = None,
-) -> Found:
+) -> tuple[Array, History]:
     """Run an algorithm for a number of generations, or until it stops by itself.
 
     Args:
@@ -72,6 +60,10 @@ def search(
         resume: Continue from the checkpoint in `state`, if there is one.
         fingerprint: Digest of the data and the plan; the checkpoint of another run is refused.
         progress: Called after every generation.
+
+    Returns:
+        The best candidate, those that were the best in earlier generations, then the last members, (k, d): these
+        resemble each other, earlier ones lie elsewhere. And the course of the search.
 
     Raises:
         AlgorithmError: The checkpoint belongs to another run or is damaged.
@@ -98,8 +90,7 @@ def search(
     X, F = _generation(algorithm)
     last = X[np.argsort(F, kind="stable")]
     on_the_way = course["x"][:: -max(1, len(course["x"]) // ON_THE_WAY)]
-    history = History(problem.names, *(np.array(course[name]) for name in COURSE))
-    return Found(np.vstack([*on_the_way, last]), history, int(algorithm.evaluator.n_eval))
+    return np.vstack([*on_the_way, last]), History(problem.names, *(np.array(course[name]) for name in COURSE))
 
 
 def _generation(algorithm: Any) -> tuple[Array, Array]:

@@ -14,11 +14,10 @@ from robolaser.errors import UsageError, near
 from robolaser.estimation.folds import FoldFits
 from robolaser.estimation.identifiability import Unidentifiable
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
-from robolaser.model.blocks.blocks import Blocks
-from robolaser.model.corrected_robot import corrected_robot
+from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.forward_model import Model
-from robolaser.model.stages import Perturbation
+from robolaser.model.sensors.in_cell import InCell
 from robolaser.parameters import Parameter, Values
 from robolaser.robot.kinematics import Robot
 
@@ -59,7 +58,7 @@ class Calibration:
         noise: Standard deviation of each source of noise, stated or estimated.
         history: The progress of the global search; None without one.
         evaluations: Candidates evaluated in all.
-        seconds: Time taken.
+        seconds: Time taken, where it was measured.
         warnings: Warnings for the user.
         unseen: Fits without each fold, and what they say of the fitted rows; None where they were not kept.
         fitted: The model of the rows that were fitted; None where these are all.
@@ -83,17 +82,21 @@ class Calibration:
     noise: Mapping[str, float]
     history: History | None
     evaluations: int
-    seconds: float
     warnings: tuple[str, ...]
+    seconds: float = 0.0
     unseen: FoldFits | None = None
     fitted: Model | None = None
     weighted: NoiseWeightedFit | None = None
 
     @cached_property
-    def solved(self) -> tuple[Blocks, Values, Perturbation]:
-        """The sensors, the parameters' values, and what effects do with these: what places stand in the cell."""
-        values = self.model.parameters.values(self.x[None])
-        return self.model.blocks, values, self.model.perturb(values)
+    def values(self) -> Values:
+        """The parameters by name, (1,) each."""
+        return self.model.parameters.values(self.x[None])
+
+    @cached_property
+    def in_cell(self) -> InCell:
+        """The sensors in the cell."""
+        return in_cell(self.model.blocks, self.values, self.model.perturb(self.values))
 
     @cached_property
     def objective_m2(self) -> float:
@@ -122,7 +125,7 @@ class Calibration:
         With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
         not in it. None for a data set of measured flange poses.
         """
-        return corrected_robot(self.model, self.x)
+        return self.model.robot_at(self.x)
 
     @cached_property
     def rms_m(self) -> float:
@@ -146,7 +149,7 @@ class Calibration:
         of_sensors = [errors for name, kind in blocks.kinds_of_rows.items() for errors in self._of_rows(name, *kind)]
         if known is None:
             return tuple(of_sensors)
-        apart = known.residuals(self.model.parameters.values(self.x[None]))[0]
+        apart = known.residuals(self.values)[0]
         return *of_sensors, RowErrors(DISTANCES, len(known), rms(apart[:, None]), None, "m")
 
     def _of_rows(self, name: str, rows: Ints, unit: str, angles: int) -> Iterator[RowErrors]:
@@ -240,7 +243,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "unidentifiable": [{"parameters": list(u.parameters), "reason": u.reason} for u in calibration.unidentifiable],
         "model": description,
         "effects": _effect_entries(calibration),
-        "run": RunSummary.of(dataset).as_json(),
+        "run": asdict(RunSummary.of(dataset)),
         "objective_m2": calibration.objective_m2 if model.blocks.unit == "m" else None,
         "rms_m": calibration.rms_m,
         "max_m": float(np.linalg.norm(calibration.errors_m, axis=-1).max()),

@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from robolaser.arrays import Bools
+from robolaser.calibration.calibrate import bound_warnings
 from robolaser.calibration.result import Calibration, as_json
 from robolaser.diagnosis.result import Diagnosis
 from robolaser.estimation.fisher_information import Information
@@ -27,10 +28,7 @@ def corrected(diagnosis: Diagnosis, seed: int) -> Calibration:
     known = Information.of(jacobian(diagnosis.model, x[None])[0], noise, weights=noise)
     known += Information.of_known_distances(diagnosis.model, x)
     on_bound = given_on_bound(diagnosis)
-    warnings = [
-        f"{name} ended on one of its bounds: widen them, or check the model."
-        for name in np.array(parameters.names)[on_bound]
-    ]
+    warnings = bound_warnings(diagnosis.model, on_bound)
     if len(diagnosis.outliers):
         warnings.append(
             f"{len(diagnosis.outliers)} rows of points.csv are gross errors: they count in objective_m2, rms_m and"

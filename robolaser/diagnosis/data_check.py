@@ -16,7 +16,7 @@ from robolaser.estimation.problem import Problem
 from robolaser.model.derivatives import jacobian_matrix
 from robolaser.model.effects import EFFECTS
 from robolaser.model.effects.effect import Effect
-from robolaser.model.effects.requirements import DataLack, SensorLacks
+from robolaser.model.effects.requirements import DataLack
 from robolaser.model.forward_model import Model
 
 MOST_POINTS = 3000
@@ -57,7 +57,7 @@ class DataCheck:
         parameters: That a calibration finds.
         inseparable: Groups of them that these data cannot tell apart near the start values.
         effects: Every effect.
-        missing: What would have to be recorded or stated, and the effects that need it; see `not_known` for the rest.
+        missing: What would have to be recorded or stated, and the effects that need it.
     """
 
     dataset: Dataset
@@ -121,8 +121,7 @@ def _testability(kind: type[Effect], dataset: Dataset, poses: int) -> Testabilit
     locations = kind.locations(dataset)
     if not reason and not locations:
         reason = "undetectable at every joint in these poses"
-    remedy = reason.remedy if isinstance(reason, DataLack) else ""
-    return Testability(kind.name, locations, reason, "" if isinstance(reason, SensorLacks) else remedy)
+    return Testability(kind.name, locations, reason, reason.remedy if isinstance(reason, DataLack) else "")
 
 
 def _calibration(dataset: Dataset) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:

@@ -20,7 +20,6 @@ from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.thresholds import LEAST_LISTED, UNDETERMINED
-from robolaser.estimation.linearization import TOUCH
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
@@ -106,9 +105,8 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
         return float(errors[i]) if fit.at.free[i] and fit.deviations[i] < UNDETERMINED * prior[i] else None
 
     def estimate(i: int, unit: str) -> Estimate:
-        near = TOUCH * problem.scale[i]
-        bound = "lower" if fit.x[i] <= problem.lower[i] + near else ""
-        return Estimate(float(fit.x[i]), std(i), unit, "upper" if fit.x[i] >= problem.upper[i] - near else bound)
+        low, high = (side[i] for side in fit.at.touching)
+        return Estimate(float(fit.x[i]), std(i), unit, "upper" if high else "lower" if low else "")
 
     items = [(item, names.index(item.name)) for item in candidate_effect.parameters.items]
     return {item.name.rsplit(".", 1)[1]: estimate(i, item.unit) for item, i in items}

@@ -14,7 +14,7 @@ from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, SCATT
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
-from robolaser.estimation.solver import ENOUGH, SHARE, after, solve
+from robolaser.estimation.solver import ENOUGH, SHARE, solve
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
@@ -73,9 +73,7 @@ class Fit:
     @classmethod
     def of(cls, problem: Problem, start: Array, slopes: Array | None = None, rival: float = np.inf) -> "Fit":
         """Fit, from parameters (d,) that are near, with derivatives (d, K) that are, see `solve`."""
-        end = solve(
-            problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival, hopeless=after(MOST_STEPS)
-        )
+        end = solve(problem, start[None], tol=SHARE, enough=ENOUGH, slopes=slopes, rival=rival, most_steps=MOST_STEPS)
         return cls(problem, end.x[0], None if end.slopes is None else end.slopes[0].T)
 
     @cached_property
@@ -199,8 +197,7 @@ class Fit:
         unit, or of a series' further terms.
         """
         kind, problem, near = candidate_effect.effect, self.problem, TOUCH * self.problem.scale
-        on_bound = (self.x <= problem.lower + near) | (self.x >= problem.upper - near)
-        amplitudes = {one.name: on_bound for one in kind.amplitudes()[:FULLY_PENALIZED]}
+        amplitudes = {one.name: np.logical_or(*self.at.touching) for one in kind.amplitudes()[:FULLY_PENALIZED]}
         sizes = amplitudes | {one.name: self.at.pushed for one in kind.nonlinear_parameters() if one.unit}
         for item in candidate_effect.parameters.items:
             at, beyond = problem.parameters.names.index(item.name), sizes.get(item.name.rpartition(".")[2])

@@ -87,7 +87,7 @@ def _freed(found: Diagnosis, part: str, names: Sequence[str], seed: int) -> Cali
     try:
         others = tuple(one for one in found.model.effects if class_of(one) != _cause(part))
         model = Model(replace(found.dataset, parameters=kept), others)
-        return calibrated(model, Plan(weights="noise", seed=seed), 0.0)
+        return calibrated(model, Plan(weights="noise", seed=seed))
     except (RobolaserError, np.linalg.LinAlgError):
         return None
 

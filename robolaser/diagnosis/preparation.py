@@ -1,6 +1,5 @@
 """What a diagnosis starts from: a calibration weighed by noise, and the scatter of poses beside candidate effects."""
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
@@ -154,7 +153,7 @@ class Preparation:
 
 
 def _calibrated(dataset: Dataset, seed: int) -> tuple[Calibration, NoiseWeightedFit]:
-    found = calibrated(Model(dataset), Plan(weights="noise", seed=seed), time.perf_counter())
+    found = calibrated(Model(dataset), Plan(weights="noise", seed=seed))
     assert found.weighted is not None  # rows were weighed by noise
     return found, found.weighted
 

@@ -14,7 +14,6 @@ from robolaser.diagnosis.localization import Localization
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.repeatability import NoiseSource, Repeatability
 from robolaser.estimation.folds import FoldFits
-from robolaser.model.corrected_robot import corrected_robot
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.robot.kinematics import Robot
@@ -306,7 +305,7 @@ class Diagnosis:
         With the offsets and placements of joints in the model. What no URDF can say, such as joints that give way, is
         not in it. None for a data set of measured flange poses.
         """
-        return corrected_robot(self.model, self.x)
+        return self.model.robot_at(self.x)
 
     @property
     def poses(self) -> tuple[int, int]:

@@ -60,7 +60,7 @@ class StageDerivatives:
         model, values = self._model, self._fit.problem.parameters.values(self._fit.x[None])
         steps, own = model.perturb(values).steps, (stage, act)
         perturb = Perturbation((own, *steps) if first else (*steps, own))
-        return model.blocks.residuals(values, model.seen_flange(values, perturb), perturb)
+        return model.blocks.residuals(values, model.flange(values, perturb, only_seen=True), perturb)
 
     def _by_shift(self, stage: Stage, directions: Array) -> Array:
         """By shifts of the stage's value, one along each of some directions (q, j)."""

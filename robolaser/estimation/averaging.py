@@ -62,8 +62,7 @@ class AveragedData:
     def subsampled(self, seed: int) -> "AveragedData":
         """Only rows that say something new; where no path leads through them, only their poses too.
 
-        Args:
-            seed: Chooses among poses that are alike.
+        The seed chooses among poses that are alike.
         """
         kept = chosen_rows(self.dataset, seed)
         if kept.all():

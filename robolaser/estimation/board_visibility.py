@@ -57,7 +57,8 @@ class CameraBoard:
         carried, goal = (seeing, seen) if self.rides else (seen, seeing)
         start = random_configurations(self.robot, count, rng)
         start = start[-self._board_in_camera(start)[:, 2, 2] < -np.cos(2 * TILT)]
-        return _touching(self.robot, carried, goal + rng.uniform(-size / 4, size / 4, (len(start), 3)), start)
+        q, reached = touching(self.robot, carried, goal + rng.uniform(-size / 4, size / 4, (len(start), 3)), start)
+        return q[reached]
 
     def sees(self, q: Array) -> Bools:
         """Whether the whole board is in the image, and not too slanted, (n,)."""
@@ -123,7 +124,8 @@ class ScannerBoard:
         start = start[np.abs(self._cameras(start)[:, 2, 2]) > np.cos(2 * TILT)]
         inner = rng.uniform(0.1, 0.9, (len(start), 2)) * self.size_m
         goal = apply(self.T_base_target, np.pad(inner, ((0, 0), (0, 1))))
-        return _touching(self.robot, self._in_flange(ASIDE * float(rng.choice([-1.0, 0.0, 1.0]))), goal, start)
+        q, reached = touching(self.robot, self._in_flange(ASIDE * float(rng.choice([-1.0, 0.0, 1.0]))), goal, start)
+        return q[reached]
 
     def sees(self, q: Array) -> Bools:
         """Whether the whole board and the stripe on it are in the image, (n,)."""
@@ -181,12 +183,6 @@ class ScannerBoard:
 
 
 BoardObserver = CameraBoard | ScannerBoard
-
-
-def _touching(robot: Robot, carried: Array, goal: Array, start: Array) -> Array:
-    """Postures near others (n, j) that bring a point on the flange to places in the base frame, (≤ n, j)."""
-    q, reached = touching(robot, carried, goal, start)
-    return q[reached]
 
 
 def board_observer(description: Dataset) -> BoardObserver:

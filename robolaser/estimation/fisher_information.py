@@ -49,15 +49,10 @@ class Information:
 
     @classmethod
     def of_known_distances(cls, model: Model, x: Array, number_scale: float = 1.0) -> "Information":
-        """The information of the rows that state distances between points; zero where there are none.
+        """The information at x (d,) of the rows that state distances between points; zero where there are none.
 
         Each has a variance σ² of its own and shares its error with no other row. The fit minimises s² δ²/σ² of a
-        residual δ, so the row's weight is s²/σ².
-
-        Args:
-            model: Data and effects.
-            x: Where, (d,).
-            number_scale: s, see `Problem.number_scale`.
+        residual δ, so the row's weight is s²/σ²; s is `Problem.number_scale`.
         """
         known = model.known_distances
         if known is None:
@@ -81,17 +76,11 @@ class Information:
         return Information(plain, weighed, np.where(gone | gone[:, None], 0.0, self.spread), reach)
 
     def covariance(self, free: Ints) -> Array:
-        """Covariance of the fitted parameters under the real noise, whatever weights the fit used.
+        """Covariance of the parameters that were free, by their indices (f,), under the real noise, (f, f).
 
         Least squares with weights W gives (JᵀWJ)⁻¹ JᵀWΣWJ (JᵀWJ)⁻¹: with weights W = Σ⁻¹ that is (JᵀΣ⁻¹J)⁻¹.
         Inverses leave null directions out, so parameters that take part in one seem exact here: see
         `standard_errors`.
-
-        Args:
-            free: Indices of the parameters that were free, (f,).
-
-        Returns:
-            (f, f).
         """
         inverse = self.inverse(free)
         return np.asarray(inverse @ self.spread[np.ix_(free, free)] @ inverse)

@@ -9,7 +9,7 @@ from robolaser.arrays import Array, Ints
 from robolaser.data.dataset import Dataset
 from robolaser.estimation.problem import Problem
 from robolaser.estimation.sample_fit import gradients, sampled, solve_corrected
-from robolaser.estimation.solver import after, solve
+from robolaser.estimation.solver import MOST_STEPS, solve
 from robolaser.model.batches import with_rows
 from robolaser.model.forward_model import Model
 
@@ -19,7 +19,7 @@ ALIKE = 1e-4  # [rad, m] Configurations that differ by less are copies of each o
 TOLERANCE = 1e-8
 """Of a fit without one fold, as a share of its cost: predictions then change by less than their thousandth part."""
 SAMPLE = 10_000  # rows on which these fits of large data are made
-MOST_STEPS = 4
+FEW_STEPS = 4
 """Of a fit without one fold that need not be exact: beyond, it follows a valley that the others hardly see. On held-out
 poses of a tracked arm 2, 4, 8 and 30 steps gave 0.448, 0.448, 0.454 and 0.455 mm, of a real scanner 20, 50 and 644
 steps 0.460, 0.466 and 0.463 mm; and 115 frozen data sets are diagnosed alike with 4 and 8."""
@@ -32,6 +32,10 @@ DIVIDED = (
     "Known distances connect all sockets, so that none can be held out with all those connected to it: each is held out"
     " alone or with its nearest neighbour, and {} known distances lead from sockets that are held out to others."
 )
+COPIES = (
+    "{} poses repeat the configuration of another pose. They are held out together with it, since a pose says nothing"
+    " about how well its own copy is predicted."
+)
 
 
 @final
@@ -42,52 +46,38 @@ class Folds:
     of_row: Ints  # number of each row's fold, (m,)
     # whether folds are the sensor's groups of rows: whatever only these rows locate is located from them
     whole: bool = False
-    copies: int = 0  # how many poses repeat another pose's configuration
-    remark: str = ""  # why rows are not held out as they should be
+    warnings: tuple[str, ...] = ()  # why rows are not held out as they should be, and which poses are copies
 
     @property
     def count(self) -> int:
         """How many folds there are."""
         return int(self.of_row.max()) + 1
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What the user should know."""
-        remarks = (self.remark,) if self.remark else ()
-        if not self.copies:
-            return remarks
-        return (
-            *remarks,
-            f"{self.copies} poses repeat the configuration of another pose. They are held out together with it, since "
-            "a pose says nothing about how well its own copy is predicted.",
-        )
-
 
 def assign_folds(model: Model, seed: int) -> Folds | None:
     """Assign rows to folds, whole poses always; None where there are too few poses.
 
     Poses of equal configuration share a fold. Where the sensor holds out more than poses together (sockets: whole
-    sockets, with those at known distances from them), so does this, and a remark says where it cannot.
-
-    Args:
-        model: Data and sensor.
-        seed: Shuffles the poses.
+    sockets, with those at known distances from them), so does this, and a warning says where it cannot. The seed
+    shuffles the poses.
     """
     dataset = model.dataset
     of_pose, groups = dataset.points.pose, model.blocks.held_out_groups
     if groups is not None and groups.max() > 0:
-        return Folds(groups % FOLDS, whole=True, remark=_divided(dataset, groups))
+        return Folds(groups % FOLDS, whole=True, warnings=_divided(dataset, groups))
     number, copies = _configurations(dataset)
     seen = np.unique(number[np.unique(of_pose)])
     if len(seen) < FEWEST:
         return None
     fold = np.full(len(dataset.poses), -1, dtype=np.int64)
     fold[np.random.default_rng(seed).permutation(seen)] = np.arange(len(seen)) % min(FOLDS, len(seen))
-    return Folds(fold[number[of_pose]], copies=copies, remark="" if groups is None else ONE_GROUP)
+    warnings = [] if groups is None else [ONE_GROUP]
+    warnings += [COPIES.format(copies)] if copies else []
+    return Folds(fold[number[of_pose]], warnings=tuple(warnings))
 
 
-def _divided(dataset: Dataset, groups: Ints) -> str:
-    """What to know where points at a known distance from each other are held out apart; "" where none are."""
+def _divided(dataset: Dataset, groups: Ints) -> tuple[str, ...]:
+    """What to know where points at a known distance from each other are held out apart."""
     session = dataset.session_of_pose[dataset.points.pose].tolist()
     group = dict(zip(zip(session, dataset.points.names, strict=True), groups.tolist(), strict=True))
     apart = sum(
@@ -95,7 +85,7 @@ def _divided(dataset: Dataset, groups: Ints) -> str:
         for one in set(session)
         for pair in dataset.distances_m
     )
-    return DIVIDED.format(apart) if apart else ""
+    return (DIVIDED.format(apart),) if apart else ()
 
 
 def _configurations(dataset: Dataset) -> tuple[Ints, int]:
@@ -122,15 +112,9 @@ class FoldFits:
 def held_out(problem: Problem, x: Array, folds: Folds, *, enough: float = 0.0, slopes: Array | None = None) -> FoldFits:
     """Predict each fold by a fit of all the others.
 
-    Each fit starts from the parameters that all rows gave. Large data are fitted on a sample of their rows that has
-    the gradient of all of them.
-
-    Args:
-        problem: What was minimised.
-        x: Its optimum, (d,).
-        folds: Which rows are held out together.
-        enough: Cost that each of the fits may be above its optimum, in its own unit; see `solve`.
-        slopes: Derivatives there, where they are known, see `solve`, (d, K).
+    Each fit starts from the problem's optimum x (d,), and may end above its own by a cost that is `enough`, see
+    `solve`. Large data are fitted on a sample of their rows that has the gradient of all of them.
+    Derivatives there, `slopes` (d, K), save their first evaluation.
     """
     sample = sampled(problem, SAMPLE)
     if sample is None:
@@ -152,7 +136,7 @@ def _fits(problem: Problem, x: Array, folds: Folds, enough: float, slopes: Array
         kept=kept,
         tol=TOLERANCE,
         enough=max(enough, TOLERANCE * float(problem.costs(x[None])[0])),
-        hopeless=after(MOST_STEPS) if enough else None,
+        most_steps=FEW_STEPS if enough else MOST_STEPS,
         slopes=slopes,
         close=enough > 0.0,
     )

@@ -65,11 +65,8 @@ def null_directions(J: Array) -> Array:
     Directions that share no parameter are separated whatever the pivots; where they overlap, the form with the fewest
     nonzero entries is taken.
 
-    Args:
-        J: Residuals by parameters, (k, d), or the R factor of them.
-
     Returns:
-        (n, d), exactly zero for parameters that do not take part, in units of the parameters.
+        By J (k, d) or the R factor of it, (n, d), exactly zero for parameters that do not take part, in their units.
     """
     scale = lengths(J)
     _, s, Vt = np.linalg.svd(J / scale, full_matrices=len(J) < J.shape[1])

@@ -61,13 +61,16 @@ class Linearization:
         return np.concatenate([self.slopes, self.problem.extra_jacobian(self.x[None])[0].T])
 
     @cached_property
+    def touching(self) -> tuple[Bools, Bools]:
+        """Parameters on their lower bound, and on their upper one, (d,) each."""
+        near = TOUCH * self.problem.scale
+        return self.x <= self.problem.lower + near, self.x >= self.problem.upper - near
+
+    @cached_property
     def pushed(self) -> Bools:
         """Parameters on a bound that the cost would push beyond it, (d,)."""
-        problem, x = self.problem, self.x
-        gradient = self._every.T @ self.r
-        near = TOUCH * problem.scale
-        low, high = x <= problem.lower + near, x >= problem.upper - near
-        return np.asarray(~problem.fixed & ((low & (gradient > 0.0)) | (high & (gradient < 0.0))))
+        (low, high), gradient = self.touching, self._every.T @ self.r
+        return np.asarray(~self.problem.fixed & ((low & (gradient > 0.0)) | (high & (gradient < 0.0))))
 
     @cached_property
     def free(self) -> Bools:
@@ -114,9 +117,7 @@ class Linearization:
     def columns(self, effect: CandidateEffect, shapes: Array | None = None) -> Array:
         """Derivatives of `white` by the amplitudes of an effect that the model lacks, (g, K, q) per SI unit.
 
-        Args:
-            effect: Is zero here.
-            shapes: Values of its nonlinear parameters to try, (g, s); the nominal ones when absent.
+        At several shapes, values of its nonlinear parameters (g, s); at the nominal ones when absent.
         """
         problem = self.problem
         if shapes is None:

@@ -120,11 +120,7 @@ def _same(costs: Array, lowest: float) -> Bools:
 
 
 def check_bounds(model: Model, what: str) -> None:
-    """See that somebody gave bounds for all that is searched: elsewhere they are no must.
-
-    Args:
-        model: Whose sensor has free parameters.
-        what: Searches within bounds: "--algorithm rcga".
+    """See that somebody gave bounds for all that is searched by something such as "--algorithm rcga".
 
     Raises:
         UsageError: Nobody did for some.

@@ -71,13 +71,8 @@ def noise_of(model: Model, x: Array, kept: Bools | None = None) -> NoiseModel:
     the stated noise are not passed over. Parameters on a bound are taken as not fitted: what they could not mend is
     left in the residuals.
 
-    Args:
-        model: The model that was fitted.
-        x: The optimum, (d,).
-        kept: Rows to judge by, (m,); all when absent.
-
     Returns:
-        The noise of no more rows than the sizes are judged by, repeats averaged.
+        The noise of no more rows than the sizes are judged by, of those that are kept (m,), repeats averaged.
     """
     data = AveragedData.of(model.dataset, None if kept is None else ~kept).subsampled(0)
     some = of_data(model, data.dataset)
@@ -101,11 +96,7 @@ class NoiseEstimate:
     def of(cls, data: AveragedData, model: Model, x: Array, J: Array | None = None) -> "NoiseEstimate":
         """From what a model of averaged rows leaves at x (d,).
 
-        Args:
-            data: The rows.
-            model: Of them.
-            x: Its parameters.
-            J: Columns that could explain the residuals, (K, n); the derivatives by the parameters when absent.
+        The columns J (K, n) could explain the residuals; by default they are the derivatives by the parameters.
         """
         sources = sources_of(data, model, x)
         residuals, of_pose = model.residuals(x[None])[0], data.dataset.points.pose
@@ -114,12 +105,7 @@ class NoiseEstimate:
         return cls(likelihood, known_sizes(sources, data.raw), limits, int(model.blocks.row_numbers.sum()))
 
     def loosened(self, names: Collection[str], further: tuple[ErrorSource, ...] = ()) -> "NoiseEstimate":
-        """The same with some sources as large as the residuals say, whatever is stated of them.
-
-        Args:
-            names: Of these sources.
-            further: Sources that are added.
-        """
+        """The same with named and with further sources as large as the residuals say, whatever is stated of them."""
         likelihood = replace(self.likelihood, sources=(*self.likelihood.sources, *further))
         limits = {name: limit for name, limit in self.limits.items() if name not in names}
         known = {name: size for name, size in self.known.items() if name not in names}
@@ -198,10 +184,7 @@ class NoiseEstimate:
 def row_excess(noise: NoiseModel, white: Array, freedoms: int) -> Excess:
     """How much rows scatter within their poses, beyond their noise.
 
-    Args:
-        noise: Of them.
-        white: Whitened residuals (K,) that a fit left.
-        freedoms: Their numbers less those that were fitted.
+    By the whitened residuals (K,) that a fit left, with so many freedoms: their numbers less those that were fitted.
     """
     of_poses = noise.scatter > ROWS_ALONE
     squares = float(white @ white - noise.scatter_squares(white)[of_poses].sum())
@@ -218,12 +201,7 @@ def left_by(noise: NoiseModel, residuals: Array, J: Array) -> Array:
 
 
 def known_sizes(sources: tuple[ErrorSource, ...], raw: Dataset) -> Known:
-    """Stated sizes, and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated.
-
-    Args:
-        sources: What may shake the rows.
-        raw: The data set with its repeats.
-    """
+    """Stated sizes, and that of the pixels from repeats, if nobody states it or it is grossly larger than is stated."""
     known: dict[str, tuple[float, Origin]] = {
         source.name: (source.stated, "stated") for source in sources if source.stated is not None
     }

@@ -39,14 +39,10 @@ class NoiseWeightedFit:
 
 
 def fit_by_noise(model: Model, start: Array, *, seed: int) -> NoiseWeightedFit:
-    """Fit rows weighed by their noise.
+    """Fit rows weighed by their noise, from a start (d,).
 
-    Rows far from where the others of their pose have them are gross errors, judged beside a robust fit.
-
-    Args:
-        model: All rows.
-        start: (d,).
-        seed: Chooses the poses that are used, where there are more than needed.
+    Rows far from where the others of their pose have them are gross errors, judged beside a robust fit. The seed
+    chooses the poses that are used, where there are more than needed.
     """
     near, shots = _robust(model, start, seed)
     outliers = outliers_within_poses(Problem.of(model, shots), near)

@@ -39,15 +39,9 @@ def with_nonlinear_grid(model: Model) -> tuple[CandidateEffect, ...]:
 
 
 def initialize_effects(plain: Model, x: Array, effects: Sequence[CandidateEffect]) -> dict[str, float]:
-    """Choose the nonlinear parameters of effects that a fitted model lacks, and amplitudes to start a fit from.
+    """Choose the nonlinear parameters of effects that a plain model lacks, and amplitudes to start a fit from, by name.
 
-    Args:
-        plain: The model without them.
-        x: Its optimum, (d,).
-        effects: One or more.
-
-    Returns:
-        Values by the names of the effects' parameters.
+    From the plain model's optimum x (d,).
     """
     at = Linearization(Problem.of(plain), x)
     known = _basis(at.slopes)

@@ -51,14 +51,10 @@ def robust_fit(problem: Problem, x: Array) -> Array:
 
 
 def outliers_within_poses(problem: Problem, x: Array) -> Bools:
-    """Mark rows far from where the others of their pose would have them, (m,).
+    """Mark rows far from where the others of their pose would have them, by a robust fit x (d,), (m,).
 
     Each pose may be off as a whole by a free small motion, found robustly: so a robot that is not where the model has
     it hides no gross error and makes none.
-
-    Args:
-        problem: Of the rows as they were taken.
-        x: Parameters that were fitted robustly, (d,).
     """
     model = problem.model
     of_pose = model.dataset.points.pose

@@ -22,11 +22,7 @@ CROWDED = 1e-11
 
 
 def fit(model: Model, start: Array) -> tuple[Problem, Array, int]:
-    """Fit all rows from a good start; rows weigh alike, numbers of two units within them by their sizes.
-
-    Args:
-        model: All rows.
-        start: (d,).
+    """Fit all rows from a good start (d,); rows weigh alike, numbers of two units within them by their sizes.
 
     Returns:
         The problem that was solved last, its optimum (d,), and the residual vectors evaluated.
@@ -67,11 +63,7 @@ def _comparable(model: Model, x: Array) -> NoiseModel | None:
     """Weights of rows in two units by the size of each one's errors; None where all numbers of a row are lengths.
 
     They make a metre and a radian comparable where nobody asks for weights. Sizes are those stated, else the median of
-    the residuals' numbers at x.
-
-    Args:
-        model: Data and effects.
-        x: Parameters near the optimum, (d,).
+    the residuals' numbers at x (d,), near the optimum.
     """
     if not any(angles for *_, angles in model.blocks.kinds_of_rows.values()):
         return None
@@ -84,11 +76,9 @@ def _comparable(model: Model, x: Array) -> NoiseModel | None:
 
 
 def size_of_errors(effect: Array, residuals: Array) -> float:
-    """Median over rows of the least unit errors that explain them, root mean square; 0 where there are no rows.
+    """Median over rows (m, k) of the least unit errors that explain them, root mean square; 0 where there are no rows.
 
-    Args:
-        effect: Moves of each row's numbers by each of q unit errors, (m, k, q).
-        residuals: (m, k).
+    Each of q unit errors moves the rows by `effect`, (m, k, q).
     """
     errors = (np.linalg.pinv(effect) @ residuals[..., None])[..., 0]
     sizes = np.linalg.norm(errors, axis=1) / np.sqrt(np.maximum(np.linalg.matrix_rank(effect), 1))

@@ -92,16 +92,12 @@ class Problem:
     @cached_property
     def starts(self) -> Ints:
         """Where the numbers of each row begin, (m,)."""
-        return np.arange(self.rows, dtype=np.int64) * self._axes
+        return np.arange(self.rows, dtype=np.int64) * self.model.blocks.numbers
 
     @cached_property
     def row_of_number(self) -> Ints:
         """Row of each number, (K,)."""
-        return np.repeat(np.arange(self.rows, dtype=np.int64), self._axes)
-
-    @cached_property
-    def _axes(self) -> int:
-        return self.model.blocks.numbers
+        return np.repeat(np.arange(self.rows, dtype=np.int64), self.model.blocks.numbers)
 
     def plain(self, x: Array) -> Array:
         """Residuals as the sensor has them, (c, d) -> (c, m, k)."""
@@ -179,9 +175,6 @@ class Problem:
         if len(parts) <= 1:
             return ((np.arange(self.rows, dtype=np.int64), self),)
         return tuple(
-            (
-                part.rows,
-                replace(self, model=part.model, noise=None if self.noise is None else self.noise.of_rows(part.rows)),
-            )
-            for part in parts
+            (rows, replace(self, model=part, noise=None if self.noise is None else self.noise.of_rows(rows)))
+            for rows, part in parts
         )

@@ -21,9 +21,7 @@ from robolaser.model.batches import depends_on_trajectory, with_rows
 def sampled(problem: Problem, most: int) -> tuple[Problem, Ints] | None:
     """The problem of so many rows, evenly taken from all poses, and which they are, (most,).
 
-    None where a sample cannot stand for all rows.
-
-    It can where rows count by their squares alone and each depends on its own pose alone.
+    None where a sample cannot stand for all: rows must count by their squares, and each depend on its own pose, alone.
     """
     rows = problem.rows
     alone = problem.noise is None and problem.prior is None and problem.model.known_distances is None

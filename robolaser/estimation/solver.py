@@ -46,23 +46,10 @@ class Solution:
 
     x: Array  # the parameters, (c, d)
     cost: Array  # their cost, (c,); infinite where it is not finite at the start, which is then x
-    # by how much the best undamped step would lower the cost, (c,); at least by so much where it has not converged
-    to_go: Array
-    converged: Bools  # whether that is no more than the tolerance, or the rounding error, (c,)
-    iterations: Ints  # steps taken, (c,)
+    converged: Bools  # whether the best undamped step would lower it by no more than the tolerance, or rounding, (c,)
     evaluations: int  # residual vectors evaluated in all; a Jacobian counts as one for each parameter
     # derivatives of the residuals by each parameter over its scale, (c, d, K), where they are known
     slopes: Array | None = None
-
-    @property
-    def best(self) -> int:
-        """The candidate of lowest cost."""
-        return int(np.argmin(self.cost))
-
-
-def after(most: int) -> Callable[[Array, Bools, Ints], Bools]:
-    """Gives candidates up after so many steps, for `solve`."""
-    return lambda cost, converged, steps: np.asarray(steps >= most)
 
 
 def solve(
@@ -72,6 +59,7 @@ def solve(
     kept: Bools | None = None,
     tol: float = TOLERANCE,
     enough: float = 0.0,
+    most_steps: int = MOST_STEPS,
     hopeless: Callable[[Array, Bools, Ints], Bools] | None = None,
     slopes: Array | None = None,
     rival: float = np.inf,
@@ -87,6 +75,7 @@ def solve(
         kept: Rows that count, for each candidate, (c, m); all when absent.
         tol: Share of the cost, see above.
         enough: Cost that an optimum may be missed by, in its own unit: some chi-squared where rows are whitened.
+        most_steps: After which a candidate is given up.
         hopeless: Says after each step which candidates to give up, from the cost, the convergence and the steps of
             all that are solved together, (c,) each.
         slopes: Derivatives of the residuals by each parameter over its scale somewhere near the starts, (d, K), where
@@ -97,25 +86,23 @@ def solve(
     starts = np.clip(np.asarray(starts, np.float64), problem.lower, problem.upper)
     if len(starts) == 0:
         none = np.empty(0)
-        return Solution(starts, none, none, none > 0, none.astype(np.int64), 0)
+        return Solution(starts, none, none > 0, 0)
     numbers = max(1, problem.rows) * (len(problem.scale) + 1) * 3
     at_once = max(1, KEPT // numbers)
     parts = [slice(i, i + at_once) for i in range(0, len(starts), at_once)]
     ends = [
         _Descents(problem, starts[part], None if kept is None else kept[part], tol, enough, rival, close=close).run(
-            hopeless, slopes
+            most_steps, hopeless, slopes
         )
         for part in parts
     ]
     if len(ends) == 1:
         return ends[0]
-    x, cost, to_go, converged, iterations = (
-        np.concatenate([getattr(end, name) for end in ends])
-        for name in ("x", "cost", "to_go", "converged", "iterations")
-    )
-    return Solution(x, cost, to_go, converged, iterations, sum(end.evaluations for end in ends))
+    x, cost, converged = (np.concatenate([getattr(end, name) for end in ends]) for name in ("x", "cost", "converged"))
+    return Solution(x, cost, converged, sum(end.evaluations for end in ends))
 
 
+@dataclass(eq=False)
 class _Descents:
     """Candidates on their way down: what is known of each at its place.
 
@@ -124,84 +111,80 @@ class _Descents:
     derivatives, while these promise ever less; `_bent` is the cost that their having changed since may hide.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        x: Array,
-        kept: Bools | None,
-        tol: float,
-        enough: float,
-        rival: float,
-        *,
-        close: bool,
-    ) -> None:
-        c, d = x.shape
-        self._close = close
-        self._problem, self._kept, self._tol, self._enough, self._rival = problem, kept, tol, enough, rival
-        self._x, self._cost = x.copy(), np.empty(c)
+    problem: Problem
+    x: Array
+    kept: Bools | None
+    tol: float
+    enough: float
+    rival: float
+    close: bool
+
+    def __post_init__(self) -> None:
+        x, (c, d) = self.x, self.x.shape
+        self.x = x.copy()
         self._A, self._g, self._lengths = np.zeros((c, d, d)), np.zeros((c, d)), np.zeros((c, d))
         self._damping, self._growth = np.full(c, FIRST_DAMPING), np.full(c, 2.0)
         self._side = np.zeros((c, d), dtype=np.int64)
-        self._to_go, self._converged = np.full(c, np.inf), np.zeros(c, dtype=bool)
-        self._iterations = np.zeros(c, dtype=np.int64)
+        self._converged, self._iterations = np.zeros(c, dtype=bool), np.zeros(c, dtype=np.int64)
         self._promised, self._bent, self._chord = np.full(c, np.inf), np.zeros(c), np.zeros(c, dtype=bool)
         self._evaluations, self._curved = c, False
-        batches = problem.batches
-        self._r = [self._of_batch(i, x, np.arange(c)) for i in range(len(batches))]
+        self._r = [self._of_batch(i, x, np.arange(c)) for i in range(len(self.problem.batches))]
         keeps = sum(r.size for r in self._r) * d <= KEPT
         self._J = [np.zeros((c, d, r.shape[1])) for r in self._r] if keeps else []
         self._cost = self._costs(x, self._r)
 
-    def run(self, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None) -> Solution:
+    def run(
+        self, most_steps: int, hopeless: Callable[[Array, Bools, Ints], Bools] | None, slopes: Array | None
+    ) -> Solution:
         """Go on until all candidates have come to rest."""
         active = np.flatnonzero(np.isfinite(self._cost))
         near = slopes is not None and len(self._J) == 1
         if near:
             self._J[0][:] = slopes
-        if near and self._kept is None:  # an end that matters is looked at with derivatives of its own
-            self._bent[:] = self._enough
-        elif near and self._kept is not None:
-            self._J[0] *= self._kept[:, None, self._problem.row_of_number]
+        if near and self.kept is None:  # an end that matters is looked at with derivatives of its own
+            self._bent[:] = self.enough
+        elif near and self.kept is not None:
+            self._J[0] *= self.kept[:, None, self.problem.row_of_number]
         if len(active):
             self._linearize(active, chord=near)
-            self._chord &= self._kept is None
+            self._chord &= self.kept is None
         for _ in range(4 * MOST_STEPS):
             if not len(active):
                 break
             active = self._advance(active)
-            active = active[self._iterations[active] < MOST_STEPS]
+            active = active[self._iterations[active] < most_steps]
             if hopeless and len(active):
                 active = active[~hopeless(self._cost, self._converged, self._iterations)[active]]
-        slopes = self._J[0] if len(self._J) == 1 and self._kept is None and not self._chord.any() else None
-        return Solution(self._x, self._cost, self._to_go, self._converged, self._iterations, self._evaluations, slopes)
+        slopes = self._J[0] if len(self._J) == 1 and self.kept is None and not self._chord.any() else None
+        return Solution(self.x, self._cost, self._converged, self._evaluations, slopes)
 
     def _of_batch(self, batch: int, x: Array, which: Ints) -> Array:
         """Residuals of a batch that count, (c, d) -> (c, K)."""
-        rows, part = self._problem.batches[batch]
+        rows, part = self.problem.batches[batch]
         together = bool((x == x[0]).all())
         r = part.residuals(x[:1]).repeat(len(x), axis=0) if together else part.residuals(x)
-        return r if self._kept is None else np.asarray(r * self._kept[which][:, rows][:, part.row_of_number])
+        return r if self.kept is None else np.asarray(r * self.kept[which][:, rows][:, part.row_of_number])
 
     def _costs(self, x: Array, residuals: list[Array]) -> Array:
         """Cost of candidates (c, d) with their residuals, (c,)."""
-        costs: Array = np.square(self._problem.extra_residuals(x)).sum(axis=1)
-        for (_, part), r in zip(self._problem.batches, residuals, strict=True):
+        costs: Array = np.square(self.problem.extra_residuals(x)).sum(axis=1)
+        for (_, part), r in zip(self.problem.batches, residuals, strict=True):
             costs = costs + part.loss.costs(r, part.starts)
         return costs
 
     def _linearize(self, which: Ints, *, chord: bool = False) -> None:
         """Work out the quadratic model of candidates at their places; on a chord with the derivatives they have."""
-        x = self._x[which]
+        x = self.x[which]
         together = bool((x == x[0]).all())
-        places = x[:1] if together else x.mean(axis=0, keepdims=True) if self._close else x
-        same = chord and self._curved and all(part.loss.is_square for _, part in self._problem.batches)
-        J = self._problem.extra_jacobian(self._x[which])
+        places = x[:1] if together else x.mean(axis=0, keepdims=True) if self.close else x
+        same = chord and self._curved and all(part.loss.is_square for _, part in self.problem.batches)
+        J = self.problem.extra_jacobian(self.x[which])
         A = self._A[which] if same else J @ np.swapaxes(J, 1, 2)
-        g = (J @ self._problem.extra_residuals(self._x[which])[..., None])[..., 0]
-        for i, (rows, part) in enumerate(self._problem.batches):
+        g = (J @ self.problem.extra_residuals(self.x[which])[..., None])[..., 0]
+        for i, (rows, part) in enumerate(self.problem.batches):
             J = self._J[i][which] if chord else part.jacobian(places)
-            if self._kept is not None and not chord:
-                J = J * self._kept[which][:, rows][:, None, part.row_of_number]
+            if self.kept is not None and not chord:
+                J = J * self.kept[which][:, rows][:, None, part.row_of_number]
             if self._J and not chord:
                 self._J[i][which] = J
             r, J = part.loss.linearized(self._r[i][which], J, part.starts)
@@ -215,8 +198,8 @@ class _Descents:
 
     def _advance(self, active: Ints) -> Ints:
         """Try a step of each candidate; those that have not come to rest."""
-        problem, c = self._problem, len(active)
-        x, cost, damping = self._x[active], self._cost[active], self._damping[active]
+        problem, c = self.problem, len(active)
+        x, cost, damping = self.x[active], self._cost[active], self._damping[active]
         unit = np.where(self._lengths[active] > 0.0, self._lengths[active], 1.0)
         A = self._A[active] / unit[:, :, None] / unit[:, None, :]
         g = self._g[active] / unit
@@ -225,16 +208,15 @@ class _Descents:
         step, predicted, side = _damped(A, damping, g, *room, self._side[active])
         self._side[active] = side
         digits = EPS * np.abs(x / problem.scale)
-        least = np.maximum(self._tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
-        worth = np.maximum(self._enough, OF_LOSS * (cost - self._rival))
+        least = np.maximum(self.tol * cost, np.square((digits * self._lengths[active]).sum(axis=1)))
+        worth = np.maximum(self.enough, OF_LOSS * (cost - self.rival))
         enough = np.maximum(least, worth)
         to_go = predicted.copy()  # the undamped step may be predicted to gain less, which matters near the optimum only
         near = np.flatnonzero(predicted <= enough)
         if len(near):
             undamped = np.full(len(near), LEAST_DAMPING)
             to_go[near] = _damped(A[near], undamped, g[near], room[0][near], room[1][near], side[near])[1]
-        self._to_go[active] = to_go
-        self._converged[active] = (to_go <= enough) | ((predicted <= least) & (to_go <= np.sqrt(self._tol) * cost))
+        self._converged[active] = (to_go <= enough) | ((predicted <= least) & (to_go <= np.sqrt(self.tol) * cost))
         going = (to_go > enough) & (predicted > least) & (damping <= MOST_DAMPING)
         chord = self._chord[active]
         doubted = chord & np.where(going, predicted > FALL * self._promised[active], to_go + self._bent[active] > worth)
@@ -276,11 +258,11 @@ class _Descents:
         harder = np.where(chord, 1.0, self._growth[active])
         self._damping[active] = np.where(better, easier, damping * harder)
         self._growth[active] = np.where(better, 2.0, 2.0 * harder)
-        straight = better & (np.abs(gained - 1.0) <= AS_PREDICTED) & bool(self._J and self._enough)
+        straight = better & (np.abs(gained - 1.0) <= AS_PREDICTED) & bool(self._J and self.enough)
         bent = trial.shape[1] * np.square(gained - 1.0) * predicted
         self._bent[active], self._promised[active] = bent + np.where(chord, self._bent[active], 0.0), predicted
         moved = active[better]
-        self._x[moved], self._cost[moved] = trial[better], there[better]
+        self.x[moved], self._cost[moved] = trial[better], there[better]
         self._iterations[active] += 1
         for mine, r in zip(self._r, residuals, strict=True):
             mine[moved] = r[better]
@@ -290,7 +272,7 @@ class _Descents:
 
     def _second_derivative(self, active: Ints, x: Array, step: Array) -> Array:
         """Jᵀ r'' of the residuals' second derivative along each step, (c, d); zero where one is not finite."""
-        problem = self._problem
+        problem = self.problem
         probe = np.clip(x + PROBE * problem.scale * step, problem.lower, problem.upper)
         curvature = np.zeros_like(step)
         for i, (_, part) in enumerate(problem.batches):

@@ -35,8 +35,7 @@ class CorrectedArm:
     @cached_property
     def effects(self) -> tuple[tuple[CandidateEffect, Effect], ...]:
         """The effects of the model, with their values."""
-        _, values, _ = self.calibration.solved
-        return tuple((one, one.at(values)) for one in self.calibration.model.effects)
+        return tuple((one, one.at(self.calibration.values)) for one in self.calibration.model.effects)
 
     @cached_property
     def urdf(self) -> str:

@@ -15,7 +15,6 @@ import numpy as np
 from robolaser.calibration.result import Calibration
 from robolaser.export import runtime
 from robolaser.export.corrected_arm import CorrectedArm
-from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.run import Run
 from robolaser.model.forward_model import Model
@@ -116,10 +115,7 @@ def corrected_module(calibration: Calibration) -> str | None:
         return None
     arm, model = CorrectedArm(calibration), calibration.model
     run = model.run
-    numbers = _numbers(arm, run) | {
-        "FRAMES": flange_frames(*calibration.solved),
-        "CELL": base_frames(*calibration.solved),
-    }
+    numbers = _numbers(arm, run) | {"FRAMES": calibration.in_cell.flange, "CELL": calibration.in_cell.base}
     sources = _Sources((*numbers, "EFFECTS"))
     for function in (runtime.corrected_targets, runtime.sensor):
         sources.add(function.__name__, function)

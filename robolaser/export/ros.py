@@ -9,7 +9,6 @@ from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
 from robolaser.export.urdf import placed_frames
 from robolaser.geometry.rigid_motion import to_quaternion
-from robolaser.model.blocks.cell_frames import camera_of, published_frames
 from robolaser.model.sensors.camera import OPTICAL
 from robolaser.model.sensors.in_cell import CameraView
 from robolaser.model.stages import Stage
@@ -19,9 +18,8 @@ GRID = 41  # lines across the image, edges included, on which the distortion is 
 
 def static_transform(calibration: Calibration) -> str | None:
     """Command lines that publish where the sensor sits, and what it tracks; None where it has no frames for that."""
-    published = published_frames(*calibration.solved)
     every = ((link, name, T) for link, frames in placed_frames(calibration).items() for name, T in frames.items())
-    commands = [_command(link, name, T) for link, name, T in every if name in published]
+    commands = [_command(link, name, T) for link, name, T in every if name in calibration.in_cell.published]
     return " &\n".join(commands) + "\n" if commands else None
 
 
@@ -71,7 +69,7 @@ def camera_yaml(calibration: Calibration) -> str | None:
     largest disagreement. None where the sensor has no camera or the image size is unknown.
     """
     model, dataset = calibration.model, calibration.model.dataset
-    camera = camera_of(*calibration.solved)
+    camera = calibration.in_cell.camera
     if camera is None or dataset.image_px is None:
         return None
     if camera.distortion is not None:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 from robolaser.arrays import Array
 from robolaser.calibration.result import Calibration
-from robolaser.model.blocks.cell_frames import base_frames, flange_frames
 from robolaser.robot.urdf.editing import with_fixed_frames
 
 FLANGE_ONLY = '<?xml version="1.0"?>\n<robot name="flange">\n  <link name="flange"/>\n</robot>\n'
@@ -46,7 +45,7 @@ def placed_frames(calibration: Calibration) -> Mapping[str, Mapping[str, Array]]
     """The sensor's frames by the link that they are fixed to: the flange, then the base."""
     robot = calibration.model.dataset.robot
     base, flange = ("base", "flange") if robot is None else (robot.base, robot.flange)
-    return {flange: flange_frames(*calibration.solved), base: base_frames(*calibration.solved)}
+    return {flange: calibration.in_cell.flange, base: calibration.in_cell.base}
 
 
 def _with_sensor(text: str, calibration: Calibration) -> str:

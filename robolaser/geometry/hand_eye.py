@@ -115,15 +115,11 @@ def mean_rotation(R: Array) -> Array:
 
 
 def hand_eye_by_travel(A: Array, B: Array) -> tuple[Array, Array]:
-    """X and Z, (4, 4) each, with A X = Z B as nearly as can be, where A turns about one axis only, or not at all.
+    """X and Z, (4, 4) each, with A X = Z B as nearly as can be, (n, 4, 4), where A turns about one axis at most.
 
     Turns about one axis a leave R_Z free to turn about a; without any turn R_Z is free altogether. Then the way that A
     goes and the one that B goes, seen in their own frames, fix the rest: R_Z t_B = t_A + R_A t_X - t_Z. What no turn
     moves of t_X, its part along a or all of it, is in no data: it is zero here, and t_Z holds it.
-
-    Args:
-        A: Motions that turn about one axis at most, (n, 4, 4).
-        B: Motions, (n, 4, 4).
 
     Raises:
         EstimationError: A neither turns nor travels in two directions.

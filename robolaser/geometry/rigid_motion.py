@@ -184,13 +184,9 @@ def nearest_rotation(M: Array) -> tuple[Array, Array]:
 
 
 def rigid_fit(source: Array, image: Array) -> Array:
-    """The motion T that brings `source` (..., m, 3) nearest to `image` (..., m, 3) in least squares, (..., 4, 4).
+    """T_a_b (..., 4, 4) that brings points in frame b nearest to their images in frame a, (..., m, 3) [m] each.
 
-    Args:
-        source: Points in frame b [m].
-        image: The same points in frame a [m].
-
-    Source: Umeyama 1991, with the scale held at one.
+    In least squares. Source: Umeyama 1991, with the scale held at one.
     """
     share = 1.0 / source.shape[-2]
     mean_b, mean_a = (share * source).sum(axis=-2), (share * image).sum(axis=-2)

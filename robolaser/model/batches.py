@@ -1,9 +1,8 @@
 """Large data in batches of whole poses: what is known of each does not depend on the others, and little is kept."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from typing import final
 
 import numpy as np
 
@@ -15,20 +14,16 @@ ROWS = 6_000
 """Rows of a batch at which the next one begins: their derivatives by some ten parameters fit a processor's cache."""
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Batch:
-    """A part of a model's rows."""
+def batches_of(model: Model) -> tuple[tuple[Ints, Model], ...]:
+    """A model in batches; a single one where it is small, or where an effect looks at more than the pose it bends.
 
-    model: Model  # sees no more than these rows and their poses; its parameters are those of the whole
-    rows: Ints  # which of the whole model's rows they are, (m,)
-
-
-def batches_of(model: Model) -> tuple[Batch, ...]:
-    """A model in batches; a single one where it is small, or where an effect looks at more than the pose it bends."""
+    Returns:
+        The numbers of some of its rows, (m,), and the model that sees no more than these and their poses; its
+        parameters are those of the whole.
+    """
     whole = np.arange(len(model.dataset.points))
     if len(whole) <= ROWS or depends_on_trajectory(model):
-        return (Batch(model, whole),)
+        return ((whole, model),)
     return tuple(_cut(model))
 
 
@@ -47,7 +42,7 @@ def of_data(model: Model, dataset: Dataset) -> Model:
     return Model(dataset, model.effects, model.course).sharing(model.sensor_parameters)
 
 
-def _cut(model: Model) -> Iterator[Batch]:
+def _cut(model: Model) -> Iterator[tuple[Ints, Model]]:
     dataset = model.dataset
     order = np.argsort(dataset.points.pose, kind="stable")
     counts = np.bincount(dataset.points.pose, minlength=len(dataset.poses))
@@ -63,4 +58,4 @@ def _cut(model: Model) -> Iterator[Batch]:
                 poses=dataset.poses.take(np.arange(first, last)),
                 points=replace(points, pose=points.pose - first),
             )
-            yield Batch(Model(part, model.effects).sharing(model.sensor_parameters), rows)
+            yield rows, Model(part, model.effects).sharing(model.sensor_parameters)

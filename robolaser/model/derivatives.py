@@ -14,18 +14,10 @@ WAYS = 6  # in which a flange can move
 
 
 def jacobian(model: Model, x: Array) -> Array:
-    """Derivatives of the residuals by all parameters.
-
-    Args:
-        model: With its effects.
-        x: Candidates in the order of `model.parameters`, (c, d).
-
-    Returns:
-        (c, d, m, k), in the residuals' unit per unit of each parameter.
-    """
+    """Derivatives of the residuals at candidates (c, d) by all parameters, (c, d, m, k), in their unit per unit."""
     count = x.shape[1]
     values = {name: Dual.parameter(x[:, i], i) for i, name in enumerate(model.parameters.names)}
-    flange: Any = model.seen_flange(cast("Values", values))
+    flange: Any = model.flange(cast("Values", values), only_seen=True)
     if not isinstance(flange, Dual) or len(flange.of) <= WAYS:
         return _by_numbers(model, values, flange, count)
     # however many parameters move joints and links, they move the flange in six ways, and each row by that of its pose

@@ -14,27 +14,17 @@ from robolaser.duals import Dual
 @final
 @dataclass(frozen=True)
 class ErrorSource:
-    """One source of measurement error: residuals are e = e₀ + Σ σ_i A_i ξ_i with independent standard normal ξ_i.
+    """One source of measurement error: residuals are e = e₀ + Σ σ_i A_i ξ_i with independent standard normal ξ_i."""
 
-    Attributes:
-        name: Such as `pixel`, `target`, `point`, `joint`, `flange`.
-        effect: A, the move of each row by each of q independent unit errors, (m, k, q) [row's unit per unit].
-        group: Rows with one number share their q errors, (m,); a group never reaches beyond one pose.
-        unit: Of σ.
-        level: Whether every shot draws the error anew, all shots of a point share it, or all rows of a pose.
-        stated: σ where the data set states it.
-        least: Estimates of σ are not below.
-        most: Nor above.
-    """
-
-    name: str
-    effect: Array
-    group: Ints
-    unit: str = "m"
+    name: str  # such as `pixel`, `target`, `point`, `joint`, `flange`
+    effect: Array  # A, the move of each row by each of q independent unit errors, (m, k, q) [row's unit per unit]
+    group: Ints  # rows with one number share their q errors, (m,); a group never reaches beyond one pose
+    unit: str = "m"  # of σ
+    # whether every shot draws the error anew, all shots of a point share it, or all rows of a pose
     level: Literal["shot", "point", "pose"] = "shot"
-    stated: float | None = None
-    least: float = 0.0
-    most: float = np.inf
+    stated: float | None = None  # σ where the data set states it
+    least: float = 0.0  # estimates of σ are not below,
+    most: float = np.inf  # nor above
 
     @property
     def isotropic(self) -> bool:

@@ -17,6 +17,7 @@ from robolaser.model.effects.effect import CandidateEffect, Run, perturb_with
 from robolaser.model.effects.run import Course
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Parameters, Values
+from robolaser.robot.kinematics import Robot
 
 STARTED = "_started"
 CHUNK = 400_000  # point-evaluations at a time: their residuals still fit into a processor's cache
@@ -115,28 +116,25 @@ class Model:
     def _robot_bends(self) -> bool:
         return any(candidate_effect.effect.stage in (Stage.JOINTS, Stage.LINKS) for candidate_effect in self.effects)
 
-    def flange(self, values: Values, perturb: Perturbation | None = None, q: Array | None = None) -> Array:
-        """T_base_flange at every pose, (c or 1, n, 4, 4); with its derivatives where values carry some.
-
-        Args:
-            values: By name, (c,) each.
-            perturb: The effects with these values.
-            q: Joint values in the place of those read, (c or 1, n, j).
-        """
-        return self._placed(values, perturb or self.perturb(values), q, None)
-
-    def seen_flange(self, values: Values, perturb: Perturbation | None = None, q: Array | None = None) -> Array:
-        """The same by the nominal arm where the poses have no points: no residual needs these."""
-        return self._placed(values, perturb or self.perturb(values), q, self._seen)
-
     @cached_property
     def _seen(self) -> Ints | None:
         """Poses with points; None where all have some."""
         seen = np.unique(self.dataset.points.pose)
         return None if len(seen) == len(self.dataset.poses) else seen
 
-    def _placed(self, values: Values, perturb: Perturbation, q: Array | None, seen: Ints | None) -> Array:
-        poses, robot = self.dataset.poses, self.dataset.robot
+    def flange(
+        self, values: Values, perturb: Perturbation | None = None, q: Array | None = None, *, only_seen: bool = False
+    ) -> Array:
+        """T_base_flange at every pose, (c or 1, n, 4, 4); with its derivatives where values carry some.
+
+        Args:
+            values: By name, (c,) each.
+            perturb: The effects with these values.
+            q: Joint values in the place of those read, (c or 1, n, j).
+            only_seen: Whether the nominal arm will do where poses have no points: no residual needs these.
+        """
+        perturb = perturb or self.perturb(values)
+        poses, robot, seen = self.dataset.poses, self.dataset.robot, self._seen if only_seen else None
         if robot is None or poses.q is None or (q is None and not self._robot_bends):
             return perturb(Stage.FLANGE, self._nominal_flange)
         q, placements = perturb(Stage.JOINTS, poses.q[None] if q is None else q), robot.placements[None, None]
@@ -168,7 +166,7 @@ class Model:
     def residuals_at(self, values: Values) -> Array:
         """The same for values by name, (c,) each, all candidates at once."""
         perturb = self.perturb(values)
-        return self.blocks.residuals(values, self.seen_flange(values, perturb), perturb)
+        return self.blocks.residuals(values, self.flange(values, perturb, only_seen=True), perturb)
 
     @cached_property
     def known_distances(self) -> KnownDistances | None:
@@ -218,6 +216,19 @@ class Model:
         values = self.blocks.fix_gauge(self.parameters.values(x[None]))
         return np.array([values[name][0] for name in self.parameters.names])
 
+    def robot_at(self, x: Array) -> Robot | None:
+        """The arm as it is at x (d,); None without one, and the arm itself where no effect changes its URDF.
+
+        Offsets move a joint's zero: its limits then count from the new one.
+        """
+        robot, values = self.dataset.robot, self.parameters.values(x[None])
+        written = tuple(one.at(values) for one in self.effects if one.effect.in_urdf)
+        if robot is None or not written:
+            return robot
+        perturb = perturb_with(written, self.run)
+        offset = perturb(Stage.JOINTS, np.zeros((1, 1, len(robot.joints))))[0, 0]
+        return robot.with_placements(perturb(Stage.LINKS, robot.placements[None, None])[0, 0], offset)
+
     def cost(self, x: Array) -> Array:
         """J of eq. 18, (c, d) -> (c,) [m²]; infinite at the model's poles."""
         if not self.effects:
@@ -226,4 +237,4 @@ class Model:
 
     def _squares(self, values: Values) -> Array:
         perturb = self.perturb(values)
-        return self.blocks.squares(values, self.seen_flange(values, perturb), perturb)
+        return self.blocks.squares(values, self.flange(values, perturb, only_seen=True), perturb)

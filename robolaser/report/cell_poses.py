@@ -11,7 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.errors import DataError
 from robolaser.geometry.rigid_motion import apply, inverse
-from robolaser.model.blocks.cell_frames import camera_of, mount_of
+from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.effects.effect import CandidateEffect, CarryOver, Run
 from robolaser.model.effects.run_summary import RunSummary, continued
 from robolaser.model.forward_model import Model
@@ -94,7 +94,7 @@ class CellPoses:
     @cached_property
     def camera(self) -> Array | None:
         """T_base_camera, (n, 4, 4); None where there is no camera."""
-        mount = mount_of(self.model.blocks, self.values, self._perturb)
+        mount = in_cell(self.model.blocks, self.values, self._perturb).mount
         if mount is not None:
             cameras: Array = self.flange @ mount[0]
             return cameras
@@ -190,7 +190,7 @@ class CellPoses:
 
     def misses(self, errors_m: Array) -> Array | None:
         """From each row's pixel to where the model predicts it, (m, 2) [px]; without the slope of the distortion."""
-        view = camera_of(self.model.blocks, self.values, self._perturb)
+        view = in_cell(self.model.blocks, self.values, self._perturb).camera
         shifts, across = self.shifts(errors_m), self.across_view(errors_m)
         if view is None or shifts is None or self.camera is None:
             return None
@@ -249,7 +249,7 @@ class CellPoses:
     @cached_property
     def _view(self) -> Array:
         """The corners of the image at some depth, in the camera's frame, (4, 3) [m]."""
-        view = camera_of(self.model.blocks, self.values, self._perturb)
+        view = in_cell(self.model.blocks, self.values, self._perturb).camera
         width, height = self.dataset.image_px or (4, 3)
         ends = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]]) - 0.5
         K = np.array([[width, 0.0, width / 2], [0.0, width, height / 2], [0.0, 0.0, 1.0]]) if view is None else view.K

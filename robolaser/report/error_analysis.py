@@ -15,7 +15,7 @@ from robolaser.model.batches import depends_on_trajectory, with_rows
 from robolaser.model.error_source import ErrorSource
 from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
-from robolaser.model.noise.repeats import pixel_from_repeats
+from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
 
 ENOUGH_ROWS = 20_000
@@ -56,7 +56,7 @@ class ErrorAnalysis:
     def known_noise(self) -> Mapping[str, str]:
         """Sources of noise whose size does not come from the residuals themselves, and where it comes from."""
         known = {source.name: "stated in the data set" for source in self.sources if source.stated is not None}
-        if "pixel" not in known and pixel_from_repeats(self.calibration.model.dataset) is not None:
+        if "pixel" not in known and pixel_repeats(self.calibration.model.dataset) is not None:
             known["pixel"] = "from repeats"
         return {name: origin for name, origin in known.items() if name in self.calibration.noise}
 

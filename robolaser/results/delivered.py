@@ -82,9 +82,8 @@ def delivered(calibration: Calibration) -> list[Delivered]:
     if arm is None or not own or is_withheld(calibration):
         return []
     run = calibration.model.run
-    _, values, _ = calibration.solved
     in_urdf = tuple(one for one in own if one.effect.in_urdf)
-    in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(values).parts(run))
+    in_mjcf = tuple(one for one in own if one.effect.in_urdf or one.at(calibration.values).parts(run))
     files: dict[str, tuple[Reader | None, tuple[CandidateEffect, ...]]] = {
         "corrected.py": (_by_module, contained(calibration.model)),
         "robot_corrected.urdf": (_by_arm(_flange_by_urdf), in_urdf),

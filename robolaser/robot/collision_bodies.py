@@ -56,11 +56,8 @@ def link_bodies(robot: Robot, radius_m: float | None = None) -> tuple[Body, ...]
 
     A link has the boxes, spheres and cylinders of its `<collision>` elements. Where it has none, or meshes, which are
     not read, capsules stand for it: from its own joint straight to the axis of each joint that it carries, and along
-    that to the joint's origin, which may lie anywhere on its axis.
-
-    Args:
-        robot: Any arm.
-        radius_m: Of the capsules; by default a share of the arm's length.
+    that to the joint's origin, which may lie anywhere on its axis. Their radius is a share of the arm's length where
+    none is given.
     """
     arm, drawn = robot.by_pinocchio, _drawn(robot.urdf)
     radius = link_radius(robot) if radius_m is None else radius_m

@@ -52,14 +52,9 @@ class FlangeMotion:
         return np.moveaxis(self.by_joints @ np.moveaxis(moves, 1, -1), -1, 1)
 
     def twists_by_placements(self, placements: Array, moves: Array) -> Array:
-        """Twists by small motions of the joints' placements.
+        """Twists by what is added to placements of the joints (c or 1, n or 1, j, 4, 4) in q directions, (c, q, n, 6).
 
-        Args:
-            placements: Of the joints, (c or 1, n or 1, j, 4, 4).
-            moves: What is added to them in q directions, (c or 1, q, n or 1, j, 4, 4).
-
-        Returns:
-            (c, q, n, 6).
+        The moves are small, (c or 1, q, n or 1, j, 4, 4).
         """
         assert self.by_placements is not None  # the caller asked for them
         c, n = self.by_placements.shape[:2]

@@ -121,14 +121,9 @@ class Robot:
         return self.by_pinocchio.flange(self.by_pinocchio.frames(q, placements))
 
     def joint_frames(self, q: Array, placements: Array | None = None) -> Array:
-        """Where the joints of the chain are, from base to flange, each turned by its own value.
+        """T_base_joint of the chain, from base to flange, each turned by its own value, (c, n, len(chain), 4, 4).
 
-        Args:
-            q: As for `forward`.
-            placements: As for `forward`.
-
-        Returns:
-            T_base_joint, (c, n, len(chain), 4, 4).
+        Arguments as those of `forward`.
         """
         return self.by_pinocchio.frames(q, placements)[:, :, [self.by_pinocchio.columns[i] for i in self.chain]]
 
@@ -211,24 +206,16 @@ class Robot:
         return lower, upper
 
     def gravity_torques(self, q: Array) -> Array:
-        """What each joint must bear to hold the arm still at q, all masses of the URDF counted.
+        """What each joint must bear to hold the arm still at q, all masses counted, (..., j) -> (..., j) [Nm] or [N].
 
-        Args:
-            q: Joint values, (..., j) [rad] or [m]; unlisted joints are at neutral.
-
-        Returns:
-            Generalised gravity, (..., j) [Nm] or [N]; zeros for a URDF without masses.
+        Unlisted joints are at neutral; zeros for a URDF without masses.
         """
         return self.by_pinocchio.gravity_torques(q.reshape(-1, q.shape[-1])).reshape(q.shape)
 
     def carried(self, q: Array) -> tuple[Array, Array]:
-        """The mass of all that each joint carries, by the URDF, and where its centre is.
+        """The mass of all that each joint carries, by the URDF, (j,) [kg], and its centre at q (n, j), (n, j, 3) [m].
 
-        Args:
-            q: Joint values, (n, j) [rad] or [m]; unlisted joints are at neutral.
-
-        Returns:
-            Masses (j,) [kg] and centres in the base frame (n, j, 3) [m]; where there is no mass, the joint's origin.
+        Centres are in the base frame; where there is no mass, the joint's origin. Unlisted joints are at neutral.
         """
         return self.by_pinocchio.carried(q)
 

@@ -179,13 +179,7 @@ class PinocchioModel:
         return np.asarray(self.model.inertias[joint + 1].toDynamicParameters())
 
     def torque_regressor(self, q: Array, speed: Array, acceleration: Array, joint: int) -> Array:
-        """The same torques for a unit of each inertial number of what one of the joints that move carries.
-
-        Args:
-            q: Joint values, (n, j).
-            speed: Of the joints, (n, j).
-            acceleration: Of the joints, (n, j).
-            joint: Numbered as in `moving`.
+        """The same torques for a unit of each inertial number of what a joint, numbered as in `moving`, carries.
 
         Returns:
             (n, j, 10): of the mass, its first moments x, y, z, and the inertia xx, xy, yy, xz, yz, zz about the joint.

@@ -32,17 +32,7 @@ def only_end(text: str, source: str) -> str:
 
 
 def read_arm(text: str, *, flange: str, joints: Sequence[str] | None, source: str) -> tuple[PinocchioModel, str]:
-    """The arm of a URDF, and its name.
-
-    Args:
-        text: The URDF itself.
-        flange: The link that carries the sensor.
-        joints: Those that are read; when absent, all that move the flange and follow none, from base to flange.
-        source: What error messages call the URDF.
-
-    Raises:
-        RobotError: As of `Robot.from_urdf`.
-    """
+    """The arm of a URDF, and its name; arguments and errors as those of `Robot.from_urdf`."""
     import pinocchio  # noqa: PLC0415 - loaded only for data sets with an arm that is computed
 
     robot, followers = for_pinocchio(text, source)

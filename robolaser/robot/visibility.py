@@ -89,7 +89,7 @@ class View:
 
 
 def configurations_looking_down(
-    robot: Robot, view: View, *, wanted: int, level: float | None, rng: np.random.Generator
+    robot: Robot, view: View, *, wanted: int, rng: np.random.Generator
 ) -> tuple[Array, float]:
     """Configurations from which the whole stripe on a flat target is in the image.
 
@@ -100,12 +100,11 @@ def configurations_looking_down(
         robot: Any arm.
         view: Its scanner.
         wanted: How many are needed; up to three times as many follow as spares.
-        level: Height of the target in the base frame [m]. None: the base's own level where the arm can look at it,
-            else the level that most postures look at.
         rng: Random numbers.
 
     Returns:
-        Configurations (`wanted` and some more, j), and the level.
+        Configurations (`wanted` and some more, j), and the height of the target in the base frame [m]: the base's own
+        level where the arm can look at it, else the level that most postures look at.
 
     Raises:
         RobotError: Not enough are found.
@@ -114,7 +113,7 @@ def configurations_looking_down(
     kept_q, kept_T = np.empty((0, len(robot.joints))), np.empty((0, 4, 4))
     seeing: Ints = np.empty(0, dtype=np.int64)
     enough = min(SPARE * wanted, wanted + MOST_SPARE)
-    down = tried = 0
+    down, tried, level = 0, 0, None
     while len(seeing) < enough and tried < BATCH * BATCHES * (5 if 5 * len(seeing) >= wanted else 1):
         q = random_configurations(robot, BATCH, rng)
         T = robot.forward(q[None])[0]
@@ -133,7 +132,7 @@ def configurations_looking_down(
             f"{robot.name}: {wanted} poses that see the target are needed, {len(seeing)} found. Of {tried} random"
             f" configurations within the joint limits, {down} look down; the others of these miss the level"
             f" z = {level or 0.0:.3g} m of the base frame or show the stripe outside the image. Ask for fewer poses, or"
-            " for another level of the target or rotation of the camera on the flange (bracket_quat)."
+            " for another rotation of the camera on the flange (bracket_quat)."
         )
     seeing = rng.permutation(seeing)[:enough]
     order = farthest_first(_features(kept_T[seeing], view, PATCH * reach))

@@ -120,7 +120,7 @@ def built_near(
 
 def _postures(arm: ScrewArm, view: View, n: int, rng: np.random.Generator) -> tuple[Array, float]:
     """Postures that see the target: all over the workspace, or around one of them as cells usually have it."""
-    wide, level = configurations_looking_down(arm.robot, view, wanted=n, level=None, rng=rng)
+    wide, level = configurations_looking_down(arm.robot, view, wanted=n, rng=rng)
     whole = wide[_sees(arm, wide, view, level)]
     wide = whole if len(whole) >= n else wide
     if rng.random() < 0.3:

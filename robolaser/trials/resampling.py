@@ -14,7 +14,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.data.path_velocities import known_velocities
 from robolaser.data.stated_noise import Noise
 from robolaser.errors import TrialError
-from robolaser.model.noise.repeats import pixel_from_repeats
+from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.sensors import sensor_class
 from robolaser.model.sensors.point import Point
 from robolaser.parameters import Parameter
@@ -112,8 +112,10 @@ def build_like(model: ReferenceCell, ranges: Ranges, rng: np.random.Generator) -
     run = SyntheticRun(ScrewArm(robot), q, qd, time, target.middle, radius, payload_kg)
     at = points["pixel"][rows, 0 if dataset.stripe_axis == "u" else 1]
     cell = ScannerCell(run, eye, target, pose=points.pose[rows], at=at, level=level)
+    repeats = pixel_repeats(dataset)
+    read_px = dataset.noise.pixel_px or (repeats.sigma_px if repeats else None)
     noise = Noise(
-        pixel_px=dataset.noise.pixel_px or pixel_from_repeats(dataset) or rounded(rng.uniform(*ranges.pixel_px)),
+        pixel_px=read_px or rounded(rng.uniform(*ranges.pixel_px)),
         target_m=dataset.noise.target_m or rounded(rng.uniform(*ranges.target_m)),
     )
     blank = replace(dataset, name="blind", noise=noise, source="", licence="", board=None, folder=None, warnings=())

@@ -20,7 +20,8 @@ from robolaser.simulation import paper
 def history(text: str, seed: int = 1, generations: int = 5) -> np.ndarray:
     problem = get_problem("ackley", n_var=4)
     problem.names = tuple("abcd")
-    return search(problem, algorithm_named(text), generations=generations, seed=seed).history.x
+    _, course = search(problem, algorithm_named(text), generations=generations, seed=seed)
+    return course.x
 
 
 @pytest.mark.parametrize("text", ALGORITHMS)

@@ -77,8 +77,8 @@ def test_members_from_anywhere_agree_along_a_curved_valley(seed: int) -> None:
     """With 25 points and two bounds active the last steps are many; ends that are no optimum would not agree."""
     model = Model(paper(find_robot("scorbot_er7"), seed=seed).dataset)
     problem = ReducedCalibration(model)
-    found = search(problem, RCGA(), generations=60, seed=1)
-    members = problem.completed(found.candidates[:8])
+    candidates, _ = search(problem, RCGA(), generations=60, seed=1)
+    members = problem.completed(candidates[:8])
     ends = solve(Problem.of(model), np.array([model.fix_gauge(member) for member in members]))
     assert np.sum(ends.cost <= ends.cost.min() * (1 + 1e-6)) >= len(members) - 1
     assert ends.converged.all()

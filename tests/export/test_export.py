@@ -17,6 +17,7 @@ from robolaser.export.urdf import corrected_urdf, robot_urdf
 from robolaser.geometry.camera import metric, rays, undistort
 from robolaser.geometry.rigid_motion import apply, from_quaternion, inverse, pose
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.placements import motion
 from robolaser.robot.by_name import find_robot
 from robolaser.robot.kinematics import Robot
@@ -57,12 +58,18 @@ def test_the_camera_frame_is_where_the_model_has_it(calibration):
     np.testing.assert_allclose(inverse(at["flange"]) @ at["scanner_camera"], mount(calibration), atol=1e-9)
 
 
+def seen_in_camera(calibration):
+    dataset, values = calibration.model.dataset, calibration.values
+    pixel, perturb = dataset.points.pixel[None], calibration.model.perturb(values)
+    return scanner_geometry.in_camera(pixel, values, perturb, dataset.stripe_axis)[0]
+
+
 @pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
 def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
     at = frames(robot_urdf(calibration))
     points = calibration.model.dataset.points
     values = values_of(calibration)
-    seen = calibration.model.blocks.sensor.in_camera(values, calibration.model.perturb(values))[0]
+    seen = seen_in_camera(calibration)
     T_optical_camera = inverse(at["scanner_camera_optical"]) @ at["scanner_camera"]
     x, y, z = apply(T_optical_camera, seen).T
     flat = undistort(metric(points.pixel[None], values), values["k"])[0]
@@ -72,8 +79,7 @@ def test_the_optical_frame_sees_u_along_x_and_v_along_y(calibration):
 @pytest.mark.parametrize("calibration", cameras(), ids=["u", "v", "rolled"])
 def test_all_points_lie_in_the_sheet_of_the_laser_frame(calibration):
     at = frames(robot_urdf(calibration))
-    values = values_of(calibration)
-    seen = calibration.model.blocks.sensor.in_camera(values, calibration.model.perturb(values))[0]
+    seen = seen_in_camera(calibration)
     T_camera_laser = inverse(at["scanner_camera"]) @ at["scanner_laser"]
     in_sheet = apply(inverse(T_camera_laser), seen)
     np.testing.assert_allclose(in_sheet[:, 0], 0.0, atol=1e-9)

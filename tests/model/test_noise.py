@@ -13,8 +13,9 @@ from robolaser.model.forward_model import Model
 from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.likelihood import NoiseLikelihood, PoseErrors, condensed
 from robolaser.model.noise.reml import estimate, restricted
-from robolaser.model.noise.repeats import pixel_from_repeats
+from robolaser.model.noise.repeats import pixel_repeats
 from robolaser.model.noise.sources import error_sources
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.sensors.stripe import Stripe, board_errors, pixel_moves
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -100,7 +101,7 @@ class TestOnABoard:
         T_base_flange = model.flange(values, perturb)
         T_flange_camera = model.blocks.sensor.in_cell(values, perturb).mount
         centre = (T_base_flange @ T_flange_camera)[0, self.cell.dataset.points.pose, :3, 3]
-        ray = model.blocks.sensor.in_base(values, T_base_flange, perturb)[0] - centre
+        ray = scanner_geometry.in_base(model.blocks.sensor.dataset, values, T_base_flange, perturb)[0] - centre
         ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
         effect = self.effect(self.cell)
         across = effect - ray[..., None] * np.einsum("mk,mkq->mq", ray, effect)[:, None]
@@ -145,8 +146,8 @@ class TestOnABoard:
 
 def test_pixel_noise_is_read_from_repeats_whatever_the_targets_do():
     cell = stripe_cell(np.random.default_rng(1), poses=10, points=8, repeats=3, robot="scorbot_er7")
-    found = pixel_from_repeats(cell.shaken(np.random.default_rng(2), pixel=0.15, target=1e-3, joint=1e-3).dataset)
-    assert found == pytest.approx(0.15, rel=4 / np.sqrt(2 * 2 * 160))
+    found = pixel_repeats(cell.shaken(np.random.default_rng(2), pixel=0.15, target=1e-3, joint=1e-3).dataset)
+    assert found.sigma_px == pytest.approx(0.15, rel=4 / np.sqrt(2 * 2 * 160))
 
 
 def test_gross_errors_do_not_pass_for_pixel_noise():
@@ -155,12 +156,12 @@ def test_gross_errors_do_not_pass_for_pixel_noise():
     pixel = shaken.dataset.points.pixel.copy()
     pixel[::25] += 20.0
     points = replace(shaken.dataset.points, pixel=pixel)
-    assert pixel_from_repeats(replace(shaken.dataset, points=points)) == pytest.approx(0.15, rel=0.2)
+    assert pixel_repeats(replace(shaken.dataset, points=points)).sigma_px == pytest.approx(0.15, rel=0.2)
 
 
 def test_too_few_repeats_say_nothing():
     cell = stripe_cell(np.random.default_rng(1), poses=2, points=4, repeats=2, robot="scorbot_er7")
-    assert pixel_from_repeats(cell.dataset) is None
+    assert pixel_repeats(cell.dataset) is None
 
 
 def sizes_of(cell: Cell, rng: np.random.Generator, count: int, **noise: float) -> dict[str, np.ndarray]:

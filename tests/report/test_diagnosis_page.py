@@ -25,6 +25,7 @@ from robolaser.diagnosis.cause_words import named
 from robolaser.diagnosis.result import DetectionLimit
 from robolaser.diagnosis.result_json import diagnosis_json
 from robolaser.geometry.rigid_motion import inverse
+from robolaser.model.sensors import scanner_geometry
 from robolaser.report.cell_poses import CellPoses
 from robolaser.report.diagnosis.charts import steps
 from robolaser.report.diagnosis.page import document, figures, suspected
@@ -164,7 +165,8 @@ def test_arrows_lead_from_what_is_known_to_where_the_model_puts_it(made):
     model = diagnosis.model
     cell = CellPoses(model, diagnosis.x)
     values = model.parameters.values(diagnosis.x[None])
-    seen = model.blocks.sensor.in_base(values, model.flange(values, model.perturb(values)), model.perturb(values))[0]
+    perturb = model.perturb(values)
+    seen = scanner_geometry.in_base(model.dataset, values, model.flange(values, perturb), perturb)[0]
     np.testing.assert_allclose(cell.known + cell.shifts(model.residuals(diagnosis.x[None])[0]), seen, atol=1e-9)
 
 

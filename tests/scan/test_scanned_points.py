@@ -14,6 +14,7 @@ from robolaser.errors import DataError, ScanError
 from robolaser.model.effects import candidate_effects
 from robolaser.model.effects.effect import Effect, parameter
 from robolaser.model.forward_model import Model
+from robolaser.model.sensors import scanner_geometry
 from robolaser.model.stages import Stage
 from robolaser.scan import Cloud, prepare, read_calibration, sources
 from robolaser.scan.cloud_filters import Subsample
@@ -91,7 +92,7 @@ def test_the_calibrated_data_set_is_scanned_to_where_its_model_sees_it(data, eff
     kept = calibration.model.parameters.columns(model.parameters.names)
     values = model.parameters.values(calibration.x[None, kept])
     perturb = model.perturb(values)
-    seen = model.blocks.sensor.in_base(values, model.flange(values, perturb), perturb)[0]
+    seen = scanner_geometry.in_base(model.blocks.sensor.dataset, values, model.flange(values, perturb), perturb)[0]
     np.testing.assert_allclose(places(scan), seen, atol=2e-7)
     assert scan.warnings == ()
 

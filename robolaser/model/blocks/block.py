@@ -118,17 +118,10 @@ def _with_parameters(dataset: Dataset, block: Block, named: Mapping[str, str]) -
 
 
 def _names_in_problem(sensors: Sequence[SensorData], names: Sequence[Sequence[str]]) -> list[Mapping[str, str]]:
-    """What each sensor's parameters are called in the problem.
+    """What the parameters of each sensor are called in the problem, by the sensor's own names.
 
     A target, a camera, a reflector, a socket or a ball that two sensors see has one set of parameters. Else a name that
     several sensors have begins with the sensor's, or with that of its camera or target: `left.base.x`.
-
-    Args:
-        sensors: One or more.
-        names: Of the parameters of each by itself.
-
-    Returns:
-        The problem's names by the sensor's own.
     """
     owners: dict[str, set[str]] = {}
     for sensor, own in zip(sensors, names, strict=True):

@@ -9,11 +9,11 @@ from typing import Any, TypeVar, cast, final
 import numpy as np
 
 from robolaser.arrays import Array, Bools, Ints
-from robolaser.data.dataset import Dataset, Points
+from robolaser.data.dataset import Dataset
 from robolaser.data.several_sensors import with_points_of
 from robolaser.duals import is_dual
-from robolaser.geometry.hand_eye import undetermined_reason
 from robolaser.model.blocks.block import Block, blocks_of
+from robolaser.model.sensors.new_poses import Seen
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.stages import Perturbation
 from robolaser.parameters import Parameter, Values
@@ -105,11 +105,6 @@ class Blocks:
         """Whether one of the sensors has."""
         return any(block.sensor.has_laser_plane() for block in self)
 
-    @property
-    def has_tracker(self) -> bool:
-        """Whether one of the sensors is one: a measurement may err by a motion of a whole pose."""
-        return any(block.sensor.format.tracker for block in self)
-
     @cached_property
     def numbers(self) -> int:
         """Numbers of a row of residuals: those of the widest sensor's."""
@@ -141,13 +136,7 @@ class Blocks:
         return block.unscaled(residuals if block.is_whole else residuals[..., rows, :])
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """Measured or known less predicted, (c, m, k) [`unit`]; not finite at the model's poles.
-
-        Args:
-            values: All parameters, (c,) each.
-            T_base_flange: (c or 1, n, 4, 4).
-            perturb: The effects of the model.
-        """
+        """Measured or known less predicted, (c, m, k) [`unit`]; arguments as those of `Sensor.residuals`."""
         at = values, T_base_flange, perturb
         return self.together([block.scaled(block.sensor.residuals(*block.at(*at))) for block in self])
 
@@ -162,14 +151,10 @@ class Blocks:
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """What residuals (c, m, k) mean at the point, (c, m, j) [m]."""
         at = values, T_base_flange, perturb
+        own = [block.unscaled(residuals if block.is_whole else residuals[..., block.rows, :]) for block in self]
         return self.together(
-            [block.sensor.in_metres(block.unscaled(self.of_block(residuals, block)), *block.at(*at)) for block in self]
+            [block.sensor.in_metres(rows, *block.at(*at)) for block, rows in zip(self, own, strict=True)]
         )
-
-    @staticmethod
-    def of_block(rows: Array, block: Block) -> Array:
-        """The rows of one block, (..., m, k) -> (..., its rows, k)."""
-        return rows if block.is_whole else rows[..., block.rows, :]
 
     def known(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array | None:
         """Where each row's point is known or measured to be, (c, m, 3) [m]; None where rows are no points."""
@@ -211,12 +196,8 @@ class Blocks:
         parts = [block.sensor.new_poses.located_apart(errors[block.rows]) for block in self.one_sensor]
         return self.together(parts, axis=0) if parts else errors
 
-    def seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools] | None:
-        """What would be measured at other poses (p, 4, 4), things as in the last session; None where one cannot tell.
-
-        Returns:
-            Rows of one pose after the other, as many of each, numbered from 0; and which poses see all of theirs, (p,).
-        """
+    def seen_from(self, values: Values, T_base_flange: Array) -> Seen:
+        """What would be measured at other poses (p, 4, 4), see `NewPoses`, things as in the last session."""
         last = [of_sensor[-1] for of_sensor in self.by_sensor]
         each = [one.sensor.new_poses.seen_from(one.values(values), T_base_flange) for one in last]
         seen = [one for one in each if one is not None]
@@ -232,16 +213,6 @@ class Blocks:
         """Places on the flange, (a, 3), and where each must come for the only sensor to see something; None: any."""
         last = self.one_sensor[-1:]
         return last[0].sensor.new_poses.aims(last[0].values(values), T_base_flange) if last else None
-
-    def undetermined(self, T_base_flange: Array) -> str:
-        """Why no fit can find parameters from these poses (n, 4, 4); "" where one block may: others share with it."""
-        reasons = [
-            undetermined_reason(T_base_flange[np.unique(sensor.dataset.points.pose)])
-            if (sensor := block.sensor).parameters.two_axes
-            else ""
-            for block in self
-        ]
-        return reasons[0] if all(reasons) else ""
 
     @property
     def description(self) -> dict[str, Any]:

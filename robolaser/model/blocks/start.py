@@ -20,10 +20,6 @@ ANGLE_SPAN_RAD = np.pi
 def parameters_of(blocks: Blocks, T_base_flange: Array) -> Parameters:
     """All parameters, sensor after sensor: as given, else around a closed form; what one has found the next knows.
 
-    Args:
-        blocks: Of the problem.
-        T_base_flange: Nominal, (1, n, 4, 4).
-
     Raises:
         DataError: The data set gives one that no sensor has, or not all free ones of a sensor.
         EstimationError: The data do not tell them.
@@ -75,7 +71,10 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
     derived = tuple(dict.fromkeys(block.named[name] for block in blocks for name in block.sensor.parameters.derived))
     given = {name: known[name] for name in free + derived if name in known}
     if any(name not in given for name in free):
-        _check_closed_form(blocks, given)
+        for block in blocks:
+            missing = [name for name in block.sensor.parameters.free if block.named[name] not in given]
+            if missing and not block.sensor.parameters.closed_form:
+                raise not_given(block.sensor.format, missing)
         values = {name: np.array([item.nominal]) for name, item in given.items()}
         started = _initialized(blocks, values, T_base_flange, Perturbation()) | values
         given = _around(blocks, {name: float(value[0]) for name, value in started.items()}) | given
@@ -87,15 +86,6 @@ def _of_sensor(blocks: Sequence[Block], known: Mapping[str, Parameter], T_base_f
         at = {name: float(found[name][0]) for name in derived if name not in given}
         given = _around(blocks, {name: item.nominal for name, item in given.items()} | at) | given
     return given
-
-
-def _check_closed_form(blocks: Sequence[Block], given: Mapping[str, Parameter]) -> None:
-    """See that free parameters that nobody gives can be found."""
-    for block in blocks:
-        sensor, own = block.sensor, block.values(given)
-        missing = [name for name in sensor.parameters.free if name not in own]
-        if missing and not sensor.parameters.closed_form:
-            raise not_given(sensor.format, missing)
 
 
 def _around(blocks: Sequence[Block], values: Mapping[str, float]) -> dict[str, Parameter]:
@@ -129,13 +119,7 @@ def _initialized(
 def initialize(blocks: Blocks, values: Values, T_base_flange: Array, perturb: Perturbation) -> dict[str, Array]:
     """Start values of the derived parameters, for each candidate, (c,) by name.
 
-    Sensors with the most rows come first; the others leave what these found.
-
-    Args:
-        blocks: Of the problem.
-        values: The free parameters; derived ones that are among them are known too.
-        T_base_flange: (c or 1, n, 4, 4).
-        perturb: The effects of the model.
+    Sensors with the most rows come first; the others leave what these found. Arguments as those of a sensor's.
 
     Raises:
         EstimationError: What one sensor could not find no other did.
@@ -163,14 +147,8 @@ def solve_conditional(
 ) -> Values:
     """The conditionally linear and the derived parameters that fit best with the others, (c,) each.
 
-    What sessions share fits best to the one with the most rows, the rest with it.
-
-    Args:
-        blocks: Of the problem.
-        values: All parameters; those to be found are where the model is linearized.
-        T_base_flange: (c or 1, n, 4, 4).
-        perturb: The effects of the model.
-        bounds: All parameters by name.
+    What sessions share fits best to the one with the most rows, the rest with it. Arguments as those of
+    `SensorParameters.solve`: parameters to be found are, in `values`, where the model is linearized.
     """
     linear: dict[str, Array] = {}
     for block in _largest_first(blocks.one_sensor):

@@ -10,7 +10,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.model.effects.effect import CarryOver, Effect, Run, nonlinear, parameter
 from robolaser.model.effects.joint_offset import JointOffset
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import Part, Play, number
+from robolaser.model.effects.mechanism import Part, Play
 from robolaser.model.effects.requirements import path
 from robolaser.model.effects.run_summary import RunSummary
 from robolaser.model.stages import Stage
@@ -58,7 +58,7 @@ class Backlash(Effect):
         """Play behind the joint, held by twice the friction that its weight needs; none where the link leads."""
         column = joint_column(run, self.where)
         friction = 1.0 + 2.0 * float(np.abs(run.loads.gravity_torques[:, column]).max())
-        width = number(self.lost_motion)
+        width = float(self.lost_motion[0])
         return (Play(self.where, width, friction),) if width > 0 else ()
 
     def carried_to(self, run: Run, found_in: RunSummary | None) -> CarryOver:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from typing import Any, ClassVar, NamedTuple, cast, final
 
 import numpy as np
@@ -254,15 +254,9 @@ def perturb_with(effects: tuple[Effect, ...], run: Run) -> Perturbation:
     return Perturbation(tuple((effect.stage_in(run.dataset), partial(_acted, effect, run)) for effect in effects))
 
 
-@cache
-def _parameters(kind: type[Effect]) -> tuple[str, ...]:
-    """Names of an effect's parameters; every evaluation asks for them."""
-    return tuple(kind.units())
-
-
 def _acted(effect: Effect, run: Run, value: Array) -> Array:
     """What an effect makes of a value; of several sensors' rows, only of those that can have it."""
-    if not is_dual(value) and any(is_dual(getattr(effect, name)) for name in _parameters(type(effect))):
+    if not is_dual(value) and any(map(is_dual, vars(effect).values())):
         out = effect.apply(cast("Array", Dual.constant(value)), run)  # so that it can write into a copy
     else:
         out = effect.apply(value, run)

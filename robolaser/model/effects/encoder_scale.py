@@ -6,7 +6,7 @@ from typing import final
 from robolaser.arrays import Array
 from robolaser.model.effects.effect import Effect, Run, parameter
 from robolaser.model.effects.joints import add_to_joint, joint_column
-from robolaser.model.effects.mechanism import Follower, Part, number
+from robolaser.model.effects.mechanism import Follower, Part
 from robolaser.model.stages import Stage
 
 
@@ -33,4 +33,4 @@ class EncoderScale(Effect):
 
     def parts(self, run: Run) -> tuple[Part, ...]:
         """A joint that follows itself."""
-        return (Follower(self.where, self.where, number(self.scale)),)
+        return (Follower(self.where, self.where, float(self.scale[0])),)

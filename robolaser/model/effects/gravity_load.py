@@ -1,6 +1,6 @@
 """What an arm's joints and links bear under gravity, the payload's weight included."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import final
 
@@ -44,6 +44,7 @@ class Loads:
     robot: Robot
     q: Array  # joint values, (n, j) [rad or m]
     payload_kg: Array | None  # mass at the flange in each pose, (n,) [kg]; None for none
+    _of_links: dict[str, LinkLoad] = field(default_factory=dict, init=False)
 
     @cached_property
     def gravity_torques(self) -> Array:
@@ -89,15 +90,8 @@ class Loads:
 
     def of_link(self, joint: str) -> LinkLoad:
         """What hangs on the link before a joint that is not the first."""
-        if joint not in self._of_links:
-            self._of_links[joint] = self._of_link(joint)
-        return self._of_links[joint]
-
-    @cached_property
-    def _of_links(self) -> dict[str, LinkLoad]:
-        return {}
-
-    def _of_link(self, joint: str) -> LinkLoad:
+        if joint in self._of_links:
+            return self._of_links[joint]
         robot, masses, first_moments = self.robot, *self.carried
         at = robot.chain.index(robot.joints.index(joint))
         before, here, frames = robot.chain[at - 1], robot.chain[at], self.joint_frames
@@ -109,7 +103,7 @@ class Loads:
         def inside(vectors: Array) -> Array:
             return np.asarray(np.einsum("nba,nb->na", R_base_joint, np.broadcast_to(vectors, origin.shape)))
 
-        return LinkLoad(
+        self._of_links[joint] = LinkLoad(
             mass=mass,
             first_moment=inside(first_moments[:, here] - mass * origin),
             own_mass=own_mass,
@@ -118,3 +112,4 @@ class Loads:
             tip=inside(self.tip - origin),
             gravity=inside(np.array(robot.gravity)),
         )
+        return self._of_links[joint]

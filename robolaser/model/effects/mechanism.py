@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
 from robolaser.arrays import Array
 
 
@@ -50,8 +48,3 @@ class Footing:
 
 
 Part = Play | Spring | Follower | Footing
-
-
-def number(value: Array) -> float:
-    """The one candidate's."""
-    return float(np.asarray(value).reshape(-1)[0])

@@ -28,10 +28,6 @@ class SensorLacks(str):
 
     __slots__ = ()
 
-    def __new__(cls, dataset: Dataset, part: str) -> "SensorLacks":
-        """Say which part the data's sensor does not have."""
-        return super().__new__(cls, f"a {dataset.format.title} has no {part}")
-
 
 @final
 class DataLack(str):
@@ -76,7 +72,7 @@ def passes(stage: Stage, dataset: Dataset) -> str:
     if stage in (Stage.JOINTS, Stage.LINKS):
         return joint_angles(dataset)
     stages = sensor_class(dataset.kind).stages_in(dataset)
-    return "" if stage in stages else SensorLacks(dataset, PARTS.get(stage, "flange"))
+    return "" if stage in stages else SensorLacks(f"a {dataset.format.title} has no {PARTS.get(stage, 'flange')}")
 
 
 def known_ranges(dataset: Dataset) -> str:
@@ -134,7 +130,7 @@ def own_lengths(dataset: Dataset) -> str:
     """What measures has lengths of its own, and sees no target with given ones."""
     stages = sensor_class(dataset.kind).stages_in(dataset)
     measures = Stage.TARGET in stages and Stage.PIXELS not in stages
-    return "" if measures else SensorLacks(dataset, "lengths of its own")
+    return "" if measures else SensorLacks(f"a {dataset.format.title} has no lengths of its own")
 
 
 def pose_order(dataset: Dataset) -> str:

@@ -95,19 +95,13 @@ class Run:
         return self.dataset.paths
 
     @cached_property
-    def order(self) -> Ints:
-        """Numbers of the poses as they followed one another, one session after the other, (n,)."""
-        return np.concatenate(self.paths)
-
-    @cached_property
     def progress(self) -> Array:
         """Share of its session that had passed at each pose, (n,), from 0 to 1: of its time, or else of its poses."""
         if self.course is not None:
             return self.course.progress
-        progress = np.empty(len(self.poses))
+        progress, time_s = np.empty(len(self.poses)), None if self.dataset.time_is_order else self.poses.time_s
         for path in self.paths:
-            in_order = self.dataset.time_is_order
-            passed = np.arange(float(len(path))) if in_order else self.time_s[path] - self.time_s[path].min()
+            passed = np.arange(float(len(path))) if time_s is None else time_s[path] - time_s[path].min()
             duration = passed.max(initial=0.0)
             progress[path] = passed / duration if duration > 0 else passed
         return progress

@@ -34,12 +34,9 @@ def sensors_at(where: str, dataset: Dataset) -> Bools:
 
 
 def sites_of_sensors(site: str, dataset: Dataset, has: Callable[[int], bool]) -> dict[str, Bools]:
-    """Names of a site, and which of the sensors are there, (sensors,); the site itself where it is one for all.
+    """Names of a site such as `laser`, and which of the sensors are there, (sensors,); itself where it is one for all.
 
-    Args:
-        site: Such as `laser`.
-        dataset: With its sensors.
-        has: Whether the sensor of a number has the site.
+    `has` says whether the sensor of a number has the site.
     """
     sensors, owner = dataset.sensors, OWNER.get(site)
     there = np.array([has(number) for number in range(len(sensors))])

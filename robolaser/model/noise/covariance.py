@@ -88,7 +88,7 @@ class NoiseModel:
 
         In units of what is there without them; empty where there are none.
         """
-        return np.zeros(0) if self._of_poses is None else self._of_poses.variances.reshape(-1)
+        return np.zeros(0) if self._of_poses is None else self._of_poses.spectrum[0].reshape(-1)
 
     def scatter_squares(self, white: Array) -> Array:
         """Squares of whitened residuals (m k,) along the same directions, (n q,)."""
@@ -157,11 +157,7 @@ class NoiseModel:
         return total
 
     def size_m(self, in_metres: Callable[[Array], Array]) -> float:
-        """Root-mean-square 3-D error of a row by this noise alone [m].
-
-        Args:
-            in_metres: Errors in a row's unit, (m, k), as they are at the point's place, (m, j) [m].
-        """
+        """Root-mean-square 3-D error of a row by this noise alone [m]; `in_metres` is of errors (m, k)."""
         roots = np.asarray(np.linalg.cholesky(self.covariances), dtype=np.float64)
         squares = [np.square(in_metres(roots[:, :, i])).sum(axis=-1) for i in range(roots.shape[2])]
         return float(np.sqrt(np.sum(squares, axis=0).mean()))

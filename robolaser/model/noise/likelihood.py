@@ -68,12 +68,7 @@ class NoiseLikelihood:
         return NoiseModel(self.sources, {name: sigmas[name] for name in names}, origin), cost
 
     def gain_of_growth(self, noise: NoiseModel, names: Collection[str]) -> float:
-        """By how much the likelihood's logarithm would rise if the sizes of some sources grew, by a score test.
-
-        Args:
-            noise: The likeliest with these sizes.
-            names: Of these sources.
-        """
+        """By how much the logarithm of the largest likelihood would rise if named sources grew: a score test."""
         shaking, (_, expected, there, curvature) = self._restricted(noise)
         tried = np.isin(shaking, list(names))
         slope = np.where(tried, there - expected, 0.0)
@@ -126,9 +121,7 @@ def condensed(errors: PoseErrors, is_row: Bools) -> PoseErrors:
     errors of each row's own, as those of pixels are, alike and independent: these directions may be turned among each
     other, over all poses, until only as many as there are fitted numbers hold anything. The rest is zero, and counted.
 
-    Args:
-        errors: Of poses, each there once.
-        is_row: Whether a pose has this number, (n, s). Others have no residual, and a floor of one.
+    `is_row` says whether a pose has this number, (n, s): others have no residual, and a floor of one.
     """
     n, s = is_row.shape
     own = {name: size for name, C in errors.unit.items() if (size := _alike(C, is_row)) is not None}

@@ -27,15 +27,12 @@ RANK = 1e-9  # singular values of the Jacobian below this share of the largest b
 
 
 def blocks(effect: Array, group: Ints, table: Ints) -> Array:
-    """Covariance that a source of unit size causes within each pose.
+    """Covariance that a source of unit size causes within each pose, (n, k r, k r), zero for absent rows.
 
     Args:
         effect: (m, k, q).
         group: Rows with one number share their errors, (m,).
         table: Rows of each pose, (n, r); -1 where a pose has fewer.
-
-    Returns:
-        (n, k r, k r), zero for absent rows.
     """
     there = table >= 0
     A = np.where(there[..., None, None], effect[table], 0.0)
@@ -101,16 +98,9 @@ def estimate(
     most: Array | float = np.inf,
     times: Array | float = 1.0,
 ) -> tuple[Array, float]:
-    """The standard deviations that make the residuals likeliest.
+    """The standard deviations that make the residuals likeliest, each within its least and most, (k,).
 
-    Args:
-        known: Covariance of each pose from what is known, regular, (n, s, s) [m²].
-        unit: Covariance of each pose from a unit of each open source, k of (n, s, s); zero for absent rows.
-        e: Residuals, (n, s) [m].
-        Q: A basis of what the fitted numbers can do to them, (n, s, d).
-        least: What no source can be below, (k,).
-        most: Nor above, (k,).
-        times: How often each pose is there, (n,): more than once only where e and Q are zero.
+    The others are the arguments of `restricted`; what is known is regular.
 
     Returns:
         (k,), each in the unit of its source, its least or next to nothing where the residuals ask for none; and the

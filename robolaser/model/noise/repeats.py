@@ -25,14 +25,8 @@ class PixelRepeats:
     shared_z: Array  # standard deviations by which the logarithm of its variance ratio exceeds that of chance, (2,)
 
 
-def pixel_from_repeats(dataset: Dataset) -> float | None:
-    """Pooled standard deviation of pixels between shots at an unmoved pose [px]; None where repeats are too few."""
-    repeats = pixel_repeats(dataset)
-    return None if repeats is None else repeats.sigma_px
-
-
 def pixel_repeats(dataset: Dataset) -> PixelRepeats | None:
-    """All that repeats say of the pixels; None where they are too few.
+    """Scatter of pixels between shots at an unmoved pose; None where repeats are too few.
 
     Repeats with a gross error, judged by the median deviation, are left out.
     """

@@ -44,7 +44,7 @@ def error_sources(model: Model, x: Array, shots: Ints | None = None) -> tuple[Er
         effect = _joint_effect(model, at[0], at[2])
         found.append(ErrorSource("joint", effect, of_pose, "rad", level="pose", stated=dataset.noise.reading_rad))
     shared = np.bincount(of_pose).max() > 1  # else an error of the pose would be one of its row under another name
-    if blocks.has_tracker and has_joints:
+    if has_joints and any(block.sensor.format.tracker for block in blocks):
         whole = "probe"
         wanted = shared or all(source.stated is not None for source in rows)
     else:
@@ -72,5 +72,6 @@ def _joint_effect(model: Model, values: Values, perturb: Perturbation) -> Array:
     for number, joint in enumerate(robot.chain):
         slopes[number, ..., joint] = 1.0
     moving = cast("Array", Dual(q[None], slopes, tuple(range(len(robot.chain)))))
-    moved: Any = model.blocks.residuals(values, model.seen_flange(values, perturb, moving), perturb)
+    flange = model.flange(values, perturb, moving, only_seen=True)
+    moved: Any = model.blocks.residuals(values, flange, perturb)
     return np.moveaxis(moved.slopes[:, 0], 0, -1)

@@ -27,29 +27,17 @@ class GroupStage:
     group: Ints  # (m,)
 
     @cached_property
-    def _spectrum(self) -> tuple[Array, Array]:
+    def spectrum(self) -> tuple[Array, Array]:
         """Variances s² (g, q) that the shared errors add along orthogonal directions, and V (g, q, q)."""
         s2, V = np.linalg.eigh(group_sums(np.swapaxes(self.shared, -1, -2) @ self.shared, self.group))
         return np.maximum(s2, 0.0), V
 
-    @cached_property
-    def variances(self) -> Array:
-        """Variance that the shared errors add to each direction in which they move their group, (g, q)."""
-        return self._spectrum[0]
-
     def squares(self, white: Array) -> Array:
         """Squares of white rows (m, k) along those directions, (g, q); zero along directions that do not move."""
-        s2, V = self._spectrum
+        s2, V = self.spectrum
         common = group_sums((np.swapaxes(self.shared, -1, -2) @ white[..., None])[..., 0], self.group)
         along = (np.swapaxes(V, -1, -2) @ common[..., None])[..., 0]
         return np.divide(along**2, s2, out=np.zeros_like(s2), where=s2 > MOTIONLESS)
-
-    @cached_property
-    def kernel(self) -> Array:
-        """K of each group, (largest number + 1, q, q)."""
-        s2, V = self._spectrum
-        root = np.sqrt(1.0 + s2)
-        return (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
 
     @cached_property
     def _grouped(self) -> GroupedRows:
@@ -60,7 +48,10 @@ class GroupStage:
         """U of each group that has rows (g, r k, q) and K Uᵀ (g, q, r k), zero for the rows that it lacks."""
         shared = self._grouped.apart(self.shared)
         shared = shared.reshape(len(shared), -1, shared.shape[-1])
-        return shared, self.kernel[np.unique(self.group)] @ np.swapaxes(shared, 1, 2)
+        s2, V = (part[np.unique(self.group)] for part in self.spectrum)
+        root = np.sqrt(1.0 + s2)
+        K = (V / (root * (1.0 + root))[:, None]) @ np.swapaxes(V, -1, -2)
+        return shared, K @ np.swapaxes(shared, 1, 2)
 
     @cached_property
     def _whole(self) -> Array | None:

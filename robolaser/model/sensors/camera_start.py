@@ -35,16 +35,14 @@ class CameraStart:
 
     def __init__(self, dataset: Dataset, image_px: tuple[int, int], *, rides: bool) -> None:
         self._rides, self._placed = rides, dataset.placed
+        # what the flange carries, and what stands in the cell
+        self._prefixes = ("hand_eye", "target") if rides else ("target", "hand_eye")
         views, self._poses = _views_of(dataset)
         self._shown = tuple((np.float64(view.points).tobytes(), np.float64(view.pixels).tobytes()) for view in views)
         self._image_px = image_px
 
     def initialize(self, values: Values, T_base_flange: Array) -> Values:
-        """All parameters of the camera that are not among the values, (c,) each.
-
-        Args:
-            values: What is known, (c,) each.
-            T_base_flange: (c or 1, n, 4, 4).
+        """All parameters of the camera, (c,) each: those of the values, else by the flange, (c or 1, n, 4, 4).
 
         Raises:
             EstimationError: The images or the flange's poses do not tell them.
@@ -73,11 +71,6 @@ class CameraStart:
         placed = zip(self._prefixes, (found_X[None], found_Z[None]), strict=True)
         six = {name: float(value[0]) for prefix, T in placed for name, value in six_of(T, prefix).items()}
         return dict(intrinsics) | {name: known.get(name, value) for name, value in six.items()}
-
-    @property
-    def _prefixes(self) -> tuple[str, str]:
-        """What the flange carries, and what stands in the cell."""
-        return ("hand_eye", "target") if self._rides else ("target", "hand_eye")
 
     def _known(self, known: Mapping[str, float], prefix: str) -> Array | None:
         if prefix == "target" and self._placed:

@@ -9,17 +9,14 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import XYZ, SensorFormat
-from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import carry, pose
 from robolaser.model.error_source import ErrorSource, along_each_axis
 from robolaser.model.sensors.placements import motion, places, places_by_name, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
-from robolaser.model.sensors.tracker_fit import base_and_tools
+from robolaser.model.sensors.tracker_fit import base_and_tools, enough_of_each
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
-
-ENOUGH_ROWS = 3000  # rows that start values are found from, each reflector's alike
 
 
 @final
@@ -50,9 +47,7 @@ class Point(Sensor):
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """The best of all, the middle angle within ±π/2."""
-        rows = np.arange(len(self._tool))
-        if len(rows) > ENOUGH_ROWS:
-            rows = rows_of_each(self._tool, ENOUGH_ROWS // len(self._tools) + 1)
+        rows = enough_of_each(self._tool)
         measured = perturb(Stage.TARGET, self._measured)[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
         R, shift, tools = base_and_tools(measured, T, self._tool[rows])

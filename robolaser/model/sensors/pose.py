@@ -9,7 +9,6 @@ import numpy as np
 from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.sensor_format import QUATERNION, XYZ, SensorFormat
-from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.hand_eye import robot_world_hand_eye
 from robolaser.geometry.rigid_motion import from_quaternion, inverse, log_so3, pose
 from robolaser.model.error_source import ErrorSource
@@ -17,10 +16,9 @@ from robolaser.model.sensors.in_cell import InCell
 from robolaser.model.sensors.placements import motion, six_names, six_of
 from robolaser.model.sensors.sensor import Sensor
 from robolaser.model.sensors.sensor_parameters import SensorParameters
+from robolaser.model.sensors.tracker_fit import enough_of_each
 from robolaser.model.stages import Perturbation, Stage
 from robolaser.parameters import Values
-
-ENOUGH_ROWS = 3000  # rows that start values are found from, each body's alike
 
 
 @final
@@ -59,9 +57,7 @@ class Pose(Sensor):
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """In closed form, wherever they lie."""
-        rows = np.arange(len(self._body))
-        if len(rows) > ENOUGH_ROWS:
-            rows = rows_of_each(self._body, ENOUGH_ROWS // len(self._bodies) + 1)
+        rows = enough_of_each(self._body)
         T_world_body = pose(self._turned, perturb(Stage.TARGET, self._measured))[:, rows]
         T = T_base_flange[:, self.dataset.points.pose[rows]]
         each = range(max(len(T), len(T_world_body)))

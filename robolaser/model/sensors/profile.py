@@ -82,8 +82,8 @@ class Profile(Sensor):
             beside = np.sqrt(np.maximum(self._radius[first[some]] ** 2 - radius[some] ** 2, 0.0))
             T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
             T = T if self.stands else inverse(T)
-            found.append(sensor_and_balls(centre[some], beside, T[None], self.ball[first[some]]))
-        R, shift, balls = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            found.append(sensor_and_balls(centre[some], beside, T, self.ball[first[some]]))
+        R, shift, balls = (np.stack(parts) for parts in zip(*found, strict=True))
         return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.balls)
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -172,14 +172,10 @@ class Profile(Sensor):
 
 
 def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
-    """Circles through points, by linear least squares (Kåsa 1976).
-
-    Args:
-        points: (m, 2) [m].
-        group: Of each point, (m,), each from 0 on.
+    """Circles through groups of points (m, 2) [m], by linear least squares (Kåsa 1976).
 
     Returns:
-        Centres (g, 2) and radii (g,) [m], and which groups have points enough.
+        Centres (g, 2) and radii (g,) [m], and which groups, numbered from 0, have points enough.
     """
     counts = np.bincount(group)
     mean = group_sums(points, group) / counts[:, None]
@@ -201,27 +197,23 @@ def sensor_and_balls(centre: Array, beside: Array, T: Array, ball: Ints) -> tupl
     Args:
         centre: Of the circle in each profile, along x and z of the sensor, (g, 2) [m].
         beside: Distance of the ball's centre from the profile's plane, (g,) [m].
-        T: Motions that bring balls from where they are fixed to the frame that the sensor is fixed in, (c, g, 4, 4).
+        T: Motions that bring balls from where they are fixed to the frame that the sensor is fixed in, (g, 4, 4).
         ball: Of each profile, (g,).
 
     Returns:
-        R (c, 3, 3), s (c, 3) [m] and the balls where they are fixed, (c, b, 3) [m].
+        R (3, 3), s (3,) [m] and the balls where they are fixed, (b, 3) [m].
     """
-    c, g = len(T), len(beside)
-    rng = np.random.default_rng(0)
-    sides = np.concatenate([np.zeros((1, g)), rng.choice([-1.0, 1.0], (GUESSES, g))])
-    side = np.tile(sides, (c, 1))
-    repeated = np.repeat(T, len(sides), axis=0)
+    g, rng = len(beside), np.random.default_rng(0)
+    side = np.concatenate([np.zeros((1, g)), rng.choice([-1.0, 1.0], (GUESSES, g))])
     measured = np.tile(np.insert(centre, 1, 0.0, axis=1), (len(side), 1, 1))
     for _ in range(ROUNDS):
         measured[..., 1] = side * beside
-        R, s, balls = base_and_tools(measured, repeated, ball)
-        there = (repeated[..., :3, :3] @ balls[:, ball][..., None])[..., 0] + repeated[..., :3, 3]
+        R, s, balls = base_and_tools(measured, T[None], ball)
+        there = (T[:, :3, :3] @ balls[:, ball][..., None])[..., 0] + T[:, :3, 3]
         predicted = there @ np.swapaxes(R, -1, -2) + s[:, None]
         before, side = side, np.where(predicted[..., 1] < 0.0, -1.0, 1.0)
         if (side == before).all():
             break
     measured[..., 1] = side * beside
-    left = np.square(measured - predicted).sum(axis=(1, 2)).reshape(c, -1)
-    best = np.arange(c) * len(sides) + np.argmin(left, axis=1)
+    best = np.argmin(np.square(measured - predicted).sum(axis=(1, 2)))
     return R[best], s[best], balls[best]

@@ -60,10 +60,6 @@ class Stripe(Sensor):
     )  # fmt: skip
     stages: ClassVar[frozenset[Stage]] = frozenset(Stage)
 
-    def __init__(self, dataset: Dataset) -> None:
-        super().__init__(dataset)
-        self._pixel = dataset.points["pixel"][None]
-
     @cached_property
     def parameters(self) -> SensorParameters:
         """The paper's fourteen, the focal length fixed, and T_base_target where the target is not placed."""
@@ -92,14 +88,6 @@ class Stripe(Sensor):
             mount=scanner_geometry.mount(self.dataset, values, perturb),
             camera=scanner_geometry.camera_view(values, perturb),
         )
-
-    def in_camera(self, values: Values, perturb: Perturbation) -> Array:
-        """Points on the laser plane that the pixels show, in the camera frame, (c, m, 3) [m]."""
-        return scanner_geometry.in_camera(self._pixel, values, perturb, self.dataset.stripe_axis)
-
-    def in_base(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
-        """The same in the base frame."""
-        return scanner_geometry.in_base(self.dataset, values, T_base_flange, perturb)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
         """T_base_target by a rigid fit.
@@ -133,14 +121,17 @@ class Stripe(Sensor):
             ),
         ]
         if self.dataset.board and not self.dataset.placed:
-            away = np.linalg.norm(self.in_camera(values, perturb)[0], axis=-1)
+            pixel = points["pixel"][None]
+            seen = scanner_geometry.in_camera(pixel, values, perturb, self.dataset.stripe_axis)[0]
+            away = np.linalg.norm(seen, axis=-1)
             m_per_px = away * values["s_u"][0] / values["f"][0]
             sources.append(board_errors(self.dataset.board, points, motion(values, "target")[0], m_per_px))
         return sources
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """E of eq. 17: target point less predicted point, in the base frame, (c, m, 3) [m]."""
-        return self.known(values, T_base_flange, perturb) - self.in_base(values, T_base_flange, perturb)
+        predicted = scanner_geometry.in_base(self.dataset, values, T_base_flange, perturb)
+        return self.known(values, T_base_flange, perturb) - predicted
 
     @property
     def new_poses(self) -> NewPoses:
@@ -204,13 +195,8 @@ def board_errors(board: Board, points: Points, T_base_target: Array, m_per_px: A
 
     Where rows come from images of a board, a homography through its corners says where on the board each pixel lies.
     It errs as the corners do, alike for all rows: without this source the rows, being many, would seem to know the
-    board's place from each pose better than its corners do.
-
-    Args:
-        board: Its corners.
-        points: The rows, in the board's frame.
-        T_base_target: The board's frame.
-        m_per_px: What a pixel sees where each row is, (m,).
+    board's place from each pose better than its corners do. Points are in the board's frame; `m_per_px` is what a
+    pixel sees where each row is, (m,).
     """
     last = np.array([board.columns - 1, board.rows - 1])
     steps = [np.arange(end + 1) - end / 2 for end in last]

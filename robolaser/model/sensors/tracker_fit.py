@@ -3,12 +3,20 @@
 import numpy as np
 
 from robolaser.arrays import Array, Ints
+from robolaser.data.subsampling import rows_of_each
 from robolaser.geometry.rigid_motion import exp_so3, nearest_rotation, skew
 
+ENOUGH_ROWS = 3000  # rows that start values are found from
 SEEDS = 500  # rotations looked at; no rotation is farther from the nearest of them than some 30°
 TRIED = 3  # of them, those that leave least are refined, and the linear relaxation
 STEPS = 50
 RANK = 1e-9  # of the largest eigenvalue: directions below are not determined
+
+
+def enough_of_each(number: Ints) -> Ints:
+    """Rows (m,) that start values are found from, of each reflector or body alike, by its number, (k,)."""
+    few = len(number) <= ENOUGH_ROWS
+    return np.arange(len(number)) if few else rows_of_each(number, ENOUGH_ROWS // (int(number.max()) + 1) + 1)
 
 
 def base_and_tools(measured: Array, T_base_flange: Array, tool: Ints) -> tuple[Array, Array, Array]:

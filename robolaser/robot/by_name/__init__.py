@@ -95,25 +95,9 @@ def find_robot(
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     read: Callable[[Path], str] = _read,
 ) -> Robot:
-    """Load a robot by its name here or by the path of its URDF.
+    """Load a robot by its name here or by the path of its URDF, as `robolaser.find_robot` does, which reads more.
 
-    Other formats are read by `robolaser.find_robot`.
-
-    Args:
-        name_or_path: What one of `known_robots` is called, its maker named or not, else a path.
-        flange: The link that carries the sensor. Default: a known robot's own; from a path, the one link
-            that carries no other.
-        joints: The columns of q. Default: a known robot's own; from a path, or with another flange, all
-            that move the flange.
-        gravity: In the base frame, (3,) [m/s²].
-        read: What gives a file as the text of a URDF.
-
-    Raises:
-        UsageError: Neither a known name nor a file.
-        RobotError: A URDF with several ends, and no flange; or its URDF, flange or joints are not usable, see
-            `Robot.from_urdf`.
-        DataError: The file cannot be read.
-        DependencyMissing: Known, but its package is absent.
+    `read` gives a file as the text of a URDF.
 
     Examples:
         >>> find_robot("ur5e").joints[0]

@@ -9,7 +9,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.data.dataset import Dataset, Points
 from robolaser.geometry.rigid_motion import apply, from_angles, from_quaternion, inverse, pose
-from robolaser.model.blocks.cell_frames import mount_of
+from robolaser.model.blocks.cell_frames import in_cell
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.forward_model import Model
 from robolaser.model.sensors.in_cell import Mounting
@@ -105,7 +105,7 @@ class SimulatedProfile(SimulatedSensor):
         model = Model(replace(dataset, points=points), tuple(candidate_effects))
         perturb = model.perturb(values)
         T_base_flange = model.flange(values, perturb)[0]
-        mount = mount_of(model.blocks, values, perturb)
+        mount = in_cell(model.blocks, values, perturb).mount
         T_base_sensor = motion(values, "hand_eye")[0] if mount is None else T_base_flange @ mount[0]
         ball = np.stack([vector(values, f"ball.{one}")[0] for one in number])
         there = apply(inverse(T_base_sensor), apply(T_base_flange, ball) if self.stands else ball)

@@ -68,7 +68,7 @@ class SimulatedStripe(SimulatedSensor):
         (robot, _), n, points = dataset.arm, len(dataset.poses), setup.points
         truth = built(dataset.parameters, random.build)
         view = scanner_geometry.view_of(dataset, {name: np.array([value]) for name, value in truth.items()})
-        candidates, level = configurations_looking_down(robot, view, wanted=n, level=None, rng=random.place)
+        candidates, level = configurations_looking_down(robot, view, wanted=n, rng=random.place)
         first, last = view.stripe_range()
         step = (last - first) / points
         at = first + step * (np.arange(points) + 0.5 + JITTER * random.along.uniform(-0.5, 0.5, (n, points)))
