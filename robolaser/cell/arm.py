@@ -23,9 +23,10 @@ ARMS: Mapping[str, str] = {
     "dynamixel": "robolaser.cell.servos:ServoArm",
     "feetech": "robolaser.cell.servos:ServoArm",
     "lss": "robolaser.cell.lss:LssArm",
+    "replay": "robolaser.cell.replay:ReplayArm",
     "ur": "robolaser.cell.ur:UrArm",
 }
-"""SCORBOT controllers, bus servos of three makers, and Universal Robots' arms."""
+"""SCORBOT controllers, bus servos of three makers, a recording that passes for an arm, and Universal Robots' arms."""
 REQUIRED = ("outputs", "synchronous_read", "absolute_encoders")
 
 

@@ -1,7 +1,8 @@
-"""The camera of a cell: it runs by itself, and can be asked for one image of what is there now."""
+"""The camera of a cell: it runs by itself and shows what is there now, or is a folder of images."""
 
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, final
 
 import cv2
@@ -10,13 +11,17 @@ import numpy as np
 from robolaser.bounded_reading import decoded
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine, Cell
+from robolaser.data.image_list import images_of_poses
+from robolaser.data.loading import load
 from robolaser.errors import CameraError, RobolaserError
 from robolaser.vision.board import Image
+from robolaser.vision.images import CameraImages
 
 Warn = Callable[[str], None]
 
 STREAMS = ("tcp", "udp", "rtp", "rtsp", "rtsps", "http", "https")
 """Of URLs that may be opened: FFmpeg knows many more, which read other files or write."""
+ENDINGS = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 WHITE = 250
 """Grey value from which on a pixel counts as saturated."""
 MOSTLY = 0.5
@@ -37,11 +42,12 @@ READING_MS = 2000  # and of its next image
 RAW = -1.0  # format by which OpenCV hands images on as they were sent: its own decoding hides a change of size
 
 
-def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "LiveCamera":
-    """Open a cell's camera: a number, a device (/dev/...) or a stream (with ://).
+def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "Camera":
+    """Open a cell's camera: a number, a device (/dev/...) or a stream (with ://) runs by itself, all else is a folder.
 
     Raises:
-        CameraError: It is none of these, is not there, sends nothing, or the cell takes no images.
+        CameraError: It is not there, sends nothing, or the cell takes no images.
+        RobolaserError: A recording in its place, or an image, cannot be read.
     """
     source, size = cell.camera.source, cell.description.image_px
     if size is None:
@@ -49,8 +55,8 @@ def open_camera(cell: Cell, clock: Clock, warn: Warn) -> "LiveCamera":
     scheme, separator, _ = str(source).partition("://")
     if separator and scheme.lower() not in STREAMS:
         raise cannot_open(source, f"{scheme}:// is not allowed, only {', '.join(STREAMS)}")
-    if not (isinstance(source, int) or separator or source.startswith("/dev/")):
-        raise cannot_open(source, "it is no number, no device (/dev/...) and no stream (with ://)")
+    if cell.pictures is not None:
+        return RecordedImages(cell.pictures, size, warn)
     return LiveCamera(cell.camera, size, clock, warn)
 
 
@@ -95,7 +101,7 @@ class LiveCamera:
         with self._news:
             wanted = self._count + 1 + (PASSED_ON if settle_s else 0)
         image = self._wait_for(wanted, SILENT_S)
-        self._check(image)
+        _check(self._source, image, self._size, self._warn)
         return image
 
     def close(self) -> None:
@@ -104,28 +110,6 @@ class LiveCamera:
         self._reader.join(SILENT_S)
         if not self._reader.is_alive():  # a driver that hangs is left to hang
             self._capture.release()
-
-    def _check(self, image: Image) -> None:
-        """Look whether an image, (h, w), is fit to be kept, and warn of what is odd.
-
-        Raises:
-            CameraError: It has another size, or most of it is white.
-        """
-        if image.shape[::-1] != self._size:
-            raise CameraError(
-                f"Camera {self._source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml,"
-                f" [image] says {self._size[0]} x {self._size[1]}. Set the camera to that size, or correct [image]."
-            )
-        white = float((image >= WHITE).mean())
-        if white > MOSTLY:
-            raise CameraError(
-                f"Camera {self._source} is overexposed: {white:.0%} of the image is white."
-                " Set a shorter exposure or less gain in cell.toml, [camera], or close the aperture."
-            )
-        if white > MUCH:
-            self._warn(f"camera {self._source}: {white:.0%} of the image is white; a shorter exposure shows more.")
-        if image.max(initial=0) < DARK:
-            self._warn(f"camera {self._source}: the whole image is dark. Is the lens covered, or the light off?")
 
     def _wait_for(self, number: int, patience_s: float) -> Image:
         """The first image from a number on that differs from the one before it, or is black or white all over."""
@@ -179,6 +163,60 @@ class LiveCamera:
         if frame.dtype != np.uint8:
             raise cannot_open(self._source, f"its images hold {frame.dtype}, expected integers of 8 bits")
         return np.asarray(frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
+@final
+class RecordedImages:
+    """A folder in place of a camera: each shot is the next image, of a recording as they were taken, else by name."""
+
+    def __init__(self, folder: Path, size: tuple[int, int], warn: Warn) -> None:
+        self._folder, self._size, self._warn = folder, size, warn
+        if not folder.is_dir():
+            raise cannot_open(folder, "there is no such folder of images")
+        if (folder / "poses.csv").is_file():
+            files = [file for shots in images_of_poses(load(folder)) for file in shots.files]
+        else:
+            files = sorted(file for file in folder.iterdir() if file.suffix.lower() in ENDINGS)
+        if not files:
+            raise cannot_open(folder, "there is no image in it")
+        self._images = map(CameraImages.of(files, size).grey, files)
+
+    def shot(self, settle_s: float) -> Image:
+        """The next image."""
+        image = next(self._images, None)
+        if image is None:
+            raise no_more_images(self._folder, "all its images have been used")
+        _check(self._folder, image, self._size, self._warn)
+        return image
+
+    def close(self) -> None:
+        """There is nothing to close."""
+
+
+Camera = LiveCamera | RecordedImages
+
+
+def _check(source: object, image: Image, size: tuple[int, int], warn: Warn) -> None:
+    """Look whether an image, (h, w), is fit to be kept, and warn of what is odd; its size is width and height [px].
+
+    Raises:
+        CameraError: It has another size, or most of it is white.
+    """
+    if image.shape[::-1] != size:
+        raise CameraError(
+            f"Camera {source} gives images of {image.shape[1]} x {image.shape[0]} pixels, but dataset.toml,"
+            f" [image] says {size[0]} x {size[1]}. Set the camera to that size, or correct [image]."
+        )
+    white = float((image >= WHITE).mean())
+    if white > MOSTLY:
+        raise CameraError(
+            f"Camera {source} is overexposed: {white:.0%} of the image is white."
+            " Set a shorter exposure or less gain in cell.toml, [camera], or close the aperture."
+        )
+    if white > MUCH:
+        warn(f"camera {source}: {white:.0%} of the image is white; a shorter exposure shows more.")
+    if image.max(initial=0) < DARK:
+        warn(f"camera {source}: the whole image is dark. Is the lens covered, or the light off?")
 
 
 def _cut_off(image: Image) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
-from robolaser.cell.camera import LiveCamera, Warn
+from robolaser.cell.camera import Camera, Warn
 from robolaser.cell.clock import Clock
 from robolaser.cell.failures import ArmRestarted, not_settled
 from robolaser.cell.following import Follower
@@ -36,7 +36,7 @@ class Session:
         self,
         cell: Cell,
         arm: Arm,
-        camera: LiveCamera,
+        camera: Camera,
         writer: RecordingWriter,
         clock: Clock,
         warn: Warn,

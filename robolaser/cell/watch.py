@@ -7,7 +7,7 @@ import numpy as np
 
 from robolaser.arrays import Array
 from robolaser.cell.arm import Arm
-from robolaser.cell.camera import LiveCamera
+from robolaser.cell.camera import Camera
 from robolaser.cell.clock import Clock
 from robolaser.cell.recording_writer import RecordingWriter, Sample
 from robolaser.errors import RobolaserError
@@ -18,7 +18,7 @@ AT_A_TIME_S = 2.0
 
 def watch(
     arm: Arm,
-    camera: LiveCamera,
+    camera: Camera,
     writer: RecordingWriter,
     clock: Clock,
     count: int,

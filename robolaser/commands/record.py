@@ -100,7 +100,7 @@ def record(
     _refuse_idle("--diagnose", diagnose, "--move", move)
     _refuse_idle("--run-up", run_up is not None, "--both-ways", both_ways)
     described = _rewired(load_cell(cell), port, camera)
-    read = [described.folder, *(file for file in (poses, next_poses) if file is not None)]
+    read = _inputs(described, poses, next_poses)
     terminal.warn(*described.warnings)
     arm_class(described)
     if watch is not None:
@@ -143,13 +143,21 @@ def _refuse_idle(option: str, given: bool, other: str, there: bool) -> None:  # 
 
 
 def _rewired(cell: "Cell", port: str | None, camera: str | None) -> "Cell":
-    """The cell with another port or camera."""
+    """The cell with another port or camera; paths typed are from here, not from the cell's folder."""
     if port is not None:
+        port = str(Path(port).absolute()) if cell.arm.kind == "replay" else port
         cell = replace(cell, arm=replace(cell.arm, port=port))
     if camera is not None:
-        source = int(camera) if camera.isdecimal() else camera
+        typed = camera if "://" in camera else str(Path(camera).absolute())
+        source = int(camera) if camera.isdecimal() else typed
         cell = replace(cell, camera=replace(cell.camera, source=source))
     return cell
+
+
+def _inputs(cell: "Cell", *read: Path | None) -> list[Path]:
+    """Folders and files that a recording reads: the cell, recordings in place of its arm or its camera, and others."""
+    replayed = cell.folder / cell.arm.port if cell.arm.kind == "replay" else None
+    return [path for path in (cell.folder, replayed, cell.pictures, *read) if path is not None]
 
 
 def _planned(

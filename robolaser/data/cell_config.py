@@ -47,7 +47,7 @@ class ArmLine:
 class CameraLine:
     """The camera."""
 
-    # a number, a device or a stream's URL
+    # a number, a device, a stream's URL, or a folder of images
     source: Text | Annotated[int, Meta(ge=0)]
     exposure: float | None = None  # in the driver's own unit; None: as it is
     gain: float | None = None  # likewise
@@ -132,6 +132,14 @@ class Cell:
         """Where it lies."""
         assert self.description.folder is not None  # it was read from there
         return self.description.folder
+
+    @property
+    def pictures(self) -> Path | None:
+        """The folder of images in place of its camera; None: it is a live one."""
+        source = self.camera.source
+        if isinstance(source, int) or "://" in source or source.startswith("/dev/"):
+            return None
+        return self.folder / source
 
 
 def load_cell(folder: str | Path) -> Cell:

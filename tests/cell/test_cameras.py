@@ -1,4 +1,4 @@
-"""Cameras that run by themselves."""
+"""Cameras that run by themselves, and piles of pictures that pass for one."""
 
 import socket
 import threading
@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from robolaser.cell import camera as camera_module
-from robolaser.cell.camera import LiveCamera, open_camera
+from robolaser.cell.camera import Camera, LiveCamera, open_camera
 from robolaser.cell.clock import Clock
 from robolaser.data.cell_config import CameraLine
 from robolaser.errors import CameraError
@@ -243,7 +243,7 @@ def streamed(scene: Sequence[Any], ending: str = ".pgm") -> Iterator[tuple[str, 
         server.close()
 
 
-def catch_up(camera: LiveCamera, sent: list[Image]) -> None:
+def catch_up(camera: Camera, sent: list[Image]) -> None:
     """What came while the stream was opened, which takes seconds, is read first; decoders hold the last one back."""
     until = time.monotonic() + PATIENCE_S
     shot = camera.shot(0.0)
@@ -284,7 +284,20 @@ def test_streams_that_read_other_files_are_refused(tmp_path: Path, source: str) 
         open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), Clock(), print)
 
 
-@pytest.mark.parametrize("source", ["nowhere.avi", "pictures"])
-def test_what_is_no_camera_is_named(tmp_path: Path, source: str) -> None:
-    with pytest.raises(CameraError, match=f"{source}: it is no number, no device"):
-        open_camera(replace(bench.cell(tmp_path), camera=CameraLine(source)), Clock(), print)
+def test_images_of_a_folder_come_one_by_one(tmp_path: Path) -> None:
+    cell = bench.cell(tmp_path)
+    (tmp_path / "shots").mkdir()
+    for i in range(3):
+        cv2.imwrite(str(tmp_path / "shots" / f"s{i}.png"), np.full(SIZE[::-1], 60 + i, np.uint8))
+    with closing(open_camera(replace(cell, camera=CameraLine(str(tmp_path / "shots"))), Clock(), print)) as camera:
+        assert [int(camera.shot(0.0)[0, 0]) for _ in range(3)] == [60, 61, 62]
+        with pytest.raises(CameraError, match="all its images"):
+            camera.shot(0.0)
+
+
+@pytest.mark.parametrize("source", ["nowhere.avi", "empty"])
+def test_files_that_are_no_images_are_named(tmp_path: Path, source: str) -> None:
+    cell = bench.cell(tmp_path)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(CameraError, match=source):
+        open_camera(replace(cell, camera=CameraLine(str(tmp_path / source))), Clock(), print)

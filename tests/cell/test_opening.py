@@ -84,6 +84,16 @@ def test_what_does_not_answer_as_it_should_is_said_so(cell: Cell, kind: str) -> 
         open_arm(named(cell, kind, "loop://"))
 
 
+def test_a_recording_of_another_arm_is_no_replay(cell: Cell, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    said = (cell.folder / "dataset.toml").read_text().replace('"joint_4", "joint_5"', '"joint_4"')
+    (tmp_path / "other" / "dataset.toml").write_text(said)
+    (tmp_path / "other" / "robot.urdf").write_text((cell.folder / "robot.urdf").read_text())
+    (tmp_path / "other" / "poses.csv").write_text("pose,q_joint_1,q_joint_2,q_joint_3,q_joint_4\na,0,0,0,0\n")
+    with pytest.raises(DataError, match="moves up to 4 joints"):
+        open_arm(named(cell, "replay", str(tmp_path / "other")))
+
+
 @pytest.mark.parametrize(("kind", "said"), [("acl", "outputs 1 to 16"), ("lss", r"take \[laser\] out")])
 def test_an_output_that_the_controller_does_not_have_is_named_before_a_line_is_opened(
     cell: Cell, kind: str, said: str

@@ -152,6 +152,22 @@ def wait_for(there: Callable[[], bool]) -> None:
     pytest.fail("it never came")
 
 
+def test_a_recording_passes_for_a_cell(acl: Rig) -> None:
+    with emulated(acl) as port:
+        assert acl.record("--poses", str(acl.poses), "--repeats", "2", "--move", port=port) == 0
+    first, acl.out = acl.out, acl.out.with_name("again")
+    cell = acl.folder / "cell.toml"
+    cell.write_text(cell.read_text().replace('kind = "acl"', 'kind = "replay"'))
+    asked = ["record", acl.folder, "--output", acl.out, "--poses", acl.poses, "--repeats", "2", "--move"]
+    assert main([*map(str, asked), "--port", str(first), "--camera", str(first)]) == 0
+    old, new = robolaser.load(first).poses, robolaser.load(acl.out).poses
+    assert new.names == old.names
+    assert new.q is not None
+    np.testing.assert_array_equal(new.q[1:], old.q[1:])  # type: ignore[index]
+    for image in (first / "images").iterdir():
+        assert (acl.out / "images" / image.name).read_bytes() == image.read_bytes()
+
+
 def test_an_existing_recording_is_left_alone_unless_forced(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
     with emulated(acl) as port:
         assert acl.record("--poses", str(acl.poses), "--move", port=port) == 0
@@ -229,6 +245,15 @@ def test_a_cell_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str
     assert acl.record("--poses", str(acl.poses), "--move", "--force", port="nowhere") == 1
     assert "is an input of this command or is inside one" in capsys.readouterr().err
     assert (acl.folder / "robot.urdf").is_file()
+
+
+def test_a_recording_in_place_of_an_arm_is_not_recorded_over(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:
+    cell, replayed = acl.folder / "cell.toml", acl.folder.with_name("replayed")
+    cell.write_text(cell.read_text().replace('kind = "acl"', 'kind = "replay"'))
+    acl.out = replayed / "again"
+    assert acl.record("--poses", str(acl.poses), "--move", port=str(replayed)) == 1
+    assert "is an input of this command or is inside one" in capsys.readouterr().err
+    assert not replayed.exists()
 
 
 def test_a_long_way_without_a_computer_is_warned_of(acl: Rig, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,60 @@
+"""A recording in place of an arm: it jumps to where the recorded arm stood."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar, Self, final
+
+import numpy as np
+
+from robolaser.arrays import Array
+from robolaser.cell.arm import Arm
+from robolaser.cell.clock import Clock
+from robolaser.cell.failures import joints_differ
+from robolaser.data.cell_config import Cell
+from robolaser.data.loading import load
+
+
+@final
+class ReplayArm(Arm):
+    """Stands at the recorded pose nearest to where it is sent."""
+
+    outputs: ClassVar[int | None] = None
+    synchronous_read: ClassVar[bool] = True
+    absolute_encoders: ClassVar[bool] = True
+    stops_alone: ClassVar[bool] = True
+
+    def __init__(self, folder: Path, joints: Sequence[str]) -> None:
+        q = load(folder).poses.q
+        if q is None or q.shape[1] != len(joints):
+            raise joints_differ("replay", len(joints), 0 if q is None else q.shape[1])
+        self.step = np.zeros(len(joints))
+        self._recorded = q
+        self._at: Array = q[0]
+
+    @classmethod
+    def open(cls, cell: Cell, clock: Clock) -> Self:
+        """Read the recording that the port names."""
+        return cls(cell.folder / cell.arm.port, cell.robot.joints)
+
+    def read(self) -> Array:
+        """Where it is now, (j,)."""
+        return self._at
+
+    def poll_faults(self) -> None:
+        """It has no faults."""
+
+    def start_move(self, q: Array, seconds: float) -> None:
+        """Set out to angles, (j,)."""
+        self._at = self._recorded[np.abs(self._recorded - q).max(axis=1).argmin()]
+
+    def stop(self) -> None:
+        """It never moves."""
+
+    def home(self) -> None:
+        """It needs none."""
+
+    def switch(self, output: int, *, on: bool) -> None:
+        """The images are taken."""
+
+    def close(self) -> None:
+        """There is nothing to close."""
