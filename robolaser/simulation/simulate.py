@@ -12,7 +12,7 @@ from robolaser.data.importers.robots import find_robot
 from robolaser.data.joining import join_sessions
 from robolaser.data.sessions import Sessions
 from robolaser.data.stated_noise import Noise
-from robolaser.errors import EffectError
+from robolaser.errors import EffectError, UsageError
 from robolaser.model.effects.effect import CandidateEffect
 from robolaser.model.effects.outliers import NAME as OUTLIERS
 from robolaser.model.effects.outliers import WHERE as OF_OUTLIERS
@@ -136,6 +136,8 @@ def simulate(
     first = session(seed, {})
     if sessions == 1:
         return first
+    if once := next((str(one) for one in first.effects if one.effect.begins), ""):
+        raise UsageError(f"{once} happens at one moment, and not in each session: simulate it in one session.")
     names = Sessions(tuple(f"session-{number + 1}" for number in range(sessions)))
     shared = {parameter: value for parameter, value in first.truth.items() if not names.is_own(parameter)}
     later = np.random.SeedSequence(seed).generate_state(sessions - 1, np.uint64).tolist()

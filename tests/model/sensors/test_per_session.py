@@ -18,7 +18,7 @@ from robolaser.data.stated_noise import Noise
 from robolaser.data.writing import save
 from robolaser.diagnosis import examine
 from robolaser.diagnosis.result_json import diagnosis_json
-from robolaser.errors import DataError, EffectError
+from robolaser.errors import DataError, EffectError, UsageError
 from robolaser.model.batches import batches_of
 from robolaser.model.derivatives import jacobian
 from robolaser.model.effects import EFFECTS, candidate_effects
@@ -176,6 +176,11 @@ def test_a_base_that_moved_in_one_of_two_sessions_is_found_there_and_at_its_size
     assert (str(shift.candidate_effect), found.verdict) == ("base_shift at base", "explained")
     assert np.hypot(*(shift.parameters[axis].value for axis in "xy")) == pytest.approx(1e-3, rel=0.1)
     assert shift.parameters["moment"].value == pytest.approx(0.25 + 0.5 * moved, abs=0.02)
+
+
+def test_a_base_that_moves_once_is_not_simulated_in_every_session():
+    with pytest.raises(UsageError, match="base_shift at base happens at one moment"):
+        cell(effects={"base_shift:base": 1e-3})
 
 
 def test_a_data_set_with_sessions_reads_the_same_after_writing(tmp_path):
