@@ -8,8 +8,9 @@ from robolaser.arrays import Ints
 from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.cause_words import listed
 from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_SPREAD
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_OVER_STATED, MOST_SPREAD
 from robolaser.diagnosis.verdict import spread_of
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 
@@ -34,7 +35,10 @@ def probability(dataset: Dataset, rows: Ints, verdict: str) -> float:
 
 def rows_sentence(final: Fit, verdict: str, dataset: Dataset, outliers: Ints) -> str:
     """What is said of rows, and known distances, that do not agree with a model's others; may be empty."""
-    return _uneven(final, verdict) + _distance(final) + gross_sentence(dataset, outliers)
+    scatter = ""
+    if verdict == "unexplained":
+        scatter = _uneven(final) or _beyond_stated(final)
+    return scatter + _distance(final) + gross_sentence(dataset, outliers)
 
 
 def gross_sentence(dataset: Dataset, rows: Ints) -> str:
@@ -54,11 +58,11 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
     return f" {what}, listed and excluded."
 
 
-def _uneven(final: Fit, verdict: str) -> str:
+def _uneven(final: Fit) -> str:
     """What is said of rows that hold most of the error and are too many to be left out; may be empty."""
     numbers = final.model.blocks.row_numbers
     white = final.at.white.reshape(len(numbers), -1)
-    if verdict != "unexplained" or spread_of(white, numbers) < MOST_SPREAD:
+    if spread_of(white, numbers) < MOST_SPREAD:
         return ""
     dataset, squares = final.model.dataset, np.square(white).sum(axis=1)
     names, number = np.unique(dataset.points.names if dataset.format.named_points else (), return_inverse=True)
@@ -66,6 +70,13 @@ def _uneven(final: Fit, verdict: str) -> str:
     if shares.max() < CREDIBLE_MASS:
         return " A part of the rows holds most of the error: has something moved?"
     return f" Nearly all of the error is in the rows of point {names[shares.argmax()]}: has it moved?"
+
+
+def _beyond_stated(final: Fit) -> str:
+    """What is said of rows that scatter far more than is stated; may be empty."""
+    if (times := over_stated(final.noise)) < MOST_OVER_STATED:
+        return ""
+    return f" Rows scatter {times:.0f} times as much as [noise] states: correct it, or look for what else moves them."
 
 
 def _distance(final: Fit) -> str:

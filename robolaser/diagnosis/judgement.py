@@ -8,6 +8,7 @@ from robolaser.diagnosis.findings import gap_of
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
 from robolaser.diagnosis.localization import Localization
+from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
@@ -94,13 +95,6 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
         has_effects=bool(final.effects),
         estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
         spread=spread_of(final.at.white.reshape(len(numbers), -1), numbers),
-        over_stated=max(
-            (
-                noise.sigmas[source.name] / source.stated
-                for source in noise.sources
-                if source.stated and source.level != "pose" and noise.origin.get(source.name) == "estimated"
-            ),
-            default=0.0,
-        ),
+        over_stated=over_stated(noise),
         rotations=gap.turns_rad[1] / final.rotation_of(noise) if gap.turns_rad else 0.0,
     )

@@ -13,6 +13,7 @@ from robolaser.diagnosis.thresholds import (
     ONE_MEASUREMENT,
 )
 from robolaser.estimation.noise_estimate import NOISE_CONTRADICTED_SIGMA, Excess, row_excess
+from robolaser.model.noise.covariance import NoiseModel
 from robolaser.model.noise.repeats import PixelRepeats, pixel_repeats
 
 KEYS: Final = {
@@ -45,6 +46,16 @@ def noise_remarks(final: Fit, shots: Dataset, *, fits: bool) -> tuple[str, ...]:
             *_shared(part, repeats),
         ]
     return (*dict.fromkeys(remarks), *(_growing(final) if fits else ()))
+
+
+def over_stated(noise: NoiseModel) -> float:
+    """Largest ratio of a size of rows' noise that residuals gave to the stated one; 0 where none is stated."""
+    ratios = (
+        noise.sigmas[source.name] / source.stated
+        for source in noise.sources
+        if source.stated and source.level != "pose" and noise.origin.get(source.name) == "estimated"
+    )
+    return max(ratios, default=0.0)
 
 
 def _contradicted(final: Fit, shots: Dataset, prefix: str) -> Iterator[str]:

@@ -130,3 +130,9 @@ def test_a_known_distance_that_is_wrong_is_named() -> None:
     assert f"The known distance between {one} and {other} is 0.9" in found.sentence
     assert "mm shorter than in the model: measure it again." in found.sentence
     assert "known distance" not in examine(made, effects=[], seed=0).sentence
+
+
+def test_rows_that_scatter_far_more_than_is_stated_are_no_noise_and_it_is_said_why(sound: Dataset) -> None:
+    found = examine(replace(sound, noise=Noise(point_m=2e-6)), effects=[], seed=0)
+    assert found.verdict == "unexplained"
+    assert "Rows scatter 15 times as much as [noise] states" in found.sentence
