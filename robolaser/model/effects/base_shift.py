@@ -33,7 +33,10 @@ class BaseShift(Effect):
     name = "base_shift"
     title = "robot or target moved at a moment of the run"
     clause = "robot or target was moved during the run"
-    caveat = "a moved robot and a moved target look the same: either may have moved"
+    caveat = (
+        "a moved robot and a moved target look the same: either may have moved; a turn about the first joint's axis may be"
+        " that joint's slip"
+    )
     remedy = "Find what is loose, clamp base and target, and measure again."
     reference = "Page 1954, Continuous inspection schemes, for steps in a series; cell practice: 0.1-5 mm"
     stage = Stage.FLANGE
