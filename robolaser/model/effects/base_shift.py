@@ -34,8 +34,8 @@ class BaseShift(Effect):
     title = "robot or target moved at a moment of the run"
     clause = "robot or target was moved during the run"
     caveat = (
-        "a moved robot and a moved target look the same: either may have moved; a turn about the first joint's axis may be"
-        " that joint's slip"
+        "a moved robot and a moved target look the same: either may have moved; a turn about the first joint's axis may"
+        " be that joint's slip"
     )
     remedy = "Find what is loose, clamp base and target, and measure again."
     reference = "Page 1954, Continuous inspection schemes, for steps in a series; cell practice: 0.1-5 mm"
