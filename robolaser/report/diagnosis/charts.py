@@ -239,6 +239,8 @@ def _rival(one: EffectEvidence, left: Callable[[Fit], Array]) -> tuple[Candidate
 def _of_poses(run: Run, *, bends: bool) -> Iterator[Coordinate]:
     """What effects on whole poses may depend on; loads for those that bend something."""
     yield from of_run(run)
+    if run.dataset.sessions is not None and run.poses.time_s is not None:
+        yield Coordinate("time, one session after the other", run.progress_of_all[:, None])
     for joint in moving_joints(run.dataset.robot):
         yield from (angle_of(run, joint), *(torque_of(run, joint) if bends else ()))
     yield from hanging(run)
