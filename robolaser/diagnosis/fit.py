@@ -11,6 +11,7 @@ from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
 from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, SCATTER_CHANGE
+from robolaser.diagnosis.verdict import spread_of
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
 from robolaser.estimation.problem import Problem
@@ -116,6 +117,16 @@ class Fit:
     def chi2(self) -> float:
         """Squared length of the whitened residuals, known distances and distances from the priors counted in."""
         return self.at.cost
+
+    @cached_property
+    def row_squares(self) -> Array:
+        """Squared length of each row's whitened residuals, (m,)."""
+        return np.asarray(np.square(self.at.white.reshape(len(self.model.dataset.points), -1)).sum(axis=1))
+
+    @property
+    def spread(self) -> float:
+        """How unevenly the rows hold the error, see `spread_of`."""
+        return spread_of(self.row_squares, self.model.blocks.row_numbers)
 
     @cached_property
     def _profile(self) -> tuple[float, float]:

@@ -11,7 +11,6 @@ from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.summary_text import millimetres
 from robolaser.diagnosis.thresholds import CREDIBLE_MASS, LIKELY, MOST_OVER_STATED, MOST_SPREAD
-from robolaser.diagnosis.verdict import spread_of
 from robolaser.estimation.outliers import OUTLIER_SIGMA
 
 NAMED = 5
@@ -60,11 +59,9 @@ def gross_sentence(dataset: Dataset, rows: Ints) -> str:
 
 def _uneven(final: Fit) -> str:
     """What is said of rows that hold most of the error and are too many to be left out; may be empty."""
-    numbers = final.model.blocks.row_numbers
-    white = final.at.white.reshape(len(numbers), -1)
-    if spread_of(white, numbers) < MOST_SPREAD:
+    if final.spread < MOST_SPREAD:
         return ""
-    dataset, squares = final.model.dataset, np.square(white).sum(axis=1)
+    dataset, squares = final.model.dataset, final.row_squares
     names, number = np.unique(dataset.points.names if dataset.format.named_points else (), return_inverse=True)
     shares = np.bincount(number, squares) / squares.sum() if len(names) > 1 else np.zeros(1)
     if shares.max() < CREDIBLE_MASS:

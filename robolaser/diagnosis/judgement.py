@@ -12,7 +12,7 @@ from robolaser.diagnosis.noise_remarks import over_stated
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
-from robolaser.diagnosis.verdict import Evidence, judge, spread_of
+from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.noise.covariance import NoiseModel
 
@@ -81,7 +81,6 @@ def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement
 
 def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, noise: NoiseModel) -> Evidence:
     known = [name for name in noise.sigmas if noise.origin.get(name, "stated") != "estimated"]
-    numbers = final.model.blocks.row_numbers
     return Evidence(
         chi2_before=start.chi2,
         chi2_after=final.with_likeliest_scatter.chi2,
@@ -94,7 +93,7 @@ def _evidence(start: Fit, final: Fit, left: Sequence[Localization], gap: Gap, no
         gap_before_m=gap.calibrated_m,
         has_effects=bool(final.effects),
         estimated_m=final.size_of(noise.at(dict.fromkeys(known, 0.0))),
-        spread=spread_of(final.at.white.reshape(len(numbers), -1), numbers),
+        spread=final.spread,
         over_stated=over_stated(noise),
         rotations=gap.turns_rad[1] / final.rotation_of(noise) if gap.turns_rad else 0.0,
     )

@@ -106,7 +106,7 @@ def _growing(final: Fit) -> Iterator[str]:
     ranges = model.blocks.ranges(*model.at(final.x))
     if ranges is None or ranges.min() <= 0.0 or np.log(ranges).std() < LEAST_RANGE_SPREAD:
         return
-    squares = np.square(final.at.white.reshape(len(ranges), -1)).sum(axis=1) / model.blocks.row_numbers
+    squares = final.row_squares / model.blocks.row_numbers
     over = squares / squares.mean() - 1.0
     away = np.log(ranges) - np.log(ranges).mean()
     sigma = float(over @ away / np.sqrt((away @ away) * over.var()))

@@ -25,6 +25,7 @@ from robolaser.diagnosis.thresholds import (
     OPEN_SHARE,
     SMALL_SHARE,
 )
+from robolaser.estimation.outliers import median_length
 
 
 def complexity_penalty(parameters: int, shapes: float) -> float:
@@ -87,19 +88,16 @@ def is_form(explained: float, larger: float) -> bool:
     return explained < FORM_SHARE * larger
 
 
-def spread_of(white: Array, numbers: Ints) -> float:
+def spread_of(squares: Array, numbers: Ints) -> float:
     """Root mean square of whitened rows over what their median lets expect: 1 for normal noise.
 
     More where some rows hold most of the error: noise that was estimated from them is no noise of all rows.
 
     Args:
-        white: (m, k), zero where a row has fewer numbers.
+        squares: Of their lengths, (m,).
         numbers: Of each row, (m,).
     """
-    from scipy.special import chdtri  # noqa: PLC0415 - takes a third of a second to import
-
-    squares = np.square(white).sum(axis=1)
-    typical = np.sqrt(np.median(squares / chdtri(numbers, 0.5)))
+    typical = np.median(np.sqrt(squares) / median_length(numbers))
     return float(np.sqrt(squares.sum() / numbers.sum()) / max(typical, LEAST_TYPICAL))
 
 

@@ -126,10 +126,15 @@ def _named_points(dataset: Dataset) -> Ints:
 
 def _scale(rows: Array) -> float:
     """Standard deviation of white rows (m, k) by their median length, at least 1: gross errors do not move it."""
+    numbers = np.array(max(1.0, rows.shape[1] - UNUSED))
+    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / median_length(numbers)))
+
+
+def median_length(numbers: Array | Ints) -> Array:
+    """Below which half of all rows are, of so many normal numbers of unit variance each."""
     from scipy.special import chdtri  # noqa: PLC0415 - takes a third of a second to import
 
-    numbers = max(1.0, rows.shape[1] - UNUSED)
-    return max(1.0, float(np.median(np.linalg.norm(rows, axis=-1)) / np.sqrt(chdtri(numbers, 0.5))))
+    return np.asarray(np.sqrt(chdtri(numbers, 0.5)))
 
 
 def _roots(problem: Problem) -> Array:

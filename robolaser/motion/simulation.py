@@ -57,7 +57,7 @@ def simulate_motion(
     command = np.concatenate(runs)
     run = np.repeat(np.arange(series), n)
     names = tuple(f"run_{number + 1}" for number in range(series))
-    asked = _asked(robot, effects or {})
+    asked = _requested(robot, effects or {})
     q = _followed(robot, runs, time, asked["tracking"])
     empty = np.full_like(q, np.nan)
     log = MotionLog(
@@ -94,7 +94,7 @@ def _motion(kind: int, time: Array, middle: Array, half: Array, rng: np.random.G
     return smoothed(ramps, round(CORNER_S * RATE_HZ))
 
 
-def _asked(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
+def _requested(robot: Robot, sizes: Mapping[str, float]) -> dict[Kind, list[tuple[At, dict[str, float]]]]:
     """Effects at their places with their numbers."""
     found: dict[Kind, dict[str, tuple[At, dict[str, float]]]] = {"tracking": {}, "torque": {}, "load": {}}
     names = list(dict.fromkeys(one.name for one in MOTION_EFFECTS))

@@ -113,7 +113,7 @@ def simulate(
             source="simulated by robolaser",
             robot=robot,
             kind=kind,
-            poses=_middle(robot, qd),
+            poses=_mid_range(robot, qd),
             points=Points(np.empty(0, dtype=np.int64), ()),
             noise=options.stated or noise,
         )
@@ -185,7 +185,7 @@ def _check_noise(noise: Noise) -> None:
             raise impossible(f"noise {what} of", sigma, "a positive number, or nothing for none")
 
 
-def _middle(robot: Robot, qd: Array) -> Poses:
+def _mid_range(robot: Robot, qd: Array) -> Poses:
     """Poses (n) in the middle of the joint limits."""
     lower, upper = limits(robot)
     q = np.tile((lower + upper) / 2, (len(qd), 1))
