@@ -60,11 +60,13 @@ def postures_are_sought_once() -> Iterator[None]:
     """Where a simulated sensor stands: arm and seed say it, and it takes longer than all the rest."""
     sought, found = inverse_kinematics.touching, dict[tuple[object, ...], tuple[Array, Bools]]()
 
-    def touching(robot: Robot, tool: Array, goal: Array, q: Array) -> tuple[Array, Bools]:
+    def touching(
+        robot: Robot, tool: Array, goal: Array, q: Array, *, still: Bools | None = None
+    ) -> tuple[Array, Bools]:
         arm = robot.urdf, robot.flange, robot.joints, robot.placements.tobytes()
-        asked = *arm, *(part.tobytes() for part in (tool, goal, q))
+        asked = *arm, *(part.tobytes() for part in (tool, goal, q)), repr(still)
         if asked not in found:
-            found[asked] = sought(robot, tool, goal, q)
+            found[asked] = sought(robot, tool, goal, q, still=still)
         return found[asked]
 
     with pytest.MonkeyPatch.context() as patch:

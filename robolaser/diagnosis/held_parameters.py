@@ -1,6 +1,6 @@
 """Parameters that the data set holds, or bounds narrowly, at wrong values."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -39,7 +39,7 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
         examine: Diagnoses another data set in the same way.
         seed: Assigns poses to folds.
     """
-    if found.hindrance or not found.model.blocks.given:
+    if found.hindrance:
         return found
     held = _held(found)
     freed = {part: one for part, names in held.items() if (one := _freed(found, part, names, seed))}
@@ -52,18 +52,25 @@ def with_parameters_free(found: Diagnosis, examine: Callable[[Dataset], Diagnosi
     return _told(found, free, part, held[part], probability) if probability > EVEN else found
 
 
-def _held(found: Diagnosis) -> dict[str, list[str]]:
-    """Names of fixed parameters, and of those that end on a bound without effects, by the part that they describe."""
+def _held(found: Diagnosis) -> dict[str, dict[str, float]]:
+    """Fixed parameters with their values, and those that end on a bound without effects, by the part they describe."""
     blocks = found.model.blocks
     without_effects = dict(zip(found.model.parameters.names, found.calibrated_x.tolist(), strict=False))
-    parts: dict[str, list[str]] = {}
+    parts: dict[str, dict[str, float]] = {"target": _radii(found)} if found.dataset.radius_m else {}
     for name, item in blocks.given.items():
         if not item.given:  # a closed form's, which no file holds
             continue
         near = TOUCH * (item.upper - item.lower)
         if name not in blocks.fixed and not item.lower + near < without_effects[name] < item.upper - near:
-            parts.setdefault(_part(name, found.dataset), []).append(name)
+            parts.setdefault(_part(name, found.dataset), {})[name] = item.nominal
     return parts
+
+
+def _radii(found: Diagnosis) -> dict[str, float]:
+    """The stated radii of balls, by the parameters that they are without a statement."""
+    names = (name.partition("@") for name in found.model.blocks.derived if name.startswith("ball."))
+    balls = [(plain[:-1], session) for plain, *session in names if plain.endswith(".x")]
+    return {f"{ball}radius{''.join(session)}": found.dataset.radius_m[ball[5:-1]] for ball, session in balls}
 
 
 def _part(name: str, dataset: Dataset) -> str:
@@ -79,14 +86,15 @@ def _cause(part: str) -> str:
     return {"hand_eye": "mount", "tool": "mount"}.get(part, part.rpartition(".")[2])
 
 
-def _freed(found: Diagnosis, part: str, names: Sequence[str], seed: int) -> Calibration | None:
+def _freed(found: Diagnosis, part: str, names: Iterable[str], seed: int) -> Calibration | None:
     """With some parameters left out of the data set, in place of effects of their class; None where none is found."""
     plain = {name.partition("@")[0] for name in names}
     given = found.dataset.parameters
     kept = {name: item for name, item in given.items() if name not in plain}
+    radius_m = {} if part == "target" else found.dataset.radius_m
     try:
         others = tuple(one for one in found.model.effects if class_of(one) != _cause(part))
-        model = Model(replace(found.dataset, parameters=kept), others)
+        model = Model(replace(found.dataset, parameters=kept, radius_m=radius_m), others)
         return calibrated(model, Plan(weights="noise", seed=seed))
     except (RobolaserError, np.linalg.LinAlgError):
         return None
@@ -103,12 +111,11 @@ def _is_suspect(found: Diagnosis, freed: Calibration) -> bool:
     return fall_in_sigmas(squares(found.observed, found.after_m), after) > SIGMA_OF_95_PERCENT
 
 
-def _told(found: Diagnosis, free: Diagnosis, part: str, names: Sequence[str], probability: float) -> Diagnosis:
+def _told(found: Diagnosis, free: Diagnosis, part: str, held: Mapping[str, float], probability: float) -> Diagnosis:
     """The diagnosis with free parameters, as one of the data set that holds them."""
-    held = {name: found.model.blocks.given[name] for name in names}
-    would_be = {name: _estimate(free, name) for name in names}
-    moved = {name: abs(would_be[name].value - held[name].nominal) / (would_be[name].std or np.inf) for name in names}
-    shown = [name for name in names if moved[name] > SIGMA_OF_95_PERCENT] or [max(names, key=lambda one: moved[one])]
+    would_be = {name: _estimate(free, name) for name in held}
+    moved = {name: abs(would_be[name].value - held[name]) / (would_be[name].std or np.inf) for name in held}
+    shown = [name for name in held if moved[name] > SIGMA_OF_95_PERCENT] or [max(held, key=lambda one: moved[one])]
     before, after = found.gap, free.gap
     gaps = before.calibrated_m, after.calibrated_m
     if gaps[1] >= gaps[0]:  # another cause is larger, and only beside its effects the error falls
@@ -122,7 +129,7 @@ def _told(found: Diagnosis, free: Diagnosis, part: str, names: Sequence[str], pr
         *gaps,
         () if probability >= CERTAIN else tuple(one.candidate_effect for one in found.findings),
     )
-    text = _sentence(wrong, {name: held[name].nominal for name in shown})
+    text = _sentence(wrong, {name: held[name] for name in shown})
     return told(found, free, wrong, text, "parameters that the data set holds")
 
 
@@ -133,10 +140,11 @@ def _sentence(wrong: WrongInput, held: Mapping[str, float]) -> str:
     would_be = listed([f"{number.value:.4g} {number.unit}".rstrip() for _, number in numbers])
     they, them = ("they", "them") if len(numbers) > 1 else ("it", "it")
     rivals = members(wrong.alternatives)
+    where = "[target], radius_m" if numbers[0][0].startswith("ball.") else "[parameters]"
     return (
         f"dataset.toml holds {are}; free, {they} would be {would_be}, and the error on new poses"
         f" {millimetres(wrong.gap_after_m)} instead of {millimetres(wrong.gap_before_m)}. Correct {them} under"
-        " [parameters]." + (f" These poses do not show whether {rivals} is the cause instead." if rivals else "")
+        f" {where}." + (f" These poses do not show whether {rivals} is the cause instead." if rivals else "")
     )
 
 

@@ -49,7 +49,7 @@ def _validation(diagnosis: Diagnosis, other: Dataset, seed: int) -> Validation:
     held = _without(found, anew)
     given = {**_without(diagnosis.dataset.parameters, anew), **other.parameters}
     nominal = calibrated | {name: given[name].nominal for name in calibrated if name in given}
-    other = replace(other, parameters=given)
+    other = replace(other, parameters=given, radius_m=other.radius_m if diagnosis.dataset.radius_m else {})
     found_in = RunSummary.of(diagnosis.dataset)
     effects, numbers, remarks = _carried(diagnosis, found_in, other, found)
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import robolaser
@@ -82,6 +83,36 @@ def test_another_cause_beside_a_wrong_focal_length_is_still_found() -> None:
         ("joint_offset", "elbow_joint"),
     }
     assert why.verdict == "explained"
+
+
+def profiles(effects: dict[str, float] | None = None, **off_m: float) -> Dataset:
+    """Balls whose stated radii are off by so much."""
+    noise = Noise(point_m=5e-5, joint_rad=1e-5)
+    seen = simulate(find_robot("ur5e"), kind="profile", poses=60, noise=noise, effects=effects or {}, seed=1).dataset
+    return replace(seen, radius_m={ball: r + off_m.get(f"of_{ball}", 0.0) for ball, r in seen.radius_m.items()})
+
+
+def test_the_ball_whose_radius_is_stated_wrongly_is_named_with_its_radius() -> None:
+    wrong = profiles(of_1=2e-4)
+    why = robolaser.diagnose(wrong, seed=0)
+    first = why.effects[0]
+    assert (why.verdict, first.effect, first.where) == ("explained", "held_parameter", "target")
+    assert set(first.parameters) == {"ball.1.radius"}
+    radius = first.parameters["ball.1.radius"]
+    assert radius.value == pytest.approx(wrong.radius_m["1"] - 2e-4, abs=4.0 * radius.std)
+    assert why.gap_mm.after < 1.1 * why.gap_mm.noise_floor < why.gap_mm.calibrated
+
+
+def test_radii_that_are_stated_rightly_are_never_named() -> None:
+    why = robolaser.diagnose(profiles({"joint_offset:elbow_joint": 2e-3}), seed=0)
+    assert [(one.effect, one.where) for one in why.effects] == [("joint_offset", "elbow_joint")]
+
+
+def test_a_corrected_radius_carries_over_to_other_data_with_the_wrong_one() -> None:
+    whole = profiles(of_0=3e-4, of_1=3e-4, of_2=3e-4)
+    first, other = (whole.of_poses(np.arange(60) % 2 == half) for half in (0, 1))
+    (validation,) = robolaser.diagnose(first, seed=0, validate=[other]).validation
+    assert validation["after_mm"] < 1.1 * validation["noise_floor_mm"]
 
 
 def test_what_is_saved_has_the_freed_values() -> None:

@@ -50,6 +50,7 @@ class Profile(Sensor):
         options=Mounting,
         many_rows=True,
         balls=True,
+        units={"radius": "m"},
         task="the model puts profiles on balls",
         named_points="ball",
     )
@@ -60,17 +61,28 @@ class Profile(Sensor):
         self._measured = np.insert(dataset.points["profile"], 1, 0.0, axis=1)[None]
         self.balls = tuple(dict.fromkeys(dataset.points.names))  # their names
         self.ball = dataset.points.number  # which of them each row is on, (m,)
-        self._radius = np.array([dataset.radius_m[name] for name in self.balls])[self.ball]
         self.stands = stands(dataset)  # in the cell
 
     @cached_property
     def parameters(self) -> SensorParameters:
-        """The sensor's place on the flange or in the cell, and the balls at the other end."""
+        """The sensor's place on the flange or in the cell, the balls at the other end, and radii that are not known."""
         balls = (f"ball.{name}.{part}" for name in self.balls for part in "xyz")
-        return SensorParameters(derived=(*six_names("hand_eye"), *balls), two_axes=True)
+        radii = () if self.dataset.radius_m else tuple(map(_radius, self.balls))
+        return SensorParameters(
+            derived=(*six_names("hand_eye"), *balls, *radii),
+            spans=lambda values: {name: 0.5 * values[name] for name in radii},
+            two_axes=True,
+        )
+
+    def _radii(self, values: Values) -> Array:
+        """Of each ball, (1 or c, balls) [m]: stated, or among the values."""
+        stated = self.dataset.radius_m
+        if stated:
+            return np.array([[stated[name] for name in self.balls]])
+        return np.stack([values[_radius(name)] for name in self.balls], axis=-1)
 
     def initialize(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Values:
-        """From the circles in which the sensor's plane cuts the balls."""
+        """From the circles in which the sensor's plane cuts the balls; the largest tell radii that are not stated."""
         seen = perturb(Stage.TARGET, self._measured)
         of_pose = self.dataset.points.pose
         _, first, profile = np.unique(of_pose * len(self.balls) + self.ball, return_index=True, return_inverse=True)
@@ -79,17 +91,20 @@ class Profile(Sensor):
             centre, radius, enough = circles(seen[candidate % len(seen)][:, ::2], profile.reshape(-1))
             some = np.flatnonzero(enough)
             some = some[evenly(len(some), ENOUGH_PROFILES)]
-            beside = np.sqrt(np.maximum(self._radius[first[some]] ** 2 - radius[some] ** 2, 0.0))
+            ball, cut = self.ball[first[some]], radius[some]
+            radii = self._radii({_radius(name): _of_largest(cut[ball == i]) for i, name in enumerate(self.balls)})[0]
+            beside = np.sqrt(np.maximum(radii[ball] ** 2 - cut**2, 0.0))
             T = T_base_flange[candidate % len(T_base_flange)][of_pose[first[some]]]
             T = T if self.stands else inverse(T)
-            found.append(sensor_and_balls(centre[some], beside, T, self.ball[first[some]]))
-        R, shift, balls = (np.stack(parts) for parts in zip(*found, strict=True))
-        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.balls)
+            found.append((*sensor_and_balls(centre[some], beside, T, ball), radii))
+        R, shift, balls, radii = (np.stack(parts) for parts in zip(*found, strict=True))
+        sizes = dict(zip(map(_radius, self.balls), radii.T, strict=True))
+        return six_of(inverse(pose(R, shift)), "hand_eye") | places_by_name(balls, "ball", self.balls) | sizes
 
     def residuals(self, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
         """Distance of each point from its ball's surface, positive outside, (c, m, 1) [m]."""
         apart = self.in_base(values, T_base_flange, perturb) - self.known(values, T_base_flange, perturb)
-        off: Array = np.linalg.norm(apart, axis=-1) - self._radius
+        off: Array = np.linalg.norm(apart, axis=-1) - self._radii(values)[:, self.ball]
         return off[..., None]
 
     def in_metres(self, residuals: Array, values: Values, T_base_flange: Array, perturb: Perturbation) -> Array:
@@ -152,7 +167,7 @@ class Profile(Sensor):
     def _seen_from(self, values: Values, T_base_flange: Array) -> tuple[Points, Bools]:
         """A profile of the ball nearest to the sensor's plane; good where that cuts it near its middle, in range."""
         balls = places(values, "ball", self.balls)[0]
-        radii = np.array([self.dataset.radius_m[name] for name in self.balls])
+        radii = self._radii(values)[0]
         hand_eye = motion(values, "hand_eye")
         there = apply(T_base_flange[:, None], balls) if self.stands else balls
         T_base_sensor = hand_eye if self.stands else T_base_flange @ hand_eye
@@ -169,6 +184,16 @@ class Profile(Sensor):
         names = tuple(self.balls[ball] for ball in nearest.repeat(ROWS).tolist())
         points = Points(poses.repeat(ROWS), names, columns={"profile": profile.reshape(-1, 2)})
         return points, np.asarray(beside[poses, nearest] < MOST_CUT)
+
+
+def _radius(ball: str) -> str:
+    """The parameter that is a ball's radius, where the data set does not state it."""
+    return f"ball.{ball}.radius"
+
+
+def _of_largest(cuts: Array) -> Array:
+    """The radius of a ball by those of circles in which planes cut it, some of them ill seen, (n,) -> (1,)."""
+    return np.asarray(np.quantile(np.append(cuts, 0.0), [0.9]))
 
 
 def circles(points: Array, group: Ints) -> tuple[Array, Array, Bools]:
