@@ -118,10 +118,9 @@ class Followed:
             float(chdtrc(len(r), added / left)),
         )
 
-    @property
-    def narrowed(self) -> Array:
-        """Standard deviations of the parameters now, over those of the fit, (d,); 1 for those that cannot move."""
-        before, now = np.diag(self.fit.at.covariance), np.diag(self.covariance)
+    def narrowed(self, since: "Followed") -> Array:
+        """Standard deviations of the parameters over those of an earlier state, (d,); 1 for those that cannot move."""
+        before, now = np.diag(since.covariance), np.diag(self.covariance)
         return np.sqrt(np.divide(np.maximum(now, 0.0), before, out=np.ones(len(now)), where=before > 0.0))
 
 
@@ -148,11 +147,12 @@ class Weighed:
         """After these poses, too."""
         rows = FurtherRows.of(self.start, self.dataset, further)
         rivals = (fit for one in self.evidence for fit in one.fits.values())
-        followed = {
-            fit: self.followed.get(fit, Followed.of(fit)).with_rows(rows)
-            for fit in dict.fromkeys((self.start, self.final, *rivals))
-        }
+        followed = {fit: self.now(fit).with_rows(rows) for fit in dict.fromkeys((self.start, self.final, *rivals))}
         return replace(self, dataset=rows.dataset, followed=followed)
+
+    def now(self, fit: Fit) -> Followed:
+        """One of the models after the poses so far."""
+        return self.followed.get(fit) or Followed.of(fit)
 
     @property
     def reweighed(self) -> tuple[EffectEvidence, ...]:

@@ -10,10 +10,12 @@ from typing import Final
 
 import numpy as np
 
+from robolaser.arrays import Array
 from robolaser.data.dataset import Dataset
 from robolaser.data.joining import check_same_arm, poses_beyond, with_poses_of
 from robolaser.diagnosis.cause_classes import reweighed_classes, reweighed_kinds
-from robolaser.diagnosis.further_poses import Followed, Weighed
+from robolaser.diagnosis.fit import Fit
+from robolaser.diagnosis.further_poses import Weighed
 from robolaser.diagnosis.gross_errors import rows_sentence
 from robolaser.diagnosis.result import Diagnosis, Finding
 from robolaser.diagnosis.summary_text import sentence
@@ -55,19 +57,22 @@ def with_poses(found: Diagnosis, dataset: Dataset, examine: Callable[[Dataset], 
     grown = weighed.with_poses(further)
     before = {one.candidate_effect: one.probability for one in weighed.evidence}
     change = max((abs(one.probability - before[one.candidate_effect]) for one in grown.reweighed), default=0.0)
-    if change > CHANGE or grown.followed[grown.final].chance < SURPRISE:
+    if change > CHANGE or grown.now(grown.final).chance < SURPRISE:
         return examine(whole)
-    return _updated(found, whole, grown)
+    return _updated(found, weighed, whole, grown)
 
 
-def _updated(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
-    evidence, final = grown.reweighed, grown.followed[grown.final]
+def _updated(found: Diagnosis, before: Weighed, whole: Dataset, grown: Weighed) -> Diagnosis:
+    evidence = grown.reweighed
+    was, final = (each.now(grown.final) for each in (before, grown))
+    was_start, start = (each.now(grown.start) for each in (before, grown))
+    moved, narrowed = final.x - was.x, final.narrowed(was)
     probability = {one.candidate_effect: one.probability for one in evidence}
     findings = tuple(
-        replace(_resized(one, final), probability=probability[one.candidate_effect]) for one in found.findings
+        replace(_resized(one, final.fit, moved, narrowed), probability=probability[one.candidate_effect])
+        for one in found.findings
     )
     classes = reweighed_classes(found.classes, grown.evidence, evidence)
-    start = grown.followed[grown.start]
     return replace(
         found,
         dataset=whole,
@@ -86,18 +91,19 @@ def _updated(found: Diagnosis, whole: Dataset, grown: Weighed) -> Diagnosis:
         findings=findings,
         classes=classes,
         kinds=reweighed_kinds(found.kinds, grown.evidence, evidence),
-        x=final.x,
-        std=found.std * final.narrowed,
-        calibrated_x=found.calibrated_x + start.x - grown.start.x,
+        x=found.x + moved,
+        std=found.std * narrowed,
+        calibrated_x=found.calibrated_x + start.x - was_start.x,
         weighed=grown,
     )
 
 
-def _resized(finding: Finding, final: Followed) -> Finding:
-    names = final.fit.problem.parameters.names
+def _resized(finding: Finding, final: Fit, moved: Array, narrowed: Array) -> Finding:
+    """A finding whose parameters have moved and whose standard errors have narrowed since, by the model's, (d,)."""
+    names = final.problem.parameters.names
     parameters = {}
     for name, was in finding.parameters.items():
         i = names.index(finding.candidate_effect.key(name))
-        std = None if was.std is None else was.std * float(final.narrowed[i])
-        parameters[name] = replace(was, value=float(final.x[i]), std=std)
+        std = None if was.std is None else was.std * float(narrowed[i])
+        parameters[name] = replace(was, value=was.value + float(moved[i]), std=std)
     return replace(finding, parameters=parameters)

@@ -69,6 +69,19 @@ def test_what_is_added_one_by_one_or_at_once_alone_or_with_the_rest_is_the_same(
     assert told(found.with_poses(further)) == pytest.approx(told(at_once), abs=1e-12)
 
 
+def test_parameters_and_their_standard_errors_are_the_same_one_by_one_or_at_once(arm, found):
+    one_by_one = found
+    for count in range(FIRST + 1, FIRST + 4):
+        one_by_one = one_by_one.with_poses(first(arm, count))
+    at_once = found.with_poses(first(arm, FIRST + 3))
+    std = at_once.diagnosis.std
+    assert np.nanmin(std / found.diagnosis.std) < 0.99
+    assert one_by_one.diagnosis.std == pytest.approx(std, rel=1e-4, nan_ok=True)
+    for name in ("x", "calibrated_x"):
+        grown, whole = (getattr(one.diagnosis, name) for one in (one_by_one, at_once))
+        assert np.nanmax(np.abs(grown - whole) / std[: len(whole)]) < 0.01
+
+
 def test_a_followed_model_is_the_one_that_a_fit_of_all_rows_finds(arm, found):
     weighed = found.diagnosis.weighed
     further = first(arm, FIRST + 3).of_poses(np.arange(FIRST + 3) >= FIRST)
@@ -80,7 +93,7 @@ def test_a_followed_model_is_the_one_that_a_fit_of_all_rows_finds(arm, found):
     fit = Fit.of(problem, weighed.final.x)
     assert np.abs(followed.x - fit.x).max() / fit.deviations.max() < 0.02
     assert weighed.final.chi2 + followed.added == pytest.approx(fit.chi2, abs=0.05)
-    assert followed.narrowed.max() <= 1.0 + 1e-9
+    assert followed.narrowed(Followed.of(weighed.final)).max() <= 1.0 + 1e-9
 
 
 def test_repeats_of_a_further_pose_weigh_as_those_of_the_others():
