@@ -25,7 +25,6 @@ from robolaser.diagnosis.thresholds import (
     CHI2_OF_UNMODELLED_CAUSE,
     CREDIBLE_MASS,
     EVEN,
-    FURTHER_SUBSTITUTES,
     LEAST_PROBABILITY,
 )
 from robolaser.diagnosis.verdict import posterior_weights
@@ -258,6 +257,6 @@ def _substitutes(
     """Models with other effects in the place of those that belong together, as the linear model ranks them."""
     others = refits.among([one for one in refits.effects if of(one) != name])
     tests = others.score_tests(without)
-    most = len(final.effects) - len(without.effects) + FURTHER_SUBSTITUTES
+    most = len(final.effects) - len(without.effects)
     order = stepwise_order(tests, most, least=0.0)
     return [others.of(without, [tests[i] for i in order])] if order else []

@@ -19,7 +19,7 @@ from robolaser.diagnosis.pose_coordinates import TIME
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.result import Alternative, DetectionLimit, Estimate, Finding, Gap
 from robolaser.diagnosis.standard_errors import standard_errors
-from robolaser.diagnosis.thresholds import LEAST_LISTED, UNDETERMINED
+from robolaser.diagnosis.thresholds import EVEN, LEAST_PROBABILITY
 from robolaser.estimation.outliers import MIN_POSES
 from robolaser.model.effects.effect import CandidateEffect, Effect
 from robolaser.model.effects.requirements import SensorLacks
@@ -66,7 +66,7 @@ def findings_of(
 
 def listed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Those that are probable enough to be listed; the others are reported as their class."""
-    return tuple(found for found in findings if found.probability >= LEAST_LISTED)
+    return tuple(found for found in findings if found.probability >= LEAST_PROBABILITY)
 
 
 def gap_of(start: Fit, final: Fit, noise: NoiseModel, held_out: HeldOut, seed: int) -> Gap:
@@ -102,7 +102,7 @@ def _estimates(fit: Fit, candidate_effect: CandidateEffect, errors: Array) -> Ma
     assert prior is not None  # `problem_of` has it
 
     def std(i: int) -> float | None:
-        return float(errors[i]) if fit.at.free[i] and fit.deviations[i] < UNDETERMINED * prior[i] else None
+        return float(errors[i]) if fit.at.free[i] and fit.deviations[i] < EVEN * prior[i] else None
 
     def estimate(i: int, unit: str) -> Estimate:
         low, high = (side[i] for side in fit.at.touching)

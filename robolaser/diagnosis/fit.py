@@ -10,7 +10,7 @@ import numpy as np
 from robolaser.arrays import Array, Bools, Ints
 from robolaser.diagnosis.arm_geometry import marginal_cost, placements_of_arm
 from robolaser.diagnosis.profile_likelihood import profile
-from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import FULLY_PENALIZED, LARGEST_USUAL, NOISE_CHANGE
 from robolaser.diagnosis.verdict import spread_of
 from robolaser.estimation.identifiability import UNIFORM
 from robolaser.estimation.linearization import TOUCH, Linearization
@@ -157,7 +157,7 @@ class Fit:
         fit = self
         for _ in range(MOST_ROUNDS):
             factor = fit.scatter_factor
-            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(SCATTER_CHANGE):
+            if not len(fit.noise.scatter) or abs(np.log(max(factor, LEAST_FACTOR))) < np.log(NOISE_CHANGE):
                 break
             noise = fit.noise.with_scatter_times(max(factor, LEAST_FACTOR))
             fit = Fit.of(fit.problem.with_noise(noise), fit.x)

@@ -8,10 +8,11 @@ from robolaser.diagnosis.findings import gap_of
 from robolaser.diagnosis.fit import Fit
 from robolaser.diagnosis.held_out_gap import HeldOut, expected_gap
 from robolaser.diagnosis.localization import Localization
-from robolaser.diagnosis.noise_remarks import over_stated
+from robolaser.diagnosis.noise_remarks import as_stated, over_stated
 from robolaser.diagnosis.pose_scatter import ExcessScatter
 from robolaser.diagnosis.preparation import Preparation
 from robolaser.diagnosis.result import Gap
+from robolaser.diagnosis.thresholds import MOST_OVER_STATED
 from robolaser.diagnosis.verdict import Evidence, judge
 from robolaser.estimation.averaging import AveragedData
 from robolaser.model.noise.covariance import NoiseModel
@@ -70,12 +71,15 @@ def judged(
 def _by_rows(final: Fit, verdict: str, noise: NoiseModel, gap: Gap) -> Judgement:
     """The verdict with noise that new poses do not contradict.
 
-    Where a gap is left that is below the noise, the scatter of poses was estimated from the gap: rows alone count.
+    Where a gap is left that is below the noise, the scatter of poses was estimated from the gap: rows alone count. And
+    rows as they are stated, where what residuals give is no noise.
     """
     if verdict == "unexplained" and gap.noise_floor_m > gap.after_m:
         of_poses = [source.name for source in noise.sources_of_poses]
         noise = noise.at({name: 0.0 for name in of_poses if noise.origin.get(name) == "estimated"})
         gap = replace(gap, noise_floor_m=final.size_of(noise))
+    if verdict == "unexplained" and over_stated(noise) >= MOST_OVER_STATED:
+        gap = replace(gap, noise_floor_m=final.size_of(as_stated(noise)))
     return Judgement(verdict, noise, gap)
 
 

@@ -58,6 +58,11 @@ def over_stated(noise: NoiseModel) -> float:
     return max(ratios, default=0.0)
 
 
+def as_stated(noise: NoiseModel) -> NoiseModel:
+    """The noise with rows' sizes as they are stated."""
+    return noise.at({one.name: one.stated for one in noise.sources if one.stated and one.level != "pose"})
+
+
 def _contradicted(final: Fit, shots: Dataset, prefix: str) -> Iterator[str]:
     for key_name, key in KEYS.items():
         name = f"{prefix}{key_name}"

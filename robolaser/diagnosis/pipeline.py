@@ -39,7 +39,7 @@ from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select, unless_one_does_it
 from robolaser.diagnosis.standard_errors import standard_errors
 from robolaser.diagnosis.summary_text import exchanged_sentence, imitated_sentence, sentence
-from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_LISTED, OUTLIER_ROUNDS, SCATTER_ROUNDS
+from robolaser.diagnosis.thresholds import CREDIBLE_MASS, EVEN, LEAST_PROBABILITY, OUTLIER_ROUNDS, SCATTER_ROUNDS
 from robolaser.diagnosis.validation import validated
 from robolaser.diagnosis.wrong_input import mispaired
 from robolaser.estimation.averaging import AveragedData
@@ -218,7 +218,7 @@ def _only_imitate(
     noise, and only other poses can tell.
     """
     likely = {one.name for one in classes if one.probability >= EVEN}
-    if not any(one.probability >= LEAST_LISTED or class_of(one.candidate_effect) in likely for one in evidence):
+    if not any(one.probability >= LEAST_PROBABILITY or class_of(one.candidate_effect) in likely for one in evidence):
         return True
     pose = final.model.dataset.points.pose
     return verdict == "unexplained" and not is_lower(held_out.errors(start), held_out.errors(final), pose)

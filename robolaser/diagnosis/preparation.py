@@ -17,7 +17,7 @@ from robolaser.data.dataset import Dataset
 from robolaser.diagnosis.fit import Fit, problem_of
 from robolaser.diagnosis.pose_noise import explainable, explained
 from robolaser.diagnosis.pose_scatter import ExcessScatter, pose_scatter
-from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MOST_RMS_M, ROW_NOISE_CHANGE, SCATTER_CHANGE
+from robolaser.diagnosis.thresholds import IMPLAUSIBLE_NOISE, MOST_RMS_M, NOISE_CHANGE
 from robolaser.estimation.averaging import AveragedData
 from robolaser.estimation.noise_estimate import NoiseEstimate, left_by, sources_of
 from robolaser.estimation.noise_weighted_fit import NoiseWeightedFit
@@ -112,8 +112,8 @@ class Preparation:
             return None
         of_poses = 0.5 * (np.log1p(noise.scatter) - np.log1p(start.noise.scatter))
         of_all = np.log(start.size_of(noise) / start.size_of(start.noise))
-        is_other = max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all)) >= np.log(SCATTER_CHANGE)
-        if not is_other and _of_rows(noise, start.noise) < np.log(ROW_NOISE_CHANGE):
+        change = max(np.abs(of_poses).sum() / max(1, len(of_poses)), abs(of_all), _of_rows(noise, start.noise))
+        if change < np.log(NOISE_CHANGE):
             return None
         return Fit.of(problem_of(start.model, noise, self._whole.parameters), start.x)
 

@@ -16,7 +16,7 @@ from robolaser.diagnosis.localization import Localization, localize
 from robolaser.diagnosis.posture_rivals import PostureRivals
 from robolaser.diagnosis.refits import Announce, Refits
 from robolaser.diagnosis.result import CauseClass
-from robolaser.diagnosis.thresholds import CERTAIN, EVEN, LEAST_LISTED
+from robolaser.diagnosis.thresholds import CERTAIN, EVEN, LEAST_PROBABILITY
 from robolaser.diagnosis.verdict import credibility
 from robolaser.model.effects.effect import CandidateEffect
 
@@ -100,7 +100,7 @@ def nested_fits(refits: Refits, final: Fit, held_out: HeldOut, evidence: Sequenc
     to be listed come last.
     """
     gaps = {one: held_out.gap(refits.refit(final, removed=one)) for one in final.effects}
-    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_LISTED}
+    folded = {one.candidate_effect for one in evidence if one.probability < LEAST_PROBABILITY}
     remaining = sorted(
         refits.tests_of(final), key=lambda test: (test.candidate_effect in folded, -gaps[test.candidate_effect])
     )

@@ -68,16 +68,15 @@ is tried: errors of several joints hide each other. A judgement: a maker's toler
 arm at one or two."""
 MAX_BESIDE_GEOMETRY: Final = 4
 """Effects beside the geometry of a whole arm."""
-SCATTER_CHANGE: Final = 1.1
-"""Factor on the noise of poses, either way, by which the scatter that a model leaves must differ from the assumed one
-for the search to start again."""
-ROW_NOISE_CHANGE: Final = 1.25
-"""The same on the noise of rows. A judgement: the factor that contradicts stated noise."""
+NOISE_CHANGE: Final = 1.1
+"""Factor, either way, by which the noise of poses or of rows that a model leaves must differ from the assumed one for
+the search to start again."""
 SCATTER_ROUNDS: Final = 3
 """Times that it starts again for that."""
 IMPLAUSIBLE_NOISE: Final = 2.0
 """Chi-squared over its expectation, above which estimated noise does not account for the residuals it came from: the
-search for it ended in a lesser optimum. A judgement."""
+search for it ended in a lesser optimum. A judgement: without it a scanner whose laser plane starts anywhere is
+explained by a noise that its rows contradict, and some are called gross errors."""
 PLAUSIBLE_SIGMA: Final = 4.0
 """Standard deviations of what parameters may be, within which a direction of theirs may explain what is no scatter. A
 quantile: once in sixteen thousand directions."""
@@ -158,35 +157,31 @@ SIGMA_OF_95_PERCENT: Final = NormalDist().inv_cdf(0.975)
 
 CREDIBLE_MASS: Final = 0.95
 """Probability that one of a credible set's members is at work. A convention (Wang et al. 2020)."""
-FURTHER_SUBSTITUTES: Final = 1
-"""Effects of other classes, beyond the number of a class's members, that may stand in their place."""
 EVEN: Final = 0.5
 """Probability, below which a class is no more than possible; of an unmodelled cause in an effect's place, above which
 the effect is not named; before any data, that an arm has no effects but those found. And half of a whole: of what is
 left, which one effect must explain to be no scatter; of what is known of a direction, which must be from the data; of
-the noise, from which on scatter is worth saying; of another campaign's gap, which must close to carry over."""
+the noise, from which on scatter is worth saying; of the prior's standard deviation, from which on the data do not
+determine a parameter (of two of which they see the sum, each keeps 0.71); of another campaign's gap, which must close
+to carry over."""
 CERTAIN: Final = 0.9
 """Probability, from which on an effect or a class is said to be a cause. A judgement: blind trials count how often such
 names are right."""
 LIKELY: Final = 0.5 * (0.5 + CERTAIN)
 """Most that an explanation is given where it does not predict new poses certainly better than its rival: likely, and no
 more."""
-LEAST_LISTED: Final = 1e-3
-"""Probability, below which an effect of the final model is not listed by itself: its class stands for it."""
-UNDETERMINED: Final = 0.5
-"""Standard deviation of a parameter, in units of its prior's, from which on the data do not determine it. Geometry: of
-two parameters of which the data see only the sum, each keeps 0.71 of its prior's, of more even more."""
 LEAST_PROBABILITY: Final = 0.01
-"""Probability, below which a class or an effect is not reported."""
+"""Probability, below which a class or an effect is not reported: its class stands for an effect."""
 
 # The verdict.
 
 MOST_SPREAD: Final = 2.0
 """Root mean square of whitened rows over what their median lets expect, from which on they are no noise. A judgement:
 on 84 data sets it is 1.08 at most; a reflector that slips by ten times the noise makes it 2.5."""
-MOST_OVER_STATED: Final = 10.0
+MOST_OVER_STATED: Final = 4.0
 """Size of rows' noise that residuals give over the stated one, from which on it is no noise. A judgement: in
-blind worlds it is 2.6 at most; a slipped reflector, half of it told as a moved base, makes it 20."""
+blind worlds it is 2.6 at most; a tracked body whose angles are biased by where it is seen from makes it 5, a slipped
+reflector, half of it told as a moved base, 20."""
 LEAST_TYPICAL: Final = 0.25
 """What that median is at least: rows without noise are left to rounding."""
 GAP_OVER_FLOOR: Final = 1.1

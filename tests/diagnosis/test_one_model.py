@@ -19,7 +19,7 @@ from robolaser.diagnosis.pruning import needed_again, prune
 from robolaser.diagnosis.refits import Refits
 from robolaser.diagnosis.score_tests import library
 from robolaser.diagnosis.selection import select
-from robolaser.diagnosis.thresholds import LEAST_LISTED
+from robolaser.diagnosis.thresholds import LEAST_PROBABILITY
 from robolaser.model.effects import EFFECTS
 from robolaser.robot.by_name import find_robot
 from robolaser.simulation import simulate
@@ -106,7 +106,7 @@ def test_what_is_listed_is_what_is_exported_and_what_the_gap_is_of():
     found = examine(faulty(), seed=0)
     effects = set(found.model.effects)
     assert {one.candidate_effect for one in found.findings} <= effects
-    assert all(one.probability >= LEAST_LISTED and one.gap_after_m < one.gap_before_m for one in found.findings)
+    assert all(one.probability >= LEAST_PROBABILITY and one.gap_after_m < one.gap_before_m for one in found.findings)
     assert found.findings[-1].gap_after_m == found.gap.after_m
     assert set(corrected(found, 0).model.effects) == effects
     assert {place(one) for one in effects} == set(SIZES_M)

@@ -109,20 +109,24 @@ def test_stated_noise_that_the_rows_of_a_pose_contradict_gives_way_to_the_larger
     assert diagnosis.noise["target"].value == pytest.approx(6e-5, rel=0.15)
 
 
-def test_stated_noise_that_is_ten_times_too_small_makes_no_gross_errors():
+@pytest.mark.parametrize(("times", "verdict"), [(3, "no_gap"), (10, "unexplained")])
+def test_stated_noise_that_is_far_too_small_makes_no_gross_errors(times, verdict):
+    """Up to a few times it is taken for a slip of the pen; beyond that, something else may move the rows."""
     dataset = simulate(
         find_robot("scorbot_er7"),
         poses=30,
         points=8,
         noise=Noise(pixel_px=0.1),
-        options=CellOptions(stated=Noise(pixel_px=0.01)),
+        options=CellOptions(stated=Noise(pixel_px=0.1 / times)),
         seed=3,
     ).dataset
     diagnosis = examine(dataset, effects=[], seed=1)
-    assert diagnosis.verdict == "no_gap"
+    assert diagnosis.verdict == verdict
+    assert ("times as much as [noise] states: correct it" in diagnosis.sentence) == (times == 10)
+    assert "not random" not in diagnosis.sentence
     assert not len(diagnosis.outliers)
     assert diagnosis.noise["pixel"].value == pytest.approx(0.1, rel=0.1)
-    assert any("pixel_px = 0.01" in remark for remark in diagnosis.noise_remarks)
+    assert any(f"pixel_px = {0.1 / times:.2g}" in remark for remark in diagnosis.noise_remarks)
 
 
 def test_noise_is_contradicted_by_a_quarter_and_four_standard_deviations():

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from test_false_explanation import breathing
 
 from robolaser.data.dataset import Dataset
@@ -133,3 +134,20 @@ def test_a_bearing_that_wobbles_twice_a_turn_is_an_unknown_cause_at_its_joint_an
     found = examine(replace(made.dataset, points=replace(made.dataset.points, xyz=xyz + moved)), seed=0)
     assert (found.verdict, found.where[0].site) == ("unexplained", "shoulder_pan_joint")
     assert [one.name for one in found.classes if one.probability > 0.5] == ["unknown"]
+
+
+@pytest.mark.parametrize(("arm", "seed"), [("ur5e", 1), ("ur5e", 2), ("panda", 2)])
+def test_angles_that_are_biased_by_where_a_body_is_seen_from_are_no_noise_and_nothing_of_the_arm(
+    arm: str, seed: int
+) -> None:
+    noise = Noise(point_m=5e-5, angle_rad=1e-4, joint_rad=1e-5)
+    made = simulate(find_robot(arm), kind="pose", poses=60, noise=noise, seed=seed).dataset
+    measured, xyz = Rotation.from_quat(made.points["quaternion"]), made.points["xyz"]
+    axis = np.random.default_rng(seed).standard_normal(3)
+    axis /= np.linalg.norm(axis)
+    along = measured.inv().apply(xyz / np.linalg.norm(xyz, axis=1)[:, None]) @ axis
+    bias = Rotation.from_rotvec(2e-3 * np.outer(np.sign(along) * along**2, np.roll(axis, 1)))
+    columns = {**made.points.columns, "quaternion": (measured * bias).as_quat()}
+    found = examine(replace(made, points=replace(made.points, columns=columns)), seed=0)
+    assert found.verdict == "unexplained"
+    assert not [one for one in found.findings if one.probability >= 0.9]
